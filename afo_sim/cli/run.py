@@ -157,8 +157,7 @@ def torque_map_command(
         bands = need_bands(found.scenario, uncertainty) if uncertainty else {}
         with together(out) as scratch:
             write_csv(found.maps, scratch / "torque_map.csv")
-            for suffix in ("png", "pdf"):
-                draw(found, scratch / f"torque_map.{suffix}")
+            draw(found, scratch / "torque_map")
     _print_torque_maps(found, bands, out)
 
 

@@ -34,6 +34,8 @@ from afo_sim.lab.validation_s1 import table
 from afo_sim.physics import LAWS, contractions
 from afo_sim.show.stand_figure import colour as shade
 from afo_sim.show.style import COLOURS, on_scale, write_pair
+from afo_sim.show.torque_map_figure import fill
+from afo_sim.simulation import torque_map
 
 _S1_OWN, _OURS = COLOURS[0], COLOURS[1]
 _ISOBARS = (2.0, 3.0, 4.0, 5.0, 6.0)  # [bar]
@@ -264,6 +266,7 @@ FIGURES: dict[str, dict[str, tuple[tuple[float, float], _Fill]]] = {
     "S0": {"static_load": ((12.0, 6.4), _static_load), "isobaric": ((6.0, 4.2), _isobars)},
     "S1": {
         "figures_6_to_8": ((8.0, 3.6), _device),
+        "torque_necessary_and_available": ((8.8, 3.4), lambda figure: fill(figure, torque_map())),
         "figures_9_to_12": (
             (6.6, 5.4),
             functools.partial(_s1, bench=1, first=9, masses=(1.0, 1.5, 2.0, 3.0), shape=(2, 2)),

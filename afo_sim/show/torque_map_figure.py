@@ -1,5 +1,6 @@
 """Torque necessary against torque available, drawn: orthosis torque over ankle angle, a curve a pressure."""
 
+import functools
 import pathlib
 from typing import Any
 
@@ -9,44 +10,49 @@ from afo_sim.description import JOINTS
 from afo_sim.metrics import SIDES
 from afo_sim.model import TorqueMap, person_of
 from afo_sim.show.panels import marked
-from afo_sim.show.style import BLUE, GREEN, MARKERS, ZERO, ink, new_figure, on_scale, plain
+from afo_sim.show.style import BLUE, GREEN, MARKERS, ZERO, ink, on_scale, plain, write_pair
 from afo_sim.simulation import TorqueMaps
 
 _PANEL = (4.4, 3.4)  # [inch]
 _VEIL = {"color": "white", "alpha": 0.7, "lw": 0.0, "pad": 0.5}  # under a text, over curves
 
 
-def draw(found: TorqueMaps, path: pathlib.Path) -> None:
+def draw(found: TorqueMaps, stem: pathlib.Path) -> list[pathlib.Path]:
     """Draw the curves of every chamber, with the paths of what the walk's phases need to its side."""
-    maps, scenario = found.maps, found.scenario
+    width, height = _PANEL
+    return write_pair(stem, (width * len(found.maps), height), functools.partial(fill, found=found))
+
+
+def fill(figure: Any, found: TorqueMaps) -> None:
+    """A panel for each chamber."""
+    scenario = found.scenario
     title = f"{scenario.orthosis.name} on {scenario.leg.name}: static torque"
     title += f"; needed by {person_of(scenario).body_mass:g} kg" if found.needs else ""
-    with new_figure(path, (_PANEL[0] * len(maps), _PANEL[1])) as figure:
-        axes = figure.subplots(1, len(maps), squeeze=False)[0]
-        for axis, own in zip(axes, maps, strict=True):
-            colours = on_scale(np.linspace(0.0, 1.0, len(own.pressures)))
-            for column, pressure in enumerate(own.pressures):
-                label = f"{pressure * 1e-5:g} bar"
-                look = {"color": colours[column], **marked(own.angles, MARKERS[column % len(MARKERS)])}
-                axis.plot(np.degrees(own.angles), own.torque[:, column], label=label, **look)
-            needs = [need for chamber, need, _ in found.lacking if chamber == own.chamber and need.peak]
-            for need, colour in zip(needs, (GREEN, BLUE), strict=False):
-                sign, k = SIDES[need.side], int(need.torque.argmax())
-                angle, text = np.degrees(need.angle), f" {need.phase} needs {need.peak:.3g} N·m "
-                axis.plot(angle, sign * need.torque, color=colour, lw=2.2, zorder=3.0)
-                look = {"ha": "left" if need.angle[k] < own.angles.mean() + 0.1 else "right", "fontsize": 8.0}
-                look |= {"va": "bottom" if sign > 0.0 else "top", "color": ink(colour), "zorder": 4.0}
-                axis.text(angle[k], sign * need.torque[k], text, bbox=_VEIL, **look)
-            _shade_stretch(axis, own, [SIDES[need.side] * need.torque for need in needs])
-            axis.axhline(0.0, color=ZERO, lw=0.8)
-            positive = JOINTS[own.joint].directions[0]
-            axis.set_xlabel(f"{own.joint} angle [deg], {positive} +")
-            axis.set_ylabel(f"orthosis torque [N·m], {positive} +")
-            axis.set_title(f"{plain(own.chamber)} chamber alone", loc="left")
-            # below all bands and curves
-            below = {"loc": "upper left", "bbox_to_anchor": (0.0, -0.2), "ncols": 4}
-            axis.legend(title="gauge pressure", title_fontsize=8.0, alignment="left", **below)
-        figure.suptitle(plain(title, None), x=0.01, ha="left", fontsize=9.0)
+    axes = figure.subplots(1, len(found.maps), squeeze=False)[0]
+    for axis, own in zip(axes, found.maps, strict=True):
+        colours = on_scale(np.linspace(0.0, 1.0, len(own.pressures)))
+        for column, pressure in enumerate(own.pressures):
+            label = f"{pressure * 1e-5:g} bar"
+            look = {"color": colours[column], **marked(own.angles, MARKERS[column % len(MARKERS)])}
+            axis.plot(np.degrees(own.angles), own.torque[:, column], label=label, **look)
+        needs = [need for chamber, need, _ in found.lacking if chamber == own.chamber and need.peak]
+        for need, colour in zip(needs, (GREEN, BLUE), strict=False):
+            sign, k = SIDES[need.side], int(need.torque.argmax())
+            angle, text = np.degrees(need.angle), f" {need.phase} needs {need.peak:.3g} N·m "
+            axis.plot(angle, sign * need.torque, color=colour, lw=2.2, zorder=3.0)
+            look = {"ha": "left" if need.angle[k] < own.angles.mean() + 0.1 else "right", "fontsize": 8.0}
+            look |= {"va": "bottom" if sign > 0.0 else "top", "color": ink(colour), "zorder": 4.0}
+            axis.text(angle[k], sign * need.torque[k], text, bbox=_VEIL, **look)
+        _shade_stretch(axis, own, [SIDES[need.side] * need.torque for need in needs])
+        axis.axhline(0.0, color=ZERO, lw=0.8)
+        positive = JOINTS[own.joint].directions[0]
+        axis.set_xlabel(f"{own.joint} angle [deg], {positive} +")
+        axis.set_ylabel(f"orthosis torque [N·m], {positive} +")
+        axis.set_title(f"{plain(own.chamber)} chamber alone", loc="left")
+        # below all bands and curves
+        below = {"loc": "upper left", "bbox_to_anchor": (0.0, -0.2), "ncols": 4}
+        axis.legend(title="gauge pressure", title_fontsize=8.0, alignment="left", **below)
+    figure.suptitle(plain(title, None), x=0.01, ha="left", fontsize=9.0)
 
 
 def _shade_stretch(axis: Any, found: TorqueMap, paths: list[np.ndarray]) -> None:

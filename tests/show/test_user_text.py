@@ -124,7 +124,7 @@ def test_figure_of_a_torque_map(tmp_path: pathlib.Path, drawn: list[Figure]) -> 
     scenario = scenario.model_copy(update={"leg": scenario.leg.model_copy(update={"name": NAME})})
     need = Need("swing", "needed_swing_torque", "dorsiflexion", angles, np.array([1.0, 2.0, 3.0]), 3.0)
     maps = TorqueMaps(scenario, [found], [need], [(NAME, need, np.zeros(3))], [])
-    torque_map_figure.draw(maps, tmp_path / "a.png")
+    torque_map_figure.draw(maps, tmp_path / "a")
     assert_plain(drawn[0], f"s1 on {NAME}: static torque; needed by 75 kg")
     assert_plain(drawn[0], f"{NAME} chamber alone")
 
