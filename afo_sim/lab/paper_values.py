@@ -12,6 +12,8 @@ A row's table names one of VALUES under `by`, and what that takes:
     described   a key of a description
     repeats     standard deviation of a sensor over ten fillings
     calf_share  of a recorded stride's positive work [%]
+    torque_map  of a phase of a walk: torque needed, most that is lacking of it [N·m], or share of the time in
+                which there is enough [%], at the supply's pressure
 """
 
 import fnmatch
@@ -33,7 +35,7 @@ from afo_sim.lab.validation_laws import characteristic, law_force
 from afo_sim.lab.validation_row import Row
 from afo_sim.model.build import build
 from afo_sim.physics import LAWS
-from afo_sim.simulation import Recording, angle_differences, compare_laws, sensor_columns
+from afo_sim.simulation import Recording, angle_differences, compare_laws, sensor_columns, torque_map
 from afo_sim.simulation.run import run
 
 Told = Mapping[str, Any]
@@ -120,6 +122,14 @@ def _described(told: Told) -> float:
     return told.get("times", 1.0) * (len(found) if isinstance(found, tuple | Mapping) else float(found))
 
 
+def _torque_map(told: Told) -> float:
+    found = torque_map(told["scenario"], told.get("set"), angles=[0.0]).lacking
+    ((need, lacking),) = ((need, short) for _, need, short in found if need.phase == told["phase"])
+    if told["take"] == "enough":
+        return 100.0 * float(np.mean(lacking[need.torque > 0.0] <= 0.0))
+    return need.peak if told["take"] == "needed" else float(lacking.max())
+
+
 def _repeats(told: Told) -> float:
     sensor = {"x": {"column": told["column"], "type": told["sensor"]}}
     scenario = load("scenario", told["scenario"], {**told.get("set", {}), "sensor": sensor})
@@ -148,6 +158,7 @@ VALUES: dict[str, Callable[[Told], Any]] = {
     "force": _force,
     "described": _described,
     "repeats": _repeats,
+    "torque_map": _torque_map,
     "calf_share": lambda told: calf_share(told["stride"]),
 }
 
