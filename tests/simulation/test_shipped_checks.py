@@ -22,7 +22,7 @@ OTHERS = {
     "arm": ("arm-short", "range_of_motion"),
     "arm-short": ("arm", "range_of_motion"),
     "arm-s1": ("arm", "ankle/angle"),
-    "arm-positions": ("arm", "ankle/angle"),
+    "arm-positions": ("seated", "ankle/angle"),
 }
 
 
