@@ -129,7 +129,7 @@ def filled_once_metrics(filled: Mapping[str, Metric]) -> dict[str, Metric]:
     ("friction_loss", "J", "Lost in friction", f"of the muscles; {EACH}"),
     ("wrap_loss", "J", "Lost at guides", f"friction at the paths' points and surfaces; {EACH}"),
     ("spring_change", "J", "Stored in springs", f"change in cables, cuff and plate; {EACH}"),
-    ("bladder_change", "J", "Stored in bladders", f"change of what the muscles hold without air; {EACH}"),
+    ("bladder_change", "J", "Stored in bladders", f"change of what the muscles hold; {EACH}"),
     ("law_mismatch", "J", "Work that the force laws add", f"beyond the work of the air; {EACH}"),
     ("law_mismatch_share", "percent", "Work that the force laws add, share", "of the net work of the air"),
     (

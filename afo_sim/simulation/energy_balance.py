@@ -22,7 +22,7 @@ from afo_sim.description import Mounting, Muscle, MuscleGroup, Orthosis, at_rest
 from afo_sim.metrics import Metric, Window, cut, energy_metrics, increments, settled, whole_cycles
 from afo_sim.metrics.strides import strides
 from afo_sim.model import Built, chamber_of, muscle_names
-from afo_sim.physics import SLACK_BLEND, anchor_energy, three_element_damping
+from afo_sim.physics import RETURN_PRESSURE, SLACK_BLEND, anchor_energy, three_element_damping
 from afo_sim.simulation.rollout import Rollout
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(20)  # of a smooth piece of the bladder's force
@@ -114,6 +114,10 @@ def _muscle(group: MuscleGroup, own: Columns, count: int) -> Energy:
         forces = [law.signed(kappa, 0.0) for kappa in (middle + half * NODES).tolist()]
         total += half * float(WEIGHTS @ forces)
     stored = nominal * (total if first < last else -total)
+    for at, sign in ((0, 1.0), (-1, -1.0)):  # and ∫ p ∂V/∂p dp to either end's pressure
+        end = float(own["pressure"][at])
+        gauges = np.sort([*np.linspace(0.0, end, 41), min(end, RETURN_PRESSURE)])  # where the slope jumps
+        stored += sign * _integral(gauges, muscle.volume(contraction=float(contraction[at]), pressure=gauges))
     damper = nominal * _damped(muscle, own["time"], own["pressure"], contraction)
     rubbed = 0.0
     if muscle.friction != "none":
