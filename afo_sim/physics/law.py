@@ -108,7 +108,7 @@ class Law(Entry):
     `force_powers` are the powers with which the coefficients grow when the force grows by a factor. `length`
     says how the force depends on the muscle's length: by the contraction "ratio" alone; the set holds for
     "one" length, since the formula has lengths or stiffnesses of that muscle in it; or the formula knows the
-    effect of the length by its "own".
+    effect of the length by its "own". `pleated` says that no braid's volume bounds that of its pleats.
     """
 
     kernel: Callable[..., float]
@@ -118,6 +118,7 @@ class Law(Entry):
     braids: bool = False
     force_powers: Coefficients = ()
     length: Literal["ratio", "one", "own"] = "ratio"
+    pleated: bool = False
 
     def parameter(self, name: str) -> LawParameter:
         """The parameter of a name."""

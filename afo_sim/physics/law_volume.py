@@ -157,7 +157,7 @@ def law_volume(
     """The volume that follows from a static law, where the braid's geometry does not speak against it.
 
     It is used where it grows up to where the muscle goes slack, and stays within `PLAUSIBLE` of the braid's
-    over the law's range.
+    over the law's range. A `pleated` muscle has no braid.
 
     Parameters
     ----------
@@ -201,7 +201,7 @@ def law_volume(
     used, end = min(contractions[1], slack), float(kappas[-1])  # of this fit
     if top < used - 2.0 * used / CONTRACTIONS:
         return LawVolume(GEOMETRIC, f"its volume would fall from a contraction ratio of {top:.2g} on")
-    if reason := _implausible(braid, forces, slopes, kappas, gauges, used):
+    if not LAWS[law].pleated and (reason := _implausible(braid, forces, slopes, kappas, gauges, used)):
         return LawVolume(GEOMETRIC, reason)
     per_pressure = 2.0 / (high - low) if terms[:, 1:].any() else 0.0
     return LawVolume((end, 0.5 * (high + low), per_pressure, *terms.ravel().tolist()))

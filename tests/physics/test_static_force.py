@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.optimize import brentq, least_squares
+from scipy.optimize import brentq, least_squares, minimize
+from scipy.special import ellipe, ellipk
 
 from afo_sim.common import assets
 from afo_sim.description import reader
@@ -23,10 +24,13 @@ from afo_sim.physics import (
     contractions,
     forces,
     guards,
+    law_volume,
+    muscle_volume,
     signed_force,
     slopes_of,
 )
 from afo_sim.physics.laws.chou_hannaford import chou_hannaford_1996
+from afo_sim.physics.laws.daerden_lefeber import daerden_lefeber_2001, membrane
 from afo_sim.physics.laws.tondu_lopez import tondu_lopez_2000
 from afo_sim.physics.pneumatics import braid_volume
 from afo_sim.physics.static_force import muscle_static_force, static_force
@@ -408,6 +412,69 @@ def test_geometric_force_is_virtual_work(braid):
             step = 1e-6
             slope = (volume(length + step) - volume(length - step)) / (2.0 * step)
             assert force == pytest.approx(-3e5 * slope, rel=1e-6, abs=1e-5)
+
+
+def _enclosed(height, radius, pieces=60):
+    """The largest volume over l³ that threads of length l enclose, all along meridians, between two discs.
+
+    Half of a thread is a chain of straight pieces from a disc to the waist, each at an angle to the axis.
+    Nothing of a force or of a tension is in it. Units: height, radius of the discs, over l [-].
+    """
+    step = 0.5 / pieces
+
+    def volume(angles):
+        r = radius + step * np.concatenate([[0.0], np.cumsum(np.sin(angles))])
+        a, b, along = r[:-1], r[1:], np.cos(angles)
+        cone = a * a + a * b + b * b
+        moved = np.concatenate([(2.0 * a + b) * along, [0.0]]) + np.concatenate(
+            [[0.0], (a + 2.0 * b) * along]
+        )
+        beyond = np.cumsum(moved[::-1])[-2::-1] * step  # a piece that turns moves all the radii after it
+        slopes = beyond * along - cone * np.sin(angles)
+        return -2.0 * math.pi / 3.0 * step * np.array([(cone * along).sum(), *slopes])
+
+    found = minimize(
+        lambda angles: volume(angles)[0],
+        np.linspace(1.0, 0.0, pieces) * math.sqrt(6.0 * (1.0 - height)),
+        jac=lambda angles: volume(angles)[1:],
+        constraints={
+            "type": "eq",
+            "fun": lambda angles: 2.0 * step * np.cos(angles).sum() - height,
+            "jac": lambda angles: -2.0 * step * np.sin(angles),
+        },
+        method="SLSQP",
+        options={"maxiter": 500, "ftol": 1e-14},
+    )
+    assert found.success
+    return -found.fun
+
+
+@pytest.mark.parametrize("radius", [0.05, 0.1045, 0.3])
+def test_pleats_enclose_the_largest_volume_and_pull_by_virtual_work(radius):
+    """F = −p dV/dL, of a chain of 60 pieces a half, which is 1e-4 off; and V by Maxwell's relation."""
+    coefficients, step = membrane(radius), 2e-3
+    braid = Braid(0.11, 0.11 * radius, 0.35)
+    row = LAWS["daerden_lefeber_2001"].coefficients(braid, {"share": 1.0})
+    found = law_volume("daerden_lefeber_2001", row, braid, (0.0, 3e5), (0.05, 0.45))
+    assert not found.reason
+    for kappa in (0.06, 0.15, 0.25):
+        around = [_enclosed(1.0 - kappa + d, radius) for d in (-step, 0.0, step)]
+        force = daerden_lefeber_2001(kappa, 1.0, 1.0, *coefficients)
+        assert force == pytest.approx((around[0] - around[2]) / (2.0 * step), rel=5e-4)
+        volume = muscle_volume(
+            kappa, 2e5, 0.11, braid.nominal_radius, braid.b, 0.0, 0.0, 0.0, found.numbers, 0
+        )[0]
+        assert volume == pytest.approx(around[1] * 0.11**3, rel=0.01)
+
+
+def test_pleats_by_hand():
+    """Without load the meridian is an elastica, of m = 1/2; without ends 1 − κ = 2 E/K − 1, 54.3 % of κ."""
+    slender = 1.0 - (2.0 * ellipe(0.5) / ellipk(0.5) - 1.0)
+    assert slender == pytest.approx(0.5431, abs=5e-5)
+    for radius, less in ((1e-3, 1e-3), (1e-4, 1e-4)):
+        coefficients = membrane(radius)
+        free = brentq(daerden_lefeber_2001, 0.4, 0.6, args=(1.0, 1.0, *coefficients))
+        assert slender - 1.2 * less < free < slender
 
 
 @pytest.mark.parametrize("degrees", [15.0, 22.0, 37.0, 45.0])
