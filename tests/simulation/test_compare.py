@@ -127,6 +127,25 @@ def test_law_that_a_muscle_lacks_is_refused(
         compare_laws("arm-s1", ["polynomial"])
 
 
+def test_s1s_two_models_differ_by_the_damper_alone() -> None:
+    """Equation 1 is the spring of equation 2; no force falls as the pressure rises, as S1 writes of one."""
+    sets: dict[str, object] = {"duration": "4 s"}
+    runs = [*compare_laws("seated-s1-simulated", ("chou_hannaford_1996", "tondu_lopez_2000"), sets).values()]
+    assert np.abs(runs[0][ANGLE] - runs[1][ANGLE]).max() < 1e-9
+    for group in ("dorsiflexor", "plantarflexor"):
+        sets[f"orthosis.muscle.{group}.type.law"] = "chou_hannaford_1996"
+        sets[f"orthosis.muscle.{group}.type.damping"] = "0 m^2*s"
+    geometric, hill = afo_sim.run("seated-s1-simulated", sets), runs[1]
+    assert geometric.metrics["rise_time"].value < 0.9 * hill.metrics["rise_time"].value
+    for name in ("range_of_motion", "peak_dorsiflexion_torque"):
+        assert geometric.metrics[name].value == pytest.approx(hill.metrics[name].value, rel=2e-3)
+    for run in (geometric, hill):
+        filling = np.diff(run["chamber/dorsiflexor/pressure"]) > 10.0
+        taut = run["muscle/dorsiflexor_1/force"][1:] > 5.0
+        assert (filling & taut).sum() > 500
+        assert (np.diff(run["muscle/dorsiflexor_1/force"])[filling & taut] > 0.0).all()
+
+
 def test_run_that_fails_keeps_its_place(tmp_path: pathlib.Path) -> None:
     """What was computed is written; only the pictures of all runs need rows of all."""
     runs = compare_laws("arm", ["sarosi_2012", "polynomial"], {"duration": "0.2 s"})

@@ -23,6 +23,7 @@ OTHERS = {
     "arm-short": ("arm", "range_of_motion"),
     "arm-s1": ("arm", "ankle/angle"),
     "arm-positions": ("seated", "ankle/angle"),
+    "seated-s1-simulated": ("seated", "range_of_motion"),
 }
 
 
