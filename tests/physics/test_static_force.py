@@ -477,6 +477,24 @@ def test_the_muscle_that_s1_simulated_gives_tables_iii_and_iv():
                 assert found == pytest.approx(change, abs=0.075), (law, length, mass, pressure)
 
 
+def test_s3s_printed_constants_are_in_muscles_one_can_run():
+    """a = 17, b = 8, n = 3.2 or 3.5, and b = 10 of Shadow's, with 70 kg at 3.5 bar and 37 %."""
+    area = math.pi * 0.005**2
+    for law, pressure, n in (
+        ("takosoglu_2016", 6e5, 3.2),
+        ("takosoglu_2016_n", 6e5, 3.2),
+        ("takosoglu_2016_n", 5e5, 3.5),
+    ):
+        muscle = reader.load("muscle", "mas_10_300_takosoglu", {"law": law})
+        for kappa in (0.0, 0.1):
+            force = area * pressure * (17.0 * (1.0 - kappa) ** n - 8.0)
+            assert float(muscle.force(pressure, contraction=kappa)) == pytest.approx(force, rel=1e-9)
+    shadow = reader.load("muscle", "shadow_30mm", {"law": "takosoglu_2016"})
+    assert shadow.law_set.parameters["b"] == 10.0
+    assert float(shadow.force(3.5e5, contraction=0.0)) == pytest.approx(70.0 * G, rel=2e-3)
+    assert float(shadow.contraction(3.5e5, force=0.0)) == pytest.approx(0.37, abs=5e-4)
+
+
 def test_pleats_by_hand():
     """Without load the meridian is an elastica, of m = 1/2; without ends 1 − κ = 2 E/K − 1, 54.3 % of κ."""
     slender = 1.0 - (2.0 * ellipe(0.5) / ellipk(0.5) - 1.0)
