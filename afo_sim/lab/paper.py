@@ -19,7 +19,7 @@ from afo_sim.lab.validation import brief
 from afo_sim.lab.validation_row import Row
 
 # The worst outcome of a row's numbers is the row's.
-ORDER = ("FAILED", "disagrees", "cannot tell", "erratum", "compared", "agrees", "shown", "lost", "outside")
+ORDER = ("FAILED", "disagrees", "cannot tell", "erratum", "agrees", "compared", "shown", "lost", "outside")
 OUTCOMES = (
     "Agrees: within what print and scatter allow. Cannot tell: a model that must do worse passes as often. "
     "Compared: no agreement can be demanded. Shown: the command shows it, and the paper has no number. "

@@ -57,10 +57,16 @@ def write_figures(name: str, folder: pathlib.Path) -> list[pathlib.Path]:
 def _device(figure: Any) -> None:
     """S1's figures 6 to 8: force of its models and of the measured muscle over the 8 s, and the angle."""
     force, angle = figure.subplots(1, 2)
-    pair = paper_values.compared("seated-s1-simulated", ("chou_hannaford_1996", "tondu_lopez_2000"))
-    looks = zip(pair.values(), ("S1's geometric model", "S1's Hill model"), ("-", "--"), strict=True)
-    measured = paper_values.recorded({"scenario": "seated"})
-    for k, (run, label, style) in enumerate([*looks, (measured, "the measured muscle", "-")]):
+    group = "orthosis.muscle.dorsiflexor.type"
+    geometric = {f"{group}.law": "chou_hannaford_1996", f"{group}.damping": "0 m^2*s"}
+    for k, (label, scenario, sets, style) in enumerate(
+        (
+            ("S1's geometric model", "seated-s1-simulated", geometric, "-"),
+            ("S1's Hill model", "seated-s1-simulated", {}, "--"),
+            ("the measured muscle", "seated", {}, "-"),
+        )
+    ):
+        run = paper_values.recorded({"scenario": scenario, "set": sets})
         look: dict[str, Any] = {"color": COLOURS[k], "ls": style, "label": label}
         cycle = run["time"] <= 8.0
         pulls = np.sum([run[f"muscle/dorsiflexor_{number}/force"] for number in (1, 2, 3)], axis=0)
