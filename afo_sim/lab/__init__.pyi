@@ -64,16 +64,5 @@ from .validation_knee import PIN as PIN
 from .validation_knee import TIBIA_ANCHOR as TIBIA_ANCHOR
 from .validation_knee import KneeTest as KneeTest
 from .validation_knee import knee_tests as knee_tests
-from .validation_laws import S2_LAWS as S2_LAWS
-from .validation_laws import S3_A as S3_A
-from .validation_laws import S3_B as S3_B
-from .validation_laws import S3_N as S3_N
 from .validation_laws import characteristic as characteristic
 from .validation_laws import law_force as law_force
-from .validation_laws import s3_coefficients as s3_coefficients
-from .validation_laws import s3_force as s3_force
-from .validation_s1 import CM as CM
-from .validation_s1 import MISPRINT as MISPRINT
-from .validation_s1 import TABLES as TABLES
-from .validation_s1 import as_s1 as as_s1
-from .validation_s1 import ours as ours

@@ -1,19 +1,21 @@
-"""What the program says to a row of a paper: the ways in which a number in `models/papers` is computed.
+"""How a published number is computed: what a row of `models/papers` or `models/validation` names under `by`.
 
-A row's table names one of VALUES under `by`, and what that takes:
+That is one of VALUES, beside what it takes; `times` multiplies what is found. In a paper it may be
+"validation": rows of a part of `models/validation`, by their source and as their quantity begins.
 
-    validation  rows of a part of `models/validation`: part, source, and quantity as it begins
     run         of a scenario (with `set`): a metric; a column's min, max, range, last, or its switchings; or
                 how many columns match a pattern
     apart       angle between a scenario's runs with two laws, RMS [deg]; `refit` fits one to the maker's
                 points; of_swing = true for percent of the last one's swing
     stand       of a test of a muscle (with `given`): a metric, by default of the first curve; or static_load
-    force       of a muscle's law at a contraction and a pressure [N]
     described   a key of a description
     repeats     standard deviation of a sensor over ten fillings
     calf_share  of a recorded stride's positive work [%]
     torque_map  of a phase of a walk: torque needed, most that is lacking of it [N·m], or share of the time in
                 which there is enough [%], at the supply's pressure
+    force, contraction, line, laws_apart, along, curve, fit, tube, flow: see `validation_laws.py`
+    s1_…        of S1's tables: see `validation_s1.py`
+    knee, knee_muscles: torques on the pin knee: see `validation_knee.py`
 """
 
 import fnmatch
@@ -24,21 +26,20 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common import format_quantity
+from afo_sim.common import assets, format_quantity
 from afo_sim.description import load
-from afo_sim.lab import stand_trial, validation
+from afo_sim.lab import stand_trial, validation_knee, validation_laws, validation_s1
 from afo_sim.lab.calf_share import calf_share
 from afo_sim.lab.law_fit import fit_law
 from afo_sim.lab.law_problem import pose, select
 from afo_sim.lab.stand import stand
-from afo_sim.lab.validation_laws import characteristic, law_force
+from afo_sim.lab.validation_laws import Told, characteristic
 from afo_sim.lab.validation_row import Row
 from afo_sim.model.build import build
 from afo_sim.physics import LAWS
 from afo_sim.simulation import Recording, angle_differences, compare_laws, sensor_columns, torque_map
 from afo_sim.simulation.run import run
 
-Told = Mapping[str, Any]
 TAKE: dict[str, Callable[[np.ndarray], float]] = {
     "min": np.min,
     "max": np.max,
@@ -61,14 +62,14 @@ def recorded(told: Told) -> Recording:
 def _of_run(told: Told) -> Any:
     found = recorded(told)
     if "metric" in told:
-        return told.get("times", 1.0) * found.metrics[told["metric"]].value
+        return found.metrics[told["metric"]].value
     if "columns" in told:
         return len(fnmatch.filter(found.columns, told["columns"]))
     values = found[told["column"]]
     if told["take"] == "switchings":  # [s]
         return [float(found["time"][k]) for k in np.flatnonzero(np.diff(values > 0.5, prepend=False))]
     value = float(TAKE[told["take"]](values))
-    return math.degrees(value) if told["unit"] == "°" else told.get("times", 1.0) * value
+    return math.degrees(value) if told["unit"] in ("°", "deg") else value
 
 
 @functools.cache
@@ -76,7 +77,7 @@ def compared(scenario: str, laws: tuple[str, ...], refit: str = "") -> dict[str,
     """A scenario's runs with several laws, one of them fitted freely to the maker's points."""
     runs = compare_laws(scenario, laws)
     if refit:
-        points, _ = select(characteristic(20))
+        points, _ = select(characteristic("dmsp_20"))
         geometry = {"braid_angle": load("muscle", "dmsp_20").braid_angle}
         values = fit_law(pose(refit, [points], fixed=geometry)).values
         sets = {
@@ -102,24 +103,18 @@ def _apart(told: Told) -> float:
 def _on_stand(told: Told) -> Any:
     (trial,) = stand(told["test"], told["muscle"], **told.get("given", {})).trials
     if "column" in told:
-        return told.get("times", 1.0) * float(TAKE[told["take"]](trial.curves[0][told["column"]]))
+        return float(TAKE[told["take"]](trial.curves[0][told["column"]]))
     if told["metric"] == "static_load":
         found = stand_trial.static_load(trial)
         return [found.start, found.slope * 1e3]  # [N, N/kPa]
-    return told.get("times", 1.0) * trial.metrics[told.get("curve", 0)][told["metric"]].value
-
-
-def _force(told: Told) -> float:
-    muscle = load("muscle", told["muscle"])
-    at = (np.array([told["contraction"]]), np.array([told["bar"] * 1e5]))
-    return float(law_force(muscle, told.get("law", muscle.law), *at)[0])
+    return trial.metrics[told.get("curve", 0)][told["metric"]].value
 
 
 def _described(told: Told) -> float:
     found: Any = load(told["kind"], told["name"])
     for part in told["key"].split("."):
         found = found[part] if isinstance(found, Mapping) else getattr(found, part)
-    return told.get("times", 1.0) * (len(found) if isinstance(found, tuple | Mapping) else float(found))
+    return len(found) if isinstance(found, tuple | Mapping) else float(found)
 
 
 def _torque_map(told: Told) -> float:
@@ -135,39 +130,54 @@ def _repeats(told: Told) -> float:
     scenario = load("scenario", told["scenario"], {**told.get("set", {}), "sensor": sensor})
     built, columns = build(scenario), run(scenario, step="fixed").columns
     read = [float(sensor_columns(built, columns, seed)["sensor/x"][-1]) for seed in range(REPEATS)]
-    return told["times"] * float(np.std(read, ddof=1))
-
-
-@functools.cache
-def _part(name: str) -> list[Row]:
-    return validation.PARTS[name]()
-
-
-def _validation(told: Told) -> list[Row]:
-    begins = told.get("quantity", "")
-    return [
-        row for row in _part(told["part"]) if row.source == told["source"] and row.quantity.startswith(begins)
-    ]
+    return float(np.std(read, ddof=1))
 
 
 VALUES: dict[str, Callable[[Told], Any]] = {
-    "validation": _validation,
     "run": _of_run,
     "apart": _apart,
     "stand": _on_stand,
-    "force": _force,
     "described": _described,
     "repeats": _repeats,
     "torque_map": _torque_map,
     "calf_share": lambda told: calf_share(told["stride"]),
+    "force": validation_laws.force,
+    "contraction": validation_laws.contraction,
+    "line": validation_laws.line,
+    "laws_apart": validation_laws.laws_apart,
+    "along": validation_laws.along,
+    "curve": validation_laws.curve,
+    "fit": validation_laws.fit,
+    "tube": validation_laws.tube,
+    "flow": validation_laws.flow,
+    "s1_table": validation_s1.of_table,
+    "s1_joint": validation_s1.joint,
+    "s1_hung": validation_s1.hung,
+    "knee": validation_knee.of_test,
+    "knee_muscles": validation_knee.muscles,
 }
 
 
+@functools.cache
+def validated() -> tuple[dict[str, Any], ...]:
+    """What is told in `models/validation`, row by row, in the order of its files."""
+    return tuple(
+        {"part": part} | group | row
+        for file in sorted((assets.folder("models") / "validation").glob("*.toml"))
+        for part, groups in assets.read_toml(file).items()
+        for group in groups
+        for row in group.get("rows", ({},))
+    )
+
+
 def rows_of(told: Told) -> list[Row]:
-    """The rows of one number of a paper: what is told of it, beside what is computed."""
-    found = VALUES[told["by"]](told)
-    if told["by"] == "validation":
-        return list(found)
+    """The rows of one published number: what is told of it, beside what is computed."""
+    if told.get("by") == "validation":
+        named = [one for one in validated() if (one["part"], one["source"]) == (told["part"], told["source"])]
+        begins = told["quantity"]
+        return [row for one in named if one["quantity"].startswith(begins) for row in rows_of(one)]
+    found = VALUES[told["by"]](told) if "by" in told else None  # a lost one
     several = found if isinstance(found, list) else [found]
-    alike = [dict(told, **one) for one in told.get("each", [{}] * len(several))]
-    return [Row.of({"sourcing": "", **one}, value) for one, value in zip(alike, several, strict=True)]
+    several = [value * told["times"] for value in several] if "times" in told else several
+    alike = [told | one for one in told.get("each", [{}] * len(several))]
+    return [Row.of(one, value) for one, value in zip(alike, several, strict=True)]

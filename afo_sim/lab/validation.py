@@ -4,19 +4,9 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 
 from afo_sim.common import Shown
-from afo_sim.lab import validation_knee, validation_laws, validation_s1
+from afo_sim.lab.paper_values import rows_of, validated
 from afo_sim.lab.validation_row import Row
 
-PARTS: dict[str, Callable[[], list[Row]]] = {
-    "s0": validation_laws.s0,
-    **validation_s1.PARTS,
-    "s2": validation_laws.s2,
-    **validation_laws.PARTS,
-    "tube": validation_laws.tube,
-    **validation_knee.PARTS,
-    "smc": validation_laws.smc,
-    "festo": validation_laws.festo,
-}
 PAPERS = ("S0", "S1", "S2", "S3")
 OTHERS = "What does not agree, and why:"
 
@@ -33,7 +23,7 @@ def validate(report: Callable[[int, int], None] | None = None) -> Validation:
 
     Parameters
     ----------
-    report : called with (parts done, parts in all)
+    report : called with (rows done, rows in all)
 
     Returns
     -------
@@ -47,10 +37,11 @@ def validate(report: Callable[[int, int], None] | None = None) -> Validation:
     []
     """
     found = Validation()
-    for done, part in enumerate(PARTS.values(), 1):
-        found += part()
+    told = validated()
+    for done, one in enumerate(told, 1):
+        found += rows_of(one)
         if report is not None:
-            report(done, len(PARTS))
+            report(done, len(told))
     return found
 
 

@@ -12,8 +12,9 @@ Pang & Hunt, Actuators 2026.
 
 import functools
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -22,7 +23,6 @@ from afo_sim.common import assets, read_table
 from afo_sim.description import Muscle, reader
 from afo_sim.lab.identifiability import rms
 from afo_sim.lab.measured import Known, columns_of
-from afo_sim.lab.validation_row import Row, rows
 from afo_sim.physics import LAWS, forces
 
 LAW = "bolen_2026"
@@ -43,7 +43,6 @@ COLUMNS: Known = {"test": None, "angle": ("rad",), "torque": ("N*m",), "pressure
 EXAMPLE = "test, angle [deg], torque [N*m], length [mm], moment arm [mm], pressure [kPa]"
 LOCKED, EMPTY = -0.3, 0.6  # contraction ratios between which every balance lies
 HALVINGS = 50  # of that interval: to 1e-15
-PREDICTED = "47"  # the test that the first fit does not see
 START_STIFFNESS, START_OFFSET = 13e3, 5e-3  # of the fits [N/m], [m]
 
 
@@ -149,48 +148,37 @@ def fit(tests: Sequence[KneeTest], *, offset: bool = False) -> tuple[float, floa
     return START_STIFFNESS * math.exp(x[0]), START_OFFSET * float(x[1]) if offset else 0.0
 
 
-def _others(name: str) -> list[KneeTest]:
-    return [test for other, test in knee_tests().items() if other != name]
+@functools.cache
+def _fitted(but: str, offset: bool) -> tuple[float, float]:
+    """The fit to all tests but one."""
+    return fit([test for name, test in knee_tests().items() if name != but], offset=offset)
 
 
-def _rigid() -> list[Row]:
-    """The law on anchors that do not give, test by test; then the muscle as a run has it, by two laws."""
-    missed, strong = [], []
-    for test in knee_tests().values():
-        found, count = rigid_torque(test), len(test)
-        missed.append({"simulated": rms(found - test.torque), "count": count})
-        excess = 100.0 * (np.abs(found).mean() / np.abs(test.torque).mean() - 1.0)
-        strong.append({"simulated": excess, "count": count})
-    shipped = reader.load("muscle", "dmsp_10").law
-    others = ({"simulated": _muscles(shipped, measured=how), "law": shipped} for how in (False, True))
-    return rows("pin_knee", "rigid", *missed, *strong, _muscles(LAW), *others)
+def of_test(told: Mapping[str, Any]) -> dict[str, Any]:
+    """Of a test its torque by a model: `errors` and `rms` [N·m], `excess` in the mean [%], the `stiffness`.
+
+    The model is "rigid", "measured" (length and arm), or a "stiffness" (and "offset") fitted to the others.
+    """
+    test, how = knee_tests()[told["test"]], told["torque"]
+    known: dict[str, Any] = {"count": len(test)}
+    if how in ("rigid", "measured"):
+        found = (rigid_torque if how == "rigid" else torque_as_measured)(test)
+    else:
+        stiffness, offset = _fitted(test.name, "offset" in how)
+        found = torque(test, stiffness, offset)
+        known |= {"stiffness": 1e-3 * stiffness, "offset": 1e3 * offset}
+    known |= {"errors": found - test.torque, "rms": rms(found - test.torque)}
+    known["excess"] = 100.0 * (np.abs(found).mean() / np.abs(test.torque).mean() - 1.0)
+    return known | {"simulated": known[told["take"]]}
 
 
-def _muscles(law: str, *, measured: bool = False) -> np.ndarray:
+def muscles(told: Mapping[str, Any]) -> np.ndarray:
     """Errors of all torques by a law, through the simulator's own muscle at rest [N·m]."""
     errors = []
     for test in knee_tests().values():
-        muscle = test.muscle.using(law=law)
+        muscle = test.muscle.using(law=told["law"])
         kappa, arm = contraction_on_path(test), path(test.angle)[1]
-        if measured:
+        if told.get("measured"):
             kappa, arm = 1.0 - test.length / muscle.nominal_length, test.moment_arm
         errors.append(-muscle.force(test.pressure, contraction=kappa) * arm - test.torque)
     return np.concatenate(errors)
-
-
-def _one_stiffness() -> list[Row]:
-    """One stiffness for all tests but one, and what it says of that one; with an offset, another pair."""
-    tests, unseen = knee_tests(), dict[str, np.ndarray]()
-    fitted = {name: fit(_others(name))[0] for name in tests}
-    for name, test in tests.items():
-        unseen[name] = torque(test, fitted[name]) - test.torque
-    each = [{"simulated": rms(unseen[name]), "stiffness": 1e-3 * k} for name, k in fitted.items()]
-    stiffness, offset = fit(_others(PREDICTED), offset=True)
-    error = rms(torque(tests[PREDICTED], stiffness, offset) - tests[PREDICTED].torque)
-    pair = {"simulated": error, "stiffness": 1e-3 * stiffness, "offset": 1e3 * offset}
-    as_measured = [rms(torque_as_measured(test) - test.torque) for test in tests.values()]
-    first = 1e-3 * fitted[PREDICTED], unseen[PREDICTED]
-    return rows("pin_knee", "one_stiffness", *first, *each, pair, *as_measured, *map(rms, unseen.values()))
-
-
-PARTS = {"rigid": _rigid, "one_stiffness": _one_stiffness}

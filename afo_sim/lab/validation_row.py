@@ -1,7 +1,7 @@
 """One published number or curve beside what the simulator says to it, and how that came out.
 
-What a source says stands in `models/validation`: a file for each module that simulates it, in it a list of
-tables for each part, in a table what its `rows` have in common. Keys are those of `Row`, and
+What a source says stands in `models/validation`: in a file a list of tables for each part, in a table what
+its `rows` have in common. Keys are those of `Row`, those by which it is computed (`paper_values.py`), and
 
     published   as a text: as printed, right to half of the last digit
     share       the tolerance, as a share of what is published
@@ -11,7 +11,6 @@ tables for each part, in a table what its `rows` have in common. Keys are those 
     {key}       in a quantity or sourcing: another key of the row, or of its value
 """
 
-import functools
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -19,13 +18,12 @@ from typing import Any, Literal
 
 import numpy as np
 
-from afo_sim.common import assets
 from afo_sim.lab.identifiability import rms
 
 Outcome = Literal["agrees", "FAILED", "erratum", "disagrees", "cannot tell", "compared", "lost"]
 # What a row has where nothing is told.
 ABSENT: dict[str, Any] = {"published": None, "expected": None, "tolerance": None, "unit": "", "held_out": {}}
-ABSENT |= {"foils": {}, "cell": False, "sourcing": "not recoverable"}
+ABSENT |= {"foils": {}, "cell": False, "sourcing": ""}
 
 
 @dataclass(frozen=True)
@@ -68,7 +66,7 @@ class Row:
         quantity, sourcing = (known[key].format_map(known) for key in ("quantity", "sourcing"))
         if known.get("outcome") == "lost":
             nothing = (None,) * 4
-            return cls(known["source"], quantity, *nothing, "", sourcing, True, "lost", known["why"])
+            return cls(known["source"], quantity, *nothing, "", "not recoverable", True, "lost", known["why"])
         published, expected, tolerance = (known[key] for key in ("published", "expected", "tolerance"))
         if isinstance(published, str):
             tolerance, published = 0.5 * 10.0 ** -len(published.partition(".")[2]), float(published)
@@ -94,18 +92,3 @@ class Row:
         numbers = (published, simulated, told_error, tolerance, known["unit"], sourcing)
         same = {key: known[key] for key in ("why", "expected", "held_out", "foils", "cell")}
         return cls(known["source"], quantity, *numbers, outcome != "FAILED", outcome, points=points, **same)
-
-
-@functools.cache
-def _told(file: str) -> dict[str, list[dict[str, Any]]]:
-    return assets.read_toml(assets.folder("models") / "validation" / f"{file}.toml")
-
-
-def rows(file: str, part: str, *values: Any) -> list[Row]:
-    """The rows of a part of a file, lost ones last; each other takes a value, or a list for several rows."""
-    told = [group | row for group in _told(file)[part] for row in group.get("rows", ({},))]
-    lost = [row for row in told if row.get("outcome") == "lost"]
-    simulated, found = [row for row in told if row not in lost], list[Row]()
-    for row, value in zip(simulated, values, strict=True):
-        found += [Row.of(row, one) for one in (value if isinstance(value, list) else [value])]
-    return [*found, *(Row.of(row, None) for row in lost)]

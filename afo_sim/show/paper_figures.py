@@ -10,27 +10,16 @@ import numpy as np
 from afo_sim.common import GRAVITY
 from afo_sim.description import Muscle, reader
 from afo_sim.lab import (
-    CM,
-    MISPRINT,
-    S2_LAWS,
-    S3_A,
-    S3_B,
-    S3_N,
-    TABLES,
     Measured,
-    as_s1,
     characteristic,
     law_force,
-    ours,
     paper_values,
-    s3_coefficients,
-    s3_force,
     select,
     set_point_text,
     static_load,
 )
 from afo_sim.lab.stand import stand
-from afo_sim.lab.validation_s1 import table
+from afo_sim.lab.validation_s1 import CM, MISPRINT, model, table
 from afo_sim.physics import LAWS, contractions
 from afo_sim.show.stand_figure import colour as shade
 from afo_sim.show.style import COLOURS, on_scale, write_pair
@@ -41,7 +30,8 @@ _S1_OWN, _OURS = COLOURS[0], COLOURS[1]
 _ISOBARS = (2.0, 3.0, 4.0, 5.0, 6.0)  # [bar]
 _ISOTONES = (50.0, 100.0, 200.0, 300.0)  # [N]
 _ISOMETERS = (0.0, 0.05, 0.11, 0.2)  # contraction ratios that the maker's table holds
-_S3_LAW = "takosoglu_2016_an"
+_S3_LAW, _S3_PRINTED = "takosoglu_2016_an", "takosoglu_2016"
+_S2_LAWS = ("kerscher_2006", "maximum_force", "sarosi_2012", "polynomial")
 S2_ARMS = {"arm": ("S2 figure 5", (-40.0, 40.0)), "arm-short": ("S2 figure 6", (-5.0, 35.0))}
 
 
@@ -81,7 +71,7 @@ def _device(figure: Any) -> None:
 
 def _isobars(figure: Any) -> None:
     """S2's figure 4, S0's 4.8: the maker's points, and the shipped law where it holds."""
-    axis, data, muscle = figure.subplots(), characteristic(20), reader.load("muscle", "dmsp_20")
+    axis, data, muscle = figure.subplots(), characteristic("dmsp_20"), reader.load("muscle", "dmsp_20")
     assert data.contraction is not None
     kappa, levels = np.linspace(0.0, 0.25, 120), np.unique(data.pressure)
     for pressure, colour in zip(levels, on_scale(np.linspace(0.0, 1.0, len(levels))), strict=True):
@@ -97,7 +87,7 @@ def _isobars(figure: Any) -> None:
 def _arms(figure: Any, scenarios: dict[str, tuple[str, tuple[float, float]]]) -> None:
     """S2's figures 5 and 6: the arm with each of the four laws, on the paper's own axes."""
     for axis, (name, (title, axis_ends)) in zip(figure.subplots(1, 2), scenarios.items(), strict=True):
-        for k, (law, run) in enumerate(paper_values.compared(name, S2_LAWS).items()):
+        for k, (law, run) in enumerate(paper_values.compared(name, _S2_LAWS).items()):
             axis.plot(run["time"], np.degrees(run["ankle/angle"]), color=COLOURS[k], label=law, lw=1.0)
         axis.set(title=title, xlabel="time [s]", ylabel="arm's angle [deg]", xlim=(0.0, 11.0), ylim=axis_ends)
     figure.legend(*axis.get_legend_handles_labels(), loc="outside lower center", ncols=4)
@@ -157,12 +147,12 @@ def _s1_panel(axis: Any, bench: int, mass: float) -> None:
     measured, own = table(bench), table(bench + 2)
     loads = {bench: (mass + measured.facts["hanger"]) * GRAVITY, bench + 2: mass * GRAVITY}
     pressure = np.linspace(1.5e5, 4.2e5, 100)
-    lifted = as_s1(own.facts["total_length"], np.full(100, loads[bench + 2]), pressure)
-    axis.plot(
-        pressure * 1e-5, CM * lifted, "--", color=_S1_OWN, label="S1's model as it is run here (37°, r0 5 mm)"
-    )
-    lifted = ours(reader.load("muscle", TABLES[bench]), np.full(100, loads[bench]), pressure)
-    axis.plot(pressure * 1e-5, CM * lifted, color=_OURS, label="muscle fitted here to tables I and II")
+    looks: dict[int, dict[str, Any]] = {
+        bench + 2: {"color": _S1_OWN, "ls": "--", "label": "S1's model as it is run here (37°, r0 5 mm)"},
+        bench: {"color": _OURS, "label": "muscle fitted here to tables I and II"},
+    }
+    for number, look in looks.items():
+        axis.plot(pressure * 1e-5, model(number, np.full(100, loads[number]), pressure), **look)
     for number, data, look in (
         (
             bench + 2,
@@ -191,16 +181,22 @@ def _s1_panel(axis: Any, bench: int, mass: float) -> None:
 def _s3(figure: Any) -> None:
     """Isobaric, isotonic and isometric: the maker's points, S3's printed numbers, the law fitted here."""
     axes = figure.subplots(1, 3)
-    data, _ = select(characteristic(10))
+    data, _ = select(characteristic("dmsp_10"))
     muscle = reader.load("muscle", "dmsp_10")
     for axis, panel in zip(axes, (_isobaric, _isotonic, _isometric), strict=True):
         panel(axis, data, muscle)
-    grey = {"color": "0.3"}
+    grey, printed = {"color": "0.3"}, _s3_printed()
     keys = [
         *axes[0].plot([], [], "o", ms=3.5, label="maker's 10 mm table", **grey),
         *axes[0].plot([], [], "o", ms=3.5, mfc="white", label="interpolated in it", **grey),
         *axes[0].plot([], [], "-", label=f"{_S3_LAW}, fitted here", **grey),
-        *axes[0].plot([], [], "--", label=f"S3's a = {S3_A:g}, b = {S3_B:g}, n = {S3_N[6.0]:g}", **grey),
+        *axes[0].plot(
+            [],
+            [],
+            "--",
+            label="S3's {}".format(", ".join(f"{key} = {x:g}" for key, x in printed.items())),
+            **grey,
+        ),
     ]
     figure.legend(handles=keys, loc="outside lower center", ncols=4)
     title = (
@@ -209,13 +205,21 @@ def _s3(figure: Any) -> None:
     figure.suptitle(title, x=0.01, ha="left", fontsize=9.0)
 
 
+def _s3_printed() -> dict[str, float]:
+    """S3's a, b and n at 6 bar, as its row has them."""
+    rows = (told for told in paper_values.validated() if told["part"] == "s3" and "parameters" in told)
+    found: dict[str, float] = next(rows)["parameters"]
+    return found
+
+
 def _isobaric(axis: Any, data: Measured, muscle: Muscle) -> None:
     assert data.contraction is not None
     kappa = np.linspace(0.0, 0.25, 120)
     for bar, colour in zip(_ISOBARS, on_scale(np.linspace(0.0, 1.0, len(_ISOBARS))), strict=True):
         pressure = np.full(len(kappa), bar * 1e5)
         _pair(axis, 100.0 * kappa, law_force(muscle, _S3_LAW, kappa, pressure), "-", colour, f"{bar:g} bar")
-        _pair(axis, 100.0 * kappa, s3_force(data, S3_A, S3_N[6.0], kappa, pressure), "--", colour)
+        printed = law_force(muscle, _S3_PRINTED, kappa, pressure, _s3_printed())
+        _pair(axis, 100.0 * kappa, printed, "--", colour)
         here = np.isclose(data.pressure, bar * 1e5)
         axis.plot(100.0 * data.contraction[here], data.force[here], "o", ms=3.0, color=colour)
     axis.set(title="isobaric F(κ)", xlabel="contraction [%]", ylabel="force [N]", xlim=(-0.5, 25.0))
@@ -226,13 +230,12 @@ def _isobaric(axis: Any, data: Measured, muscle: Muscle) -> None:
 def _isotonic(axis: Any, data: Measured, muscle: Muscle) -> None:
     assert data.contraction is not None
     pressure = np.linspace(1e5, 8e5, 120)
-    law = LAWS[_S3_LAW]
-    fitted = law.coefficients(muscle.braid, muscle.laws[_S3_LAW].parameters)
-    printed = s3_coefficients(data, S3_A, S3_N[6.0])
+    fitted = LAWS[_S3_LAW].coefficients(muscle.braid, muscle.laws[_S3_LAW].parameters)
+    printed = LAWS[_S3_PRINTED].coefficients(muscle.braid, _s3_printed())
     for force, colour in zip(_ISOTONES, on_scale(np.linspace(0.0, 1.0, len(_ISOTONES))), strict=True):
         pull = np.full(len(pressure), force)
         for coefficients, style, label in ((fitted, "-", f"{force:g} N"), (printed, "--", "")):
-            kappa = contractions(law.native_id, coefficients, pull, pressure)
+            kappa = contractions(LAWS[_S3_LAW].native_id, coefficients, pull, pressure)
             _pair(axis, pressure * 1e-5, 100.0 * kappa, style, colour, label)
         points = []
         for level in np.unique(data.pressure):
@@ -254,7 +257,8 @@ def _isometric(axis: Any, data: Measured, muscle: Muscle) -> None:
         held = np.full(len(pressure), kappa)
         label = f"κ = {100.0 * kappa:g} %"
         _pair(axis, pressure * 1e-5, law_force(muscle, _S3_LAW, held, pressure), "-", colour, label)
-        _pair(axis, pressure * 1e-5, s3_force(data, S3_A, S3_N[6.0], held, pressure), "--", colour)
+        printed = law_force(muscle, _S3_PRINTED, held, pressure, _s3_printed())
+        _pair(axis, pressure * 1e-5, printed, "--", colour)
         here = np.isclose(data.contraction, kappa)
         axis.plot(data.pressure[here] * 1e-5, data.force[here], "o", ms=3.0, color=colour)
     axis.set(title="isometric F(p)", xlabel="gauge pressure [bar]", ylabel="force [N]", xlim=(0.8, 8.2))

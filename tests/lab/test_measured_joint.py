@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from afo_sim.lab import FITTINGS, KneeTest, knee_tests, validation_knee
+from afo_sim.lab import FITTINGS, KneeTest, knee_tests, paper_values, validation_knee
 from afo_sim.lab.validation_knee import (
     contraction_on_path,
     law_force,
@@ -52,7 +52,8 @@ def printed_force(test: KneeTest, kappa: float, pressure: float) -> float:
 
 @pytest.fixture(scope="module")
 def rows() -> list[Row]:
-    return [row for part in validation_knee.PARTS.values() for row in part()]
+    told = [one for one in paper_values.validated() if "knee" in one.get("by", "")]
+    return [row for one in told for row in paper_values.rows_of(one)]
 
 
 def test_path_is_that_of_the_knee() -> None:

@@ -147,7 +147,8 @@ def test_without_the_extra_that_draws_the_texts_stay(monkeypatch: pytest.MonkeyP
 
 
 def test_a_validation_counts_its_rows() -> None:
-    from afo_sim.lab.validation_laws import s0
+    from afo_sim.lab.paper_values import rows_of, validated
 
-    found = Validation(s0())
-    assert "lost" in repr(found) and found == s0() and len(found._repr_html_() or "") < MOST
+    lost = [row for told in validated() if told["part"] == "s0" for row in rows_of(told)]
+    found = Validation(lost)
+    assert "3 lost" in repr(found) and found == lost and len(found._repr_html_() or "") < MOST
