@@ -43,7 +43,7 @@ HEAD = """
   {name}: with the orthosis {devices}, added by afo-sim.
   The callbacks of afo_sim compute the forces of its muscles, by parameters in {sidecar}. In Python:
       leg = afo_sim.attached("{file}"); data = leg.data()
-      with leg.callbacks(): mujoco.mj_step(leg.model, data)
+      with leg.callbacks(): step leg.model and data as ever
   Loaded by MuJoCo alone its muscles carry no force (they are limp), and nothing says so.
 """
 
