@@ -334,18 +334,14 @@ def findings(cycle: GaitCycle) -> list[tuple[str, str]]:
         ("moment less ground force's", f"{error:.3f} N·m/kg RMS in stance"),
         (
             "taken out as drift",
-            ", ".join(f"{n.split('_')[0]} {_signed(closing[f'{n}_deg'], 2)}" for n in residual)
-            + f" deg, height {_signed(1e3 * closing['ankle_z_m'], 1)} mm",
+            ", ".join(f"{n.split('_')[0]} {closing[f'{n}_deg']:+z.2f}" for n in residual)
+            + f" deg, height {1e3 * closing['ankle_z_m']:+z.1f} mm",
         ),
         (
             f"left by {cycle.harmonics} harmonics",
             ", ".join(f"{n.split('_')[0]} {value:.2f}" for n, value in residual.items()) + " deg RMS",
         ),
     ] + [(key.replace("_", " "), text) for key, text in cycle.notes.items()]
-
-
-def _signed(value: float, digits: int) -> str:
-    return f"{round(value, digits) + 0.0:+.{digits}f}"  # no "-0.00"
 
 
 def _span(angle: np.ndarray) -> str:

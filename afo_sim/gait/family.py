@@ -18,7 +18,8 @@ _FAMILY = "family"  # header key that the members have alike
 _SAME_SPEED = 1e-9  # relative difference that is none
 _BLENDED = ("shank_angle", "knee_angle", "ankle_angle", "ankle_z", "grf_x", "grf_z", "ankle_moment")
 _NUMBERS = ("body_mass", "ankle_height", "body_height", "sole_thickness")
-_Stamp = tuple[tuple[str, int, int], ...]  # name, time of change [ns] and size of each CSV
+# Name, time of change [ns] and size of each CSV: what shows that a folder's gait files have changed.
+_Stamp = tuple[tuple[str, int, int], ...]
 
 
 def at_speed(file: pathlib.Path, speed: float, taller: float = 1.0) -> GaitCycle:
@@ -51,7 +52,9 @@ def at_speed(file: pathlib.Path, speed: float, taller: float = 1.0) -> GaitCycle
 def family_of(file: pathlib.Path) -> tuple[tuple[str, GaitCycle], ...]:
     """Name and stride of each member of a file's family, by rising speed."""
     folder = pathlib.Path(file).resolve().parent
-    stamp = _stamp(folder)
+    with os.scandir(folder) as entries:
+        files = [(e.name, e.stat()) for e in entries if e.name.endswith(".csv") and e.is_file()]
+    stamp = tuple(sorted((name, stat.st_mtime_ns, stat.st_size) for name, stat in files))
     family = _families(folder, stamp).get(pathlib.Path(file).name)
     if family is None and pathlib.Path(file).suffix != ".csv":
         family = read_header(pathlib.Path(file)).get(_FAMILY)
@@ -64,13 +67,6 @@ def family_of(file: pathlib.Path) -> tuple[tuple[str, GaitCycle], ...]:
             allowed="a stride with a line '# family: …'" + (f", such as {', '.join(known)}" if known else ""),
         )
     return _members(folder, family, stamp)
-
-
-def _stamp(folder: pathlib.Path) -> _Stamp:
-    """What shows that a folder's gait files have changed."""
-    with os.scandir(folder) as entries:
-        files = [(e.name, e.stat()) for e in entries if e.name.endswith(".csv") and e.is_file()]
-    return tuple(sorted((name, stat.st_mtime_ns, stat.st_size) for name, stat in files))
 
 
 @functools.lru_cache(maxsize=8)
@@ -101,35 +97,27 @@ def _members(folder: pathlib.Path, family: str, stamp: _Stamp) -> tuple[tuple[st
 def _blended(slow: GaitCycle, fast: GaitCycle, share: float, speed: float, between: str) -> GaitCycle:
     """The stride at a share of the way from the slow one to the fast one."""
 
-    def mix(of_slow: np.ndarray, of_fast: np.ndarray) -> np.ndarray:
-        return np.asarray((1.0 - share) * of_slow + share * of_fast)
-
-    columns: dict[str, Any] = {name: mix(getattr(slow, name), getattr(fast, name)) for name in _BLENDED}
-    forward = mix(slow.ankle_x - slow.ankle_x[0], fast.ankle_x - fast.ankle_x[0])
-    numbers: dict[str, Any] = {}
-    for name in _NUMBERS:
-        of_slow, of_fast = getattr(slow, name), getattr(fast, name)
+    def mix(of_slow: Any, of_fast: Any) -> Any:
+        """A column or a number; None where it is not known of both."""
         known = of_slow is not None and of_fast is not None
-        numbers[name] = (1.0 - share) * of_slow + share * of_fast if known else None
+        return (1.0 - share) * of_slow + share * of_fast if known else None
+
+    mixed = {name: mix(getattr(slow, name), getattr(fast, name)) for name in (*_BLENDED, *_NUMBERS)}
+    forward = mix(slow.ankle_x - slow.ankle_x[0], fast.ankle_x - fast.ankle_x[0])
     notes = {key: text for key, text in slow.notes.items() if fast.notes.get(key) == text}
     notes |= {"description": f"{slow.notes.get(_FAMILY, '')} {between}", "between": between}
     return dataclasses.replace(
         slow,
-        source=_joined((slow.source, fast.source)),
-        licence=_joined((slow.licence, fast.licence)),
+        source="; ".join(dict.fromkeys((slow.source, fast.source))),
+        licence="; ".join(dict.fromkeys((slow.licence, fast.licence))),
         stride_time=float(forward[-1]) / speed,
         walking_speed=speed,
         ankle_x=forward,
-        cop_x=_place((slow, fast), (1.0 - share, share), columns["grf_z"]),
+        cop_x=_place((slow, fast), (1.0 - share, share), mixed["grf_z"]),
         walker=slow.walker if slow.walker == fast.walker else None,
         notes=notes,
-        **columns,
-        **numbers,
+        **mixed,
     )
-
-
-def _joined(texts: Sequence[str]) -> str:
-    return "; ".join(dict.fromkeys(texts))
 
 
 def _place(cycles: Sequence[GaitCycle], weights: Sequence[float], force: np.ndarray) -> np.ndarray:

@@ -11,17 +11,16 @@ from afo_sim.common import find_gait, read_header, read_phase_table
 from afo_sim.gait.cycle import DEGREE, GaitCycle
 
 _SHIPPED = "norm_adult"
-# Column of the file: field of Norm.
+# Column of the file: (field of Norm, factor from the file's unit and sign to the house's).
 _COLUMNS = {
-    "phase": "phase",
-    "ankle_angle_deg": "ankle_angle",
-    "ankle_low_deg": "ankle_low",
-    "ankle_high_deg": "ankle_high",
-    "knee_angle_deg": "knee_angle",
-    "ankle_moment_high_nm_per_kg": "moment_low",  # the file's moments are plantarflexion positive
-    "ankle_moment_low_nm_per_kg": "moment_high",
+    "phase": ("phase", 1.0),
+    "ankle_angle_deg": ("ankle_angle", DEGREE),
+    "ankle_low_deg": ("ankle_low", DEGREE),
+    "ankle_high_deg": ("ankle_high", DEGREE),
+    "knee_angle_deg": ("knee_angle", DEGREE),
+    "ankle_moment_high_nm_per_kg": ("moment_low", -1.0),  # the file's moments are plantarflexion positive
+    "ankle_moment_low_nm_per_kg": ("moment_high", -1.0),
 }
-_SCALES = {"phase": 1.0, "moment_low": -1.0, "moment_high": -1.0}  # of a field; angles: degrees
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,5 +57,5 @@ def is_norm(path: pathlib.Path) -> bool:
 def read(path: pathlib.Path | None = None) -> Norm:
     """Read a norm; the shipped one by default."""
     table = read_phase_table(path or find_gait(_SHIPPED), tuple(_COLUMNS))
-    scaled = {name: table.columns[column] * _SCALES.get(name, DEGREE) for column, name in _COLUMNS.items()}
+    scaled = {name: table.columns[column] * factor for column, (name, factor) in _COLUMNS.items()}
     return Norm(**scaled, header=table.header)

@@ -65,8 +65,11 @@ def write_attached(
     with together(path.parent) as scratch:
         with _lock, _digits(DIGITS):
             text = str(attached.spec.to_xml())
-        text = _with_head(attached, path, _with_files(attached.spec, text, path.stem, scratch))
-        write_text(scratch / path.name, text)
+        text = _with_files(attached.spec, text, path.stem, scratch)
+        worn = [f"{leg.orthosis.name} on {next(iter(leg.bodies.values()))}" for leg in attached.legs.values()]
+        facts = {"name": attached.spec.modelname, "sidecar": names[1], "file": path.name}
+        head = HEAD.format(devices=", ".join(worn), **facts).replace("--", "- -")
+        write_text(scratch / path.name, f"<!--{head}-->\n{text}")
         table = {"version": VERSION, "model": path.name, "leg": _legs(attached, path, scratch)}
         write_sealed(scratch / names[1], toml_text(table), "worn model", scratch)
         if mjb:
@@ -167,17 +170,6 @@ def _legs(attached: Attached, path: pathlib.Path, scratch: pathlib.Path) -> list
         rows.append(row)
     # without None, which TOML lacks, tuples as lists, and sources beside their values
     return [tomllib.loads(toml_text(row)) for row in rows]
-
-
-def _with_head(attached: Attached, path: pathlib.Path, text: str) -> str:
-    """The MJCF text with a comment at its head that says what it lacks."""
-    devices = ", ".join(
-        f"{leg.orthosis.name} on {next(iter(leg.bodies.values()))}" for leg in attached.legs.values()
-    )
-    words = HEAD.format(
-        name=attached.spec.modelname, devices=devices, sidecar=f"{path.stem}.toml", file=path.name
-    )
-    return f"<!--{words.replace('--', '- -')}-->\n{text}"
 
 
 def _with_files(spec: mujoco.MjSpec, text: str, stem: str, scratch: pathlib.Path) -> str:

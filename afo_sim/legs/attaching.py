@@ -220,9 +220,7 @@ def _check_live(legs: Sequence[Attached]) -> None:
 
 def _fill_keyframes(model: mujoco.MjModel, attached: Attached) -> None:
     """Let each keyframe of the model begin with air at ambient pressure, and with supply."""
-    first = min(
-        int(model.actuator_actadr[i]) for leg in attached.legs.values() for i in leg.ids.networks.values()
-    )
+    first = int(model.actuator_actadr[attached.own_controls.stop])
     for key in range(model.nkey):
         data = attached.data(model.key_qpos[key])
         model.key_act[key, first:] = data.act[first:]

@@ -59,12 +59,9 @@ def candidates(tree: Tree, shank: str | None, foot: str | None, ankle: str | Non
     found = [leg for leg in legs if not any(tree.way(leg.shank, other.shank) for other in legs)]
     if shank is not None and not found:
         problem = f"no hinge hangs below the body {shank!r}"
-        raise InputError(problem, field="foot", allowed=listed(_names(tree.below(shank)[1:])))
+        allowed = listed(part.name for part in tree.below(shank)[1:])
+        raise InputError(problem, field="foot", allowed=allowed)
     return found or _by_joints(tree) or _without_a_hinge(tree, shanks) or _by_chains(tree)
-
-
-def _names(parts: list[Part]) -> list[str]:
-    return [part.name for part in parts]
 
 
 def _check_order(tree: Tree, shank: str, foot: str) -> None:
@@ -75,7 +72,7 @@ def _check_order(tree: Tree, shank: str, foot: str) -> None:
     if tree.way(foot, shank):
         problem = f"is attached to {foot!r}: shank and foot are swapped"
         raise InputError(problem, field="shank", value=shank, allowed=f"shank {foot!r} and foot {shank!r}")
-    below = listed(_names(tree.below(shank)[1:]))
+    below = listed(part.name for part in tree.below(shank)[1:])
     raise InputError(f"does not hang on {shank!r}", field="foot", value=foot, allowed=f"below it: {below}")
 
 

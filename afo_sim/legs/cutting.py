@@ -48,15 +48,8 @@ def cut(
     check_masses(tree, found)
     tree = _seen(tree)
     hinge = tree.joints()[found.ankle][1]
-    ankle = dataclasses.replace(  # about (0, −1, 0): its angle is sign × (the file's coordinate − zero)
-        hinge,
-        name=ANKLE,
-        axis=RIGHTWARD,
-        position=np.zeros(3),
-        range=_stops(hinge, found.sign, found.zero, range, tree.file),
-        spring_reference=found.sign * (hinge.spring_reference - found.zero),
-        zero=0.0,
-    )
+    stops = _stops(hinge, found.sign, found.zero, range, tree.file)
+    ankle = _turned(hinge, ANKLE, found.sign, found.zero, stops)
     into = _inverse(pose_of(found.centre, found.axes))
     turn = turned_about(*tree.line(found.ankle), found.zero - hinge.zero)
     of_foot = {part.name for part in tree.below(found.foot)}
@@ -179,6 +172,19 @@ def _moved_part(
     )
 
 
+def _turned(hinge: Joint, name: str, sign: float, zero: float, stops: tuple[float, float]) -> Joint:
+    """The hinge about (0, −1, 0): its angle is sign × (the file's coordinate − zero)."""
+    return dataclasses.replace(
+        hinge,
+        name=name,
+        axis=RIGHTWARD,
+        position=np.zeros(3),
+        range=stops,
+        spring_reference=sign * (hinge.spring_reference - zero),
+        zero=0.0,
+    )
+
+
 def _stops(
     joint: Joint, sign: float, zero: float, given: tuple[float, float] | None, file: object
 ) -> tuple[float, float]:
@@ -258,15 +264,7 @@ def _with_toes(
     except InputError:
         problem = f"has no stops in {tree.file or 'the model'}"
         raise InputError(problem, field="toes", value=hinge, allowed="a hinge with a range") from None
-    toe = dataclasses.replace(
-        joint,
-        name=TOE,
-        axis=RIGHTWARD,
-        position=np.zeros(3),
-        range=stops,
-        spring_reference=sign * (joint.spring_reference - joint.zero),
-        zero=0.0,
-    )
+    toe = _turned(joint, TOE, sign, joint.zero, stops)
     inner = _inverse(pose_of(centre)) @ into
     old = names[part.name]
     if old not in leg.parts:

@@ -212,9 +212,8 @@ def _measured(
     if found_side is None:
         found_side, how_side = "right", "assumed"
         notes.append(Notice("side-assumed", "nothing shows the side: right is assumed", subject=leg.shank))
-    if tilt > NOTED_TILT:
-        notes.append(_oblique(leg.ankle, tilt, float(along @ left)))
-    notes += _doubts(leg.ankle, local, 0.0 if weight is None else float((weight - centre) @ left))
+    beside = 0.0 if weight is None else float((weight - centre) @ left)
+    notes += _doubts(leg.ankle, tilt, float(along @ left), local, beside)
     below = [joint.name for part in tree.below(leg.shank)[1:] for joint in part.joints]
     return Found(
         shank=leg.shank,
@@ -391,8 +390,20 @@ def standing(tree: Tree, joint: str, left: np.ndarray) -> tuple[Side | None, flo
     return None if abs(aside) < ASIDE else "left" if aside > 0.0 else "right", aside
 
 
-def _doubts(ankle: str, foot: np.ndarray, aside: float) -> Iterator[Notice]:
-    """Where a foot's points (n, 3) are wider than long, or the ankle lies beside its centre of mass [m]."""
+def _doubts(ankle: str, tilt: float, leans: float, foot: np.ndarray, aside: float) -> Iterator[Notice]:
+    """Where the axis is oblique, the shank leaning to the left where `leans` is positive; where a foot's
+    points (n, 3) are wider than long; where the ankle lies beside its centre of mass [m]."""
+    if tilt > NOTED_TILT:
+        lean, way = np.tan(tilt), "left" if leans > 0.0 else "right"
+        yield Notice(
+            "axis-oblique",
+            f"the ankle's axis is oblique by {np.degrees(tilt):.0f} deg: in the leg's axes the shank leans "
+            f"to the {way} by {100.0 * lean:.0f} mm in every 100 mm, and so must the attachment points of a "
+            f"cuff: 30 cm up its middle has y = {np.sign(leans) * 300.0 * lean:.0f} mm, not 0 as on a "
+            "straight axis",
+            subject=ankle,
+            tilt=tilt,
+        )
     length, width, _ = np.ptp(foot, axis=0).tolist() if len(foot) > 1 else (0.0, 0.0, 0.0)
     if width > 1.2 * length:
         words = (
@@ -407,19 +418,6 @@ def _doubts(ankle: str, foot: np.ndarray, aside: float) -> Iterator[Notice]:
             "mass: what is placed from the ankle is placed from there"
         )
         yield Notice("ankle-aside", words, subject=ankle, aside=aside)
-
-
-def _oblique(ankle: str, tilt: float, aside: float) -> Notice:
-    lean, way = np.tan(tilt), "left" if aside > 0.0 else "right"
-    return Notice(
-        "axis-oblique",
-        f"the ankle's axis is oblique by {np.degrees(tilt):.0f} deg: in the leg's axes the shank leans "
-        f"to the {way} by {100.0 * lean:.0f} mm in every 100 mm, and so must the attachment points of a "
-        f"cuff: 30 cm up its middle has y = {np.sign(aside) * 300.0 * lean:.0f} mm, not 0 as on a straight "
-        "axis",
-        subject=ankle,
-        tilt=tilt,
-    )
 
 
 def _shown(vector: np.ndarray) -> str:

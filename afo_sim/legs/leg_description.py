@@ -33,6 +33,9 @@ def table(
 ) -> list[Row]:
     """Rows of what, how much, and how it was found."""
     how = found.how
+    turned = "as in the file" if found.sign > 0.0 else "turned round: the file's is plantarflexion positive"
+    sole_at_zero = "unknown" if found.sole is None else f"{np.degrees(found.sole):+.1f} deg"
+    toe_up = "toe up against the perpendicular to the shank, from the foot's shapes"
     rows = [
         ("shank", found.shank, how["shank"]),
         ("foot", found.foot, how["foot"]),
@@ -40,7 +43,11 @@ def table(
         ("side", found.side, how["side"]),
         ("up", _vector(found.axes[:, 2]), how["up"]),
         ("forward", _vector(found.axes[:, 0]), how["forward"]),
-        *_axis(found),
+        ("ankle's axis in the file", _vector(-found.sign * found.axes[:, 1]), turned),
+        ("ankle's axis here", "(0, −1, 0)", "dorsiflexion positive"),
+        ("its tilt", f"{np.degrees(found.tilt):.2f} deg", "against the perpendicular to the shank"),
+        ("zero", f"{np.degrees(found.zero):.4g} deg of the file's", "where both have parallel axes"),
+        ("sole at zero", sole_at_zero, toe_up),
         *_segment("shank", numbers.shank),
         *_segment("foot", numbers.foot),
         (
@@ -48,7 +55,7 @@ def table(
             f"{numbers.about_ankle:.4g} kg·m²",
             "with all that hangs on it",
         ),
-        *_ankle(leg, found, numbers),
+        *_ankle(leg, numbers),
     ]
     if found.shank_length is not None:
         rows.append(("length of the shank", f"{found.shank_length:.4g} m", "from the ankle to the knee"))
@@ -66,22 +73,6 @@ def table(
     return rows
 
 
-def _axis(found: Found) -> list[Row]:
-    turned = "as in the file" if found.sign > 0.0 else "turned round: the file's is plantarflexion positive"
-    before = -found.sign * found.axes[:, 1]
-    return [
-        ("ankle's axis in the file", _vector(before), turned),
-        ("ankle's axis here", "(0, −1, 0)", "dorsiflexion positive"),
-        ("its tilt", f"{np.degrees(found.tilt):.2f} deg", "against the perpendicular to the shank"),
-        ("zero", f"{np.degrees(found.zero):.4g} deg of the file's", "where both have parallel axes"),
-        (
-            "sole at zero",
-            "unknown" if found.sole is None else f"{np.degrees(found.sole):+.1f} deg",
-            "toe up against the perpendicular to the shank, from the foot's shapes",
-        ),
-    ]
-
-
 def _segment(name: str, segment: Segment) -> list[Row]:
     return [
         (f"mass of the {name}", f"{segment.mass:.4g} kg", "with all that is fixed to it"),
@@ -89,7 +80,7 @@ def _segment(name: str, segment: Segment) -> list[Row]:
     ]
 
 
-def _ankle(leg: Tree, found: Found, numbers: LegNumbers) -> list[Row]:
+def _ankle(leg: Tree, numbers: LegNumbers) -> list[Row]:
     joint = leg.joints()[ANKLE][1]
     low, high = np.degrees(numbers.range)
     rows = [("range", f"{low:.4g} to {high:.4g} deg", "plantarflexion negative")]

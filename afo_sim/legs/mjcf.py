@@ -5,7 +5,7 @@ import pathlib
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, get_args
 
 import mujoco
 import numpy as np
@@ -26,19 +26,12 @@ from afo_sim.legs.tree import (
 )
 from afo_sim.model import examine
 
+# The kinds of a tree have MuJoCo's names: mjJNT_HINGE, mjGEOM_BOX, …
 JOINT_KINDS: dict[int, JointKind] = {
-    mujoco.mjtJoint.mjJNT_HINGE: "hinge",
-    mujoco.mjtJoint.mjJNT_SLIDE: "slide",
-    mujoco.mjtJoint.mjJNT_BALL: "ball",
-    mujoco.mjtJoint.mjJNT_FREE: "free",
+    getattr(mujoco.mjtJoint, f"mjJNT_{kind.upper()}"): kind for kind in get_args(JointKind)
 }
 SHAPE_KINDS: dict[int, ShapeKind] = {
-    mujoco.mjtGeom.mjGEOM_BOX: "box",
-    mujoco.mjtGeom.mjGEOM_SPHERE: "sphere",
-    mujoco.mjtGeom.mjGEOM_CAPSULE: "capsule",
-    mujoco.mjtGeom.mjGEOM_CYLINDER: "cylinder",
-    mujoco.mjtGeom.mjGEOM_ELLIPSOID: "ellipsoid",
-    mujoco.mjtGeom.mjGEOM_MESH: "mesh",
+    getattr(mujoco.mjtGeom, f"mjGEOM_{kind.upper()}"): kind for kind in get_args(ShapeKind)
 }
 # {what stands beside the tree: (MuJoCo's count of it, its kind of object, a word for one without a name)}
 BESIDE_TREE = {

@@ -144,17 +144,14 @@ def leg_text(tree: Tree, model: str, comment: str = "", meshdir: str = MESHES) -
     if meshes:
         asset = ElementTree.SubElement(root, "asset")
         for file, _ in meshes.values():  # a shell may be open or flat, and no mass is taken from it
-            ElementTree.SubElement(asset, "mesh", name=_stem(file), file=file, inertia="shell")
+            name = pathlib.PurePath(file).stem
+            ElementTree.SubElement(asset, "mesh", name=name, file=file, inertia="shell")
     elements: dict[str | None, ElementTree.Element] = {None: ElementTree.SubElement(root, "worldbody")}
     taken: set[str] = set()
     for part in tree.parts.values():
         elements[part.name] = _body(elements[part.parent], part, meshes, taken)
     ElementTree.indent(root)
     return ElementTree.tostring(root, encoding="unicode") + "\n"
-
-
-def _stem(file: str) -> str:
-    return file.rpartition(".")[0]
 
 
 def _clean(text: str) -> str:
@@ -232,7 +229,7 @@ def _joint(joint: Joint) -> dict[str, str]:
 def _geom(shape: Shape, name: str, meshes: dict[int, tuple[str, Shape]]) -> dict[str, str]:
     found = {"name": name, "type": shape.kind, **_place(shape.pose), "rgba": _numbers(shape.rgba)}
     if shape.kind == "mesh":
-        found["mesh"] = _stem(meshes[id(shape.vertices)][0])
+        found["mesh"] = pathlib.PurePath(meshes[id(shape.vertices)][0]).stem
     else:
         found["size"] = _numbers(shape.size[: SIZES[shape.kind]])
     return found | ({"group": "3"} if shape.touches else {"contype": "0", "conaffinity": "0"})

@@ -35,13 +35,8 @@ NUMBERS: dict[str, dict[str, tuple[int, ...]]] = {
 NEEDED = {"mass": ("value",), "inertia": ("ixx", "iyy", "izz")}  # yourdfpy would take 0 kg and 1 kg·m²
 UNUSED = ("safety_controller", "calibration")  # of a robot's own electronics
 ENDLESS = {"effort", "velocity"}  # a joint may be without such a limit
-SHAPE_SIZES = {
-    "box": ("size",),
-    "cylinder": ("radius", "length"),
-    "sphere": ("radius",),
-    "capsule": ("radius", "length"),
-    "mesh": ("filename",),
-}
+SHAPE_SIZES = {kind: tuple(NUMBERS[kind]) for kind in ("box", "cylinder", "sphere", "capsule")}
+SHAPE_SIZES["mesh"] = ("filename",)
 HARMLESS = ("ERR_HYPHEN_IN_COMMENT", "ERR_UNKNOWN_VERSION")  # PyBullet writes version 0.0
 XACRO = (
     "the expanded file: `xacro FILE.xacro > FILE.urdf` of ROS, or, without ROS, `pip install xacrodoc` and "

@@ -173,14 +173,16 @@ class _Robot:
                     child = self._new_link(f"{part.name}_{joint.name if joint else ''}")
                     self.links.append(urdf.Link(name=child))
                     self.between.append(child)
-                self.joints.append(self._joint(joint, part, parent, child, origin))
+                self.joints.append(self._joint(joint, parent, child, origin))
                 parent, frame = child, place
         self.frames[part.name] = frame
         self.links.append(self._link(part))
-        if self.points:
-            self._add_points(part)
+        for name, place in part.points.items() if self.points else ():
+            point = self._new_link(f"{name}_point")
+            self.links.append(urdf.Link(name=point))
+            self.joints.append(self._fixed(part.name, point, pose_of(place - frame)))
 
-    def _joint(self, joint: Joint | None, part: Part, parent: str, child: str, origin: np.ndarray) -> Any:
+    def _joint(self, joint: Joint | None, parent: str, child: str, origin: np.ndarray) -> Any:
         if joint is None:
             return self._fixed(parent, child, origin)
         moving = bool(joint.damping or joint.friction)
@@ -208,12 +210,6 @@ class _Robot:
             visuals=visuals,
             collisions=collisions,
         )
-
-    def _add_points(self, part: Part) -> None:
-        for name, place in part.points.items():
-            link = self._new_link(f"{name}_point")
-            self.links.append(urdf.Link(name=link))
-            self.joints.append(self._fixed(part.name, link, pose_of(place - self.frames[part.name])))
 
     def _fixed(self, parent: str, child: str, origin: np.ndarray) -> Any:
         taken = {*self.tree.joints(), *(joint.name for joint in self.joints)}

@@ -4,6 +4,7 @@ The device is on the leg whose names are the leg's own; the other leg's begin wi
 """
 
 import dataclasses
+import itertools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -33,7 +34,7 @@ from afo_sim.model import (
     reflex_gain,
 )
 from afo_sim.physics import GAINS, LEG_MUSCLES, LONG, NERVES
-from afo_sim.walker.leg_muscles import MUSCLES, PATHS, THIGH, TRUNK, Muscle
+from afo_sim.walker.leg_muscles import MUSCLES, PATHS, THIGH, TRUNK, Muscle, Segment
 
 SIDES = ("", "left_")
 OWN = "own_"
@@ -43,6 +44,7 @@ ROOT = (FORWARD, UP, PITCH)
 JOINTS = (HIP, KNEE, ANKLE, TOE)
 REFLEX, TISSUE, SPASM = "reflex", "tissue", "spasm"
 FLOOR = "floor"
+BARE = {**UNDRIVEN, "orthosis": "none"}  # what is set of a scenario in which no device is worn
 # Stops as springs that lose energy: {name: joint, sign of its coordinate, where it begins [rad]}.
 # The knee's is H0914v3's, the ankle's are the adult leg's.
 STOPS = {
@@ -96,27 +98,40 @@ def build_body(scenario: Scenario, strength: dict[str, float] | None = None, spr
     except ValueError as error:
         raise InputError(f"MuJoCo cannot compile the walker: {error}", file=scenario.leg.file) from None
     model.jnt_stiffness[model.joint(ANKLE).id] += spring
-    return _filled(model, scenario, size, circuit, first, strength or {})
+    rows, named = model.actuator_user, _named(model)
+    muscles = np.array([[named(f"{side}{muscle}") for muscle in LEG_MUSCLES] for side in SIDES])
+    reflexes = np.array([named(f"{side}{REFLEX}") for side in SIDES])
+    pads = np.array([[named(f"{side}pad_{point}") for point in POINTS] for side in SIDES])
+    weight = float(model.body_mass.sum()) * GRAVITY
+    body = Body(model, scenario, size, circuit, None, weight, muscles, reflexes, pads)
+    for k in range(len(SIDES)):
+        _fill_leg(body, k, strength or {})
+        _fill_floor(body, k)
+        _fill_tissue(body, k)
+    rows[[named(FLOOR), *(named(f"{name}_angle") for name in STOPS)]] = native.motor_row()
+    if circuit is None:
+        return body
+    ids = native.circuit_ids(model, circuit)
+    native.fill_circuit(model, circuit, ids, userdata=first)
+    native.fill_inverse_masses(model)
+    return dataclasses.replace(body, ids=ids)
 
 
 def _whole(scenario: Scenario, size: Size) -> mujoco.MjSpec:
     """Trunk, thighs and legs, the orthosis' parts and tendons on the first leg."""
-    spec, taller, heavier = mujoco.MjSpec(), size.taller, size.heavier
+    spec, taller = mujoco.MjSpec(), size.taller
     spec.compiler.degree = False
     spec.worldbody.add_site(name=FLOOR)
     trunk = spec.worldbody.add_body(name="trunk")
     slide, hinge = mujoco.mjtJoint.mjJNT_SLIDE, mujoco.mjtJoint.mjJNT_HINGE
     for name, kind, axis in zip(ROOT, (slide, slide, hinge), ([1, 0, 0], [0, 0, 1], [0, -1, 0]), strict=True):
         trunk.add_joint(name=name, type=kind, axis=axis)
-    _weigh(trunk, TRUNK.mass * heavier, taller * np.array(TRUNK.centre), TRUNK.inertia * heavier * taller**2)
-    bare = scenario.set({**UNDRIVEN, "orthosis": "none"})
-    for side, described in zip(SIDES, (scenario, bare), strict=True):
+    _weigh(trunk, TRUNK, size)
+    for side, described in zip(SIDES, (scenario, scenario.set(BARE)), strict=True):
         lateral = -0.0835 if side == "" else 0.0835
         thigh = trunk.add_body(name=f"{side}thigh", pos=taller * np.array([0.0, lateral, -0.0661]))
         thigh.add_joint(name=f"{side}{HIP}", type=hinge, axis=[0, -1, 0])
-        _weigh(
-            thigh, THIGH.mass * heavier, taller * np.array(THIGH.centre), THIGH.inertia * heavier * taller**2
-        )
+        _weigh(thigh, THIGH, size)
         _hang_leg(spec, thigh, side, described, size)
     _add_paths(spec, scenario, taller)
     if scenario.orthosis.muscle:
@@ -130,9 +145,10 @@ def _whole(scenario: Scenario, size: Size) -> mujoco.MjSpec:
     return spec
 
 
-def _weigh(body: mujoco.MjsBody, mass: float, centre: np.ndarray, inertia: float) -> None:
+def _weigh(body: mujoco.MjsBody, segment: Segment, size: Size) -> None:
     body.explicitinertial = True
-    body.mass, body.ipos, body.inertia = mass, centre, [inertia, inertia, inertia]
+    body.mass, body.ipos = segment.mass * size.heavier, size.taller * np.array(segment.centre)
+    body.inertia = [segment.inertia * size.heavier * size.taller**2] * 3
 
 
 def _hang_leg(spec: mujoco.MjSpec, thigh: mujoco.MjsBody, side: str, scenario: Scenario, size: Size) -> None:
@@ -198,12 +214,24 @@ def _add_own(spec: mujoco.MjSpec) -> int:
                 biastype=user,
                 userdata=none,
             )
-    for side in SIDES:
-        for point in POINTS:
-            _add_pad(spec, f"{side}pad_{point}", f"{side}{SOLE}{point}", [0, 0, 1, 0, 0, 0])
-    for side in SIDES:
-        for point in POINTS:
-            _add_pad(spec, f"{side}grip_{point}", f"{side}{SOLE}{point}", [1, 0, 0, 0, 0, 0], states=2)
+    for kind, gear, states, dynamics in (
+        ("pad", [0, 0, 1, 0, 0, 0], -1, mujoco.mjtDyn.mjDYN_NONE),
+        ("grip", [1, 0, 0, 0, 0, 0], 2, mujoco.mjtDyn.mjDYN_USER),
+    ):
+        for side, point in itertools.product(SIDES, POINTS):
+            spec.add_actuator(
+                name=f"{side}{kind}_{point}",
+                trntype=mujoco.mjtTrn.mjTRN_SITE,
+                target=f"{side}{SOLE}{point}",
+                refsite=FLOOR,
+                gear=gear,
+                actdim=states,
+                dyntype=dynamics,
+                gaintype=mujoco.mjtGain.mjGAIN_AFFINE,
+                gainprm=[0.0, 0.0, -1.0] + [0.0] * 7,
+                biastype=user,
+                userdata=none,
+            )
     for side in SIDES:
         add_motor(spec, f"{side}{TISSUE}", f"{side}{ANKLE}", (0.0,), callback=True)
         add_motor(spec, f"{side}{SPASM}", f"{side}{ANKLE}", (0.0, 0.0, -1.0), callback=True)
@@ -218,54 +246,9 @@ def _add_own(spec: mujoco.MjSpec) -> int:
     return spec.nuserdata
 
 
-def _add_pad(spec: mujoco.MjSpec, name: str, site: str, gear: list[float], states: int = 0) -> None:
-    dyn = mujoco.mjtDyn
-    spec.add_actuator(
-        name=name,
-        trntype=mujoco.mjtTrn.mjTRN_SITE,
-        target=site,
-        refsite=FLOOR,
-        gear=gear,
-        actdim=states or -1,
-        dyntype=dyn.mjDYN_USER if states else dyn.mjDYN_NONE,
-        gaintype=mujoco.mjtGain.mjGAIN_AFFINE,
-        gainprm=[0.0, 0.0, -1.0] + [0.0] * 7,
-        biastype=mujoco.mjtBias.mjBIAS_USER,
-        userdata=[0.0] * native.N_USER,
-    )
-
-
 def _slots(step: float) -> int:
     """Steps that the nerves remember: the longest delay, and the present."""
     return int(LONG / step + 0.5) + 1
-
-
-def _filled(
-    model: mujoco.MjModel,
-    scenario: Scenario,
-    size: Size,
-    circuit: native.Circuit | None,
-    first: int,
-    strength: dict[str, float],
-) -> Body:
-    """The walker with the parameters of all its actuators."""
-    rows, named = model.actuator_user, _named(model)
-    muscles = np.array([[named(f"{side}{muscle}") for muscle in LEG_MUSCLES] for side in SIDES])
-    reflexes = np.array([named(f"{side}{REFLEX}") for side in SIDES])
-    pads = np.array([[named(f"{side}pad_{point}") for point in POINTS] for side in SIDES])
-    weight = float(model.body_mass.sum()) * GRAVITY
-    body = Body(model, scenario, size, circuit, None, weight, muscles, reflexes, pads)
-    for k in range(len(SIDES)):
-        _fill_leg(body, k, strength)
-        _fill_floor(body, k)
-        _fill_tissue(body, k)
-    rows[[named(FLOOR), *(named(f"{name}_angle") for name in STOPS)]] = native.motor_row()
-    if circuit is None:
-        return body
-    ids = native.circuit_ids(model, circuit)
-    native.fill_circuit(model, circuit, ids, userdata=first)
-    native.fill_inverse_masses(model)
-    return dataclasses.replace(body, ids=ids)
 
 
 def _fill_leg(body: Body, k: int, strength: dict[str, float]) -> None:

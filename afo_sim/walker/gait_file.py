@@ -74,16 +74,11 @@ def _table(
     if not isinstance(table, Mapping):
         raise InputError("is not a table", file=file, field=key)
     for name, value in table.items():
+        field, span = f"{key}.{name}", f"-{most:g} to {most:g}"
         if name not in names:
-            raise unknown(name, names, file=file, field=f"{key}.{name}", problem="is not a number of a gait")
+            raise unknown(name, names, file=file, field=field, problem="is not a number of a gait")
         if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= most:
-            raise InputError(
-                "is not a number in range",
-                file=file,
-                field=f"{key}.{name}",
-                value=value,
-                allowed=f"-{most:g} to {most:g}",
-            )
+            raise InputError("is not a number in range", file=file, field=field, value=value, allowed=span)
     return {name: float(value) for name, value in table.items()}
 
 

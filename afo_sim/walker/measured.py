@@ -7,8 +7,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from afo_sim.model import UNDRIVEN
-from afo_sim.walker.body import build_body
+from afo_sim.walker.body import BARE, build_body
 from afo_sim.walker.gait_file import Gait, read_gait
 from afo_sim.walker.respond import prepared
 from afo_sim.walker.strides import norm_at, numbers, off_norm, strides_of
@@ -25,7 +24,6 @@ GEBOERS = "Geboers et al. 2002, Arch. Phys. Med. Rehabil."
 WATERVAL = "Waterval et al. 2023, J. NeuroEng. Rehabil. 20, doi 10.1186/s12984-023-01239-z"
 GALLE = "Galle et al. 2017, J. NeuroEng. Rehabil., PMC5408443"
 SCENARIO, HEALTHY = "walk-dropfoot-afo", {"patient": "healthy"}
-SHOD = {**UNDRIVEN, "orthosis": "none"}  # without the device
 SPRING = 60.0  # of a posterior leaf spring, about 1 N·m/deg (assumed) [N·m/rad]
 
 
@@ -55,11 +53,8 @@ def compare(report: Callable[[str], None] | None = None) -> list[Compared]:
 
 def _walk(gait: Gait, worn: dict[str, Any] | None = None, **body: Any) -> Walked:
     """A healthy walker in the shipped scenario's shoes, with its device where `worn` sets it."""
-    return walk(
-        build_body(prepared(SCENARIO, HEALTHY | (SHOD if worn is None else worn)), **body),
-        gait.vector,
-        WALKED,
-    )
+    described = prepared(SCENARIO, HEALTHY | (BARE if worn is None else worn))
+    return walk(build_body(described, **body), gait.vector, WALKED)
 
 
 def healthy() -> Iterator[Compared]:
@@ -105,7 +100,7 @@ def _within(what: str, measured: float, simulated: float, unit: str, share: floa
 
 def pushed() -> Iterator[Compared]:
     """Pushes of ±50 and ±100 N for 0.1 s on the healthy walker's trunk, at ten instants of a second."""
-    body, gait = build_body(prepared(SCENARIO, HEALTHY | SHOD)), read_gait("natural")
+    body, gait = build_body(prepared(SCENARIO, HEALTHY | BARE)), read_gait("natural")
     for force in (50.0, -50.0, 100.0, -100.0):
         instants = [Push(3.0 + 0.1 * k, force) for k in range(10)]
         falls = sum(walk(body, gait.vector, PUSH_HORIZON, (push,)).fell is not None for push in instants)
@@ -118,7 +113,7 @@ def kao_ferris() -> Iterator[Compared]:
     """A dorsiflexor muscle on a healthy wearer, by the activity of their own tibialis: S1's, switched."""
     gait = read_gait("natural")
     plain = strides_of(_walk(gait), "right")
-    emg: dict[str, str] = {"column": "ankle/moment/biological", "full": "20 N*m", "chamber": "dorsiflexor"}
+    emg = {"column": "ankle/moment/biological", "full": "20 N*m", "chamber": "dorsiflexor"}
     sets = {
         "patient": "healthy",
         "phases": None,

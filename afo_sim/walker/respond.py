@@ -1,6 +1,7 @@
 """A scenario's patient walks by reflexes, without and with the device, as they are and adapted."""
 
 import dataclasses
+import functools
 import math
 import os
 from collections.abc import Callable, Mapping
@@ -12,9 +13,8 @@ import numpy as np
 
 from afo_sim.common import InputError, assets, called, optional, unknown
 from afo_sim.description import Scenario, load
-from afo_sim.model import UNDRIVEN
 from afo_sim.physics import LEG_MUSCLES
-from afo_sim.walker.body import SIDES, Body, build_body
+from afo_sim.walker.body import BARE, SIDES, Body, build_body
 from afo_sim.walker.gait import OFFSETS
 from afo_sim.walker.gait_file import Gait, read_gait, with_vector
 from afo_sim.walker.search import STRONGER, SUBSETS, Cost, Found, Free, adapt
@@ -187,30 +187,39 @@ def respond(
     if adapted_device is not None and not described.orthosis.muscle:
         raise InputError("no device is worn", field="adapted_device", value=str(adapted_device))
     if not (sets or strength or generations):
-        adapted, adapted_device = (
-            adapted or _shipped(described),
-            adapted_device or _shipped(described, "device"),
-        )
+        adapted = adapted or _shipped(described)
+        adapted_device = adapted_device or _shipped(described, "device")
     files = (("patient", adapted), ("device", adapted_device))
     known = {name: read_gait(file) for name, file in files if file is not None}
-    bare = described.set({**UNDRIVEN, "orthosis": "none"})
+    bare = described.set(BARE)
     whole = bare.set({"patient": "healthy"} | _size_of(described))
     report = progress or (lambda name, share: None)
-    cases: dict[str, Case] = {}
-    settings = _Settings(duration, starts, push, seed, threads, report)
-    cases["healthy"] = settings.case("healthy", build_body(whole), healthy)
+
+    def case(name: str, body: Body, gait: Gait) -> Case:
+        """A case: its undisturbed walk, and its falls among perturbed starts."""
+        report(name, 0.0)
+        walked, falls = walk(own_copy(body), gait.vector, duration), None
+        if starts:
+            told = functools.partial(report, name)
+            falls = falls_of(body, gait, starts=starts, push=push, seed=seed, threads=threads, report=told)
+        return Case(name, gait, walked, numbers(walked), falls)
+
+    cases = {"healthy": case("healthy", build_body(whole), healthy)}
     worn = {"patient": bare} | ({"device": described} if described.orthosis.muscle else {})
     target = cost or Cost(healthy.speed, speed=10.0)
     for name, wearing in worn.items():
         body = build_body(wearing, shares)
-        cases[name] = settings.case(name, body, healthy)
+        cases[name] = case(name, body, healthy)
         after = f"{name} adapted"
         if name in known:
-            begun = known[name]
-            cases[after] = settings.case(after, body, begun)
+            cases[after] = case(after, body, known[name])
         elif generations:
+            stronger = [  # by a share, and no stronger than healthy
+                {muscle: min(own + share, 1.0) if own < 1.0 else own for muscle, own in shares.items()}
+                for share in STRONGER
+            ]
             found = adapt(
-                [*(build_body(wearing, _stronger(shares, share)) for share in STRONGER), body],
+                [*(build_body(wearing, left) for left in stronger), body],
                 healthy.vector,
                 target,
                 Free(_alive(SUBSETS[subset], shares), pose=subset == "all"),
@@ -219,8 +228,10 @@ def respond(
                 threads=threads,
                 progress=lambda k, n, _: report(after, k / n),  # noqa: B023 - called before the loop goes on
             )
-            begun = with_vector(healthy, found.vector, after, f"{after}, {described.name}", _how(found))
-            cases[after] = dataclasses.replace(settings.case(after, body, begun), found=found)
+            price = round(sum(found.parts.values()), 4)
+            how = {"evaluations": found.evaluations, "cost": price, "converged": found.converged}
+            begun = with_vector(healthy, found.vector, after, f"{after}, {described.name}", how)
+            cases[after] = dataclasses.replace(case(after, body, begun), found=found)
     return Response(
         described,
         cases,
@@ -245,11 +256,6 @@ def _shipped(scenario: Scenario, worn: str = "") -> str | None:
     return name if name in assets.names("walker") and (device or not worn) else None
 
 
-def _stronger(shares: Mapping[str, float], share: float) -> dict[str, float]:
-    """The strengths of somebody who is stronger by a share, and no stronger than healthy."""
-    return {name: min(own + share, 1.0) if own < 1.0 else own for name, own in shares.items()}
-
-
 def _alive(names: tuple[str, ...], shares: Mapping[str, float]) -> tuple[str, ...]:
     """Gains that a patient can change: those of a dead tibialis change nothing, and would end anywhere."""
     dead = shares.get("tibialis", 1.0) == 0.0
@@ -262,41 +268,6 @@ def _size_of(scenario: Scenario) -> dict[str, Any]:
     mass, height = scenario.patient.body_mass, scenario.patient.body_height
     sizes = {"patient.body_mass": (mass, "kg"), "patient.body_height": (height, "m")}
     return {key: f"{value!r} {unit}" for key, (value, unit) in sizes.items() if value is not None}
-
-
-def _how(found: Found) -> dict[str, Any]:
-    return {
-        "evaluations": found.evaluations,
-        "cost": round(sum(found.parts.values()), 4),
-        "converged": found.converged,
-    }
-
-
-@dataclass(frozen=True)
-class _Settings:
-    duration: float
-    starts: int
-    push: float
-    seed: int
-    threads: int
-    report: Callable[[str, float], None]
-
-    def case(self, name: str, body: Body, gait: Gait) -> Case:
-        """A case: its undisturbed walk, and its falls among perturbed starts."""
-        self.report(name, 0.0)
-        walked = walk(own_copy(body), gait.vector, self.duration)
-        falls = None
-        if self.starts:
-            falls = falls_of(
-                body,
-                gait,
-                starts=self.starts,
-                push=self.push,
-                seed=self.seed,
-                threads=self.threads,
-                report=lambda share: self.report(name, share),
-            )
-        return Case(name, gait, walked, numbers(walked), falls)
 
 
 def falls_of(

@@ -233,9 +233,6 @@ def search(
     evolution = cma.CMAEvolutionStrategy(np.zeros(len(first)), 1.0, options)
     history = []
 
-    def once(task: tuple[np.ndarray, int]) -> float:
-        return sum(parts(task[0], task[1])[0].values())
-
     def parts(values: np.ndarray, draw: int) -> tuple[dict[str, float], Walked]:
         gait = free.unpack(vector, values)
         pushed = pushes_at(duration, draw) if cost.pushed else ()
@@ -252,7 +249,7 @@ def search(
 
     def safe(task: tuple[np.ndarray, int]) -> float:
         try:
-            return once(task)
+            return sum(parts(*task)[0].values())
         except SimulationError:
             return 2.0 * cost.fall
 

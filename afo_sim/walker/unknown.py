@@ -9,8 +9,8 @@ import numpy as np
 
 from afo_sim.common import InputError
 from afo_sim.description import Scenario
-from afo_sim.model import UNDRIVEN, person_of
-from afo_sim.walker.body import build_body
+from afo_sim.model import person_of
+from afo_sim.walker.body import BARE, build_body
 from afo_sim.walker.gait_file import Gait
 from afo_sim.walker.respond import Falls, falls_of, strengths_of
 
@@ -66,23 +66,20 @@ def draw_falls(
         "mass": rng.uniform(0.9, 1.1, draws),
         "cuff": rng.uniform(2e3, 8e3, draws),
     }
+    bare = scenario.set(BARE)
     falls: dict[str, list[Falls]] = {case: [] for case in gaits}
     for k in range(draws):
         sets: dict[str, Any] = {
-            "patient.passive_scale": float(scenario.patient.passive_scale * drawn["tissue"][k])
+            "patient.passive_scale": float(scenario.patient.passive_scale * drawn["tissue"][k]),
+            "patient.body_mass": f"{float(mass * drawn['mass'][k])!r} kg",
         }
-        sets["patient.body_mass"] = f"{float(mass * drawn['mass'][k])!r} kg"
+        cuff = {"orthosis.anchor.shank.stiffness": f"{float(drawn['cuff'][k])!r} N/m"}
         shares = {name: min(share + float(drawn["stronger"][k]), 1.0) for name, share in own.items()}
         for name in ("soleus", "gastrocnemius"):
             shares[name] = shares.get(name, 1.0) * float(drawn["plantarflexors"][k])
         for case, gait in gaits.items():
-            wearing = scenario.set({**UNDRIVEN, "orthosis": "none"}) if case == "patient" else scenario
-            more = (
-                {}
-                if case == "patient"
-                else {"orthosis.anchor.shank.stiffness": f"{float(drawn['cuff'][k])!r} N/m"}
-            )
-            body = build_body(wearing.set(sets | more), shares)
+            wearing = bare.set(sets) if case == "patient" else scenario.set(sets | cuff)
+            body = build_body(wearing, shares)
             falls[case].append(falls_of(body, gait, starts=starts, push=push, seed=seed, threads=threads))
         if report is not None:
             report((k + 1) / draws)

@@ -177,4 +177,3 @@ def test_a_whole_stride_is_read_by_a_spline() -> None:
     later = RecordedStride("right", 1.5, 2.5, 2.1, "force", True)
     beyond = 1.5 + PHASE > 2.0
     assert np.isnan(sample(time, values[:, :1], later, PHASE, [False])[beyond]).all()
-    assert np.all(sample(time, values[:, :1], later, PHASE, [False], outside=0.0)[beyond] == 0.0)

@@ -22,7 +22,6 @@ from afo_sim.gait_lab.readers.opensim_table import read_opensim_table
 from afo_sim.gait_lab.readers.signals import even_clock, evenly, fill_gaps, low_pass
 from afo_sim.gait_lab.trial.events import posture_return
 from afo_sim.gait_lab.trial.ground_force import find_contacts, foot_force
-from afo_sim.gait_lab.trial.recorded_stride import _extended
 
 SLOW, FAST = np.arange(0.0, 3.2, 0.01), np.arange(0.0, 3.2, 0.001)  # 100 Hz and 1 kHz
 MASS = 67.2
@@ -163,14 +162,6 @@ def test_steps_of_30_ms_are_a_rate_that_rounds_to_them(rate: float, step: float)
     time, (doubt,) = even_clock(0.03 * np.arange(100), rate)
     assert np.diff(time) == pytest.approx(step)
     assert doubt.code == ("clock-rate-differs" if step == 0.03 else "clock-step-rounded")
-
-
-def test_a_plate_that_stops_before_the_window_is_unloaded_there() -> None:
-    time = np.arange(0.5, 1.5, 0.1)
-    longer, values = _extended(time, np.ones((10, 1)), (0.26, 2.04), 0.0)
-    assert longer == pytest.approx(np.arange(0.2, 2.15, 0.1))
-    assert values[:, 0].tolist() == [0.0] * 3 + [1.0] * 10 + [0.0] * 7
-    assert len(_extended(time, np.ones((10, 1)), (0.6, 1.3), 0.0)[0]) == 10
 
 
 def test_gaps_say_what_was_invented() -> None:

@@ -35,10 +35,6 @@ class _DeclaredPlate:
     moment_unit: str
 
 
-class _NoPlateError(Exception):
-    """Why a plate cannot be read."""
-
-
 def read_c3d(path: pathlib.Path) -> tuple[Markers, list[Plate]]:
     """Read markers and force plates from a C3D file."""
     file = read_c3d_file(path)
@@ -76,10 +72,9 @@ def _plates_of_c3d(
         name = str(k + 1)
         try:
             plates.append(_plate(path, name, _declared(file, k), time, metre))
-        except (_NoPlateError, InputError) as error:  # an InputError: a load without a number
-            why = error.problem if isinstance(error, InputError) else str(error)
+        except InputError as error:
             text = "plate {subject} was left out: {why}"
-            left_out.append(Notice("plate-left-out", text, subject=name, why=why))
+            left_out.append(Notice("plate-left-out", text, subject=name, why=error.problem))
     return plates, left_out
 
 
@@ -87,16 +82,16 @@ def _declared(file: C3dFile, k: int) -> _DeclaredPlate:
     kinds, corners, origins = (file.numbers("FORCE_PLATFORM", n) for n in ("TYPE", "CORNERS", "ORIGIN"))
     kind = int(np.nan_to_num(kinds[k])) if k < len(kinds) else 0
     if kind not in _CHANNELS:
-        raise _NoPlateError(f"its type is {kind}, and types 1 to 4 are read")
+        raise InputError(f"its type is {kind}, and types 1 to 4 are read")
     if len(corners) < 12 * (k + 1):
-        raise _NoPlateError("its corners are not in the file")
+        raise InputError("its corners are not in the file")
     channel = file.numbers("FORCE_PLATFORM", "CHANNEL")
     shape = np.shape(file.value("FORCE_PLATFORM", "CHANNEL"))
     rows = shape[0] if len(shape) > 1 else len(channel)
     places = channel[rows * k : rows * (k + 1)][: _CHANNELS[kind]]
     if len(places) < _CHANNELS[kind] or not np.all((places >= 1) & (places <= len(file.analogs))):
         shown = ", ".join(f"{place:g}" for place in places) or "none"
-        raise _NoPlateError(f"the file has {len(file.analogs)} analog channels, not all of its own ({shown})")
+        raise InputError(f"the file has {len(file.analogs)} analog channels, not all of its own ({shown})")
     index = places.astype(int) - 1
     units = file.texts("ANALOG", "UNITS")
     matrix = file.numbers("FORCE_PLATFORM", "CAL_MATRIX")[36 * k :][:36] if kind == 4 else np.empty(0)
@@ -136,7 +131,7 @@ def _edge_unit(name: str, corners: np.ndarray, metre: float, notices: list[Notic
     """Metres in the corners' unit: the file's, unless no plate is of that size."""
     edge = float(np.linalg.norm(np.diff(corners, axis=0), axis=1).max())
     if not np.isfinite(edge) or edge == 0.0:
-        raise _NoPlateError("its corners are all the same point")
+        raise InputError("its corners are all the same point")
     unit, factor = unit_within(edge, _EDGES)
     if not unit or _EDGES[0] <= edge * metre <= _EDGES[1]:
         return metre
@@ -152,7 +147,7 @@ def _frame(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     z = np.cross(x, first + second - third - fourth)
     lengths = np.linalg.norm(x), np.linalg.norm(z)
     if min(lengths) < 1e-6 or not np.isfinite(corners).all():
-        raise _NoPlateError("its corners do not form a rectangle")
+        raise InputError("its corners do not form a rectangle")
     x, z = x / lengths[0], z / lengths[1]
     return corners.mean(axis=0), np.column_stack([x, np.cross(z, x), z])
 
@@ -210,7 +205,7 @@ def _origin(name: str, declared: _DeclaredPlate, metre: float, notices: list[Not
         notices.append(Notice("plate-origin-unit", text, subject=name, depth=depth, unit=read_as))
     if declared.kind == 3:
         if not np.all(origin[:2]):
-            raise _NoPlateError("the distances of its sensors (ORIGIN) are 0")
+            raise InputError("the distances of its sensors (ORIGIN) are 0")
         return np.array([abs(origin[0]), abs(origin[1]), -abs(origin[2])]) * unit
     if origin[2] > 0.0:
         up = "its ORIGIN points up from the sensors' side; the opposite was taken, as C3D has it"

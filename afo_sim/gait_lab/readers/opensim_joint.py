@@ -176,9 +176,7 @@ class Joint:
         try:
             return self.in_parent @ self._motion(known) @ self.in_child.inverse()
         except InputError as error:
-            raise InputError(
-                error.problem, field=f"joint {self.name}", value=error.value, allowed=error.allowed
-            ) from None
+            raise error.replaced(field=f"joint {self.name}") from None
 
     def _motion(self, values: Mapping[str, np.ndarray]) -> Pose:
         from scipy.spatial.transform import Rotation
@@ -188,7 +186,10 @@ class Joint:
         for part in self.rotations:
             angle = part.amount([values[name] for name in part.coordinates])
             turn = np.broadcast_to(angle, count)[:, None] * part.axis
-            rotation = rotation @ _matrix(Rotation.from_rotvec, turn)
+            known, turned = np.isfinite(turn).all(axis=1), np.full((count, 3, 3), np.nan)
+            if known.any():
+                turned[known] = Rotation.from_rotvec(turn[known]).as_matrix()
+            rotation = rotation @ turned
         for part in self.translations:
             way = part.amount([values[name] for name in part.coordinates])
             position = position + np.broadcast_to(way, count)[:, None] * part.axis
@@ -200,12 +201,3 @@ def offset_pose(translation: np.ndarray, orientation: np.ndarray) -> Pose:
     from scipy.spatial.transform import Rotation
 
     return Pose(Rotation.from_euler("XYZ", orientation).as_matrix()[None], translation[None])
-
-
-def _matrix(make: Callable, turn: np.ndarray) -> np.ndarray:
-    """Rotation matrices (n, 3, 3), NaN where the angle is."""
-    known = np.isfinite(turn).all(axis=1)
-    found = np.full((len(turn), 3, 3), np.nan)
-    if known.any():
-        found[known] = make(turn[known]).as_matrix()
-    return found

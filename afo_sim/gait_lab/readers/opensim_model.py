@@ -1,7 +1,7 @@
 """OpenSim models (.osim, versions 1 to 4): bodies, joints and attachment points of markers from their XML."""
 
 import pathlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
@@ -155,9 +155,19 @@ def _model(path: pathlib.Path, model: ElementTree.Element) -> OpenSimModel:
     for body in model.iterfind("BodySet/objects/Body"):
         name = body.get("name", "")
         bodies[name] = _number(body, "mass")
-        joints += _body_joints(body)
+        for element in body.iterfind("Joint/*"):  # in versions 1 to 3 a body brings its joint along
+            in_parent = offset_pose(
+                vector(element, "location_in_parent"), vector(element, "orientation_in_parent")
+            )
+            in_child = offset_pose(vector(element, "location"), vector(element, "orientation"))
+            parent = (element.findtext("parent_body") or "").strip()
+            joints.append(_joint(element, parent, name, in_parent, in_child))
     frames = _Frames(model, set(bodies))
-    joints += _set_joints(model, frames)
+    for element in model.iterfind("JointSet/objects/*"):  # of version 4
+        own = {frame.get("name", ""): frame for frame in element.iterfind("frames/PhysicalOffsetFrame")}
+        parent, in_parent = frames.base(element, "parent_frame", "parent_body", own)
+        child, in_child = frames.base(element, "child_frame", "child_body", own)
+        joints.append(_joint(element, parent, child, in_parent, in_child))
     if not bodies or not joints:
         raise InputError("has no bodies, or no joints between them")
     markers, lost = {}, []
@@ -185,26 +195,6 @@ def _number(element: ElementTree.Element, name: str) -> float:
     return value
 
 
-def _body_joints(body: Element) -> Iterator[Joint]:
-    """The joint that a body of version 1 to 3 brings along."""
-    for element in body.iterfind("Joint/*"):
-        in_parent = offset_pose(
-            vector(element, "location_in_parent"), vector(element, "orientation_in_parent")
-        )
-        in_child = offset_pose(vector(element, "location"), vector(element, "orientation"))
-        parent = (element.findtext("parent_body") or "").strip()
-        yield _joint(element, parent, body.get("name", ""), in_parent, in_child)
-
-
-def _set_joints(model: Element, frames: _Frames) -> Iterator[Joint]:
-    """The joints of version 4."""
-    for element in model.iterfind("JointSet/objects/*"):
-        own = {frame.get("name", ""): frame for frame in element.iterfind("frames/PhysicalOffsetFrame")}
-        parent, in_parent = frames.base(element, "parent_frame", "parent_body", own)
-        child, in_child = frames.base(element, "child_frame", "child_body", own)
-        yield _joint(element, parent, child, in_parent, in_child)
-
-
 def _socket(element: Element, name: str) -> str | None:
     """What a socket connects to; the documents on the way to version 4 called it a connectee."""
     found = element.findtext(f"socket_{name}") or element.findtext(f"socket_{name}_connectee_name")
@@ -221,7 +211,7 @@ def _joint(element: Element, parent: str, child: str, in_parent: Pose, in_child:
     if (element.findtext("reverse") or "").strip().lower() == "true":
         refused = "is written from child to parent, which is not read here"
     elif kind == "CustomJoint":
-        rotations, translations = _spatial(element, names)
+        rotations, translations = (_spatial(element, of, names) for of in ("rotation", "translation"))
     elif kind in _PLAIN:
         turns, ways = _PLAIN[kind]
         if len(names) != len(turns) + len(ways):
@@ -240,26 +230,23 @@ def _plain(axes: tuple[np.ndarray, ...], names: list[str]) -> tuple[MotionAxis, 
     return tuple(MotionAxis(axis, (name,), lambda q: q[0]) for axis, name in zip(axes, names, strict=False))
 
 
-def _spatial(joint: Element, names: list[str]) -> tuple[tuple[MotionAxis, ...], tuple[MotionAxis, ...]]:
-    """Rotations and translations of a CustomJoint."""
+def _spatial(joint: Element, kind: str, names: list[str]) -> tuple[MotionAxis, ...]:
+    """Rotations or translations of a CustomJoint."""
     axes = {axis.get("name", ""): axis for axis in joint.iterfind("SpatialTransform/TransformAxis")}
     found = []
-    for kind in ("rotation", "translation"):
-        parts = []
-        for number in "123":
-            axis = axes.get(kind + number)
-            if axis is None:
-                continue
-            used = tuple((axis.findtext("coordinates") or axis.findtext("coordinate") or "").split())
-            direction, field = vector(axis, "axis", "1 0 0"), f"joint {joint.get('name')}: {kind}{number}"
-            if not np.any(direction):
-                raise InputError("has an axis without direction", field=field)
-            unknown = [name for name in used if name not in names]
-            if unknown:
-                raise InputError("is not a coordinate of its joint", field=field, value=unknown[0])
-            parts.append(MotionAxis(direction / np.linalg.norm(direction), used, inner_function(axis)))
-        found.append(tuple(parts))
-    return found[0], found[1]
+    for number in "123":
+        axis = axes.get(kind + number)
+        if axis is None:
+            continue
+        used = tuple((axis.findtext("coordinates") or axis.findtext("coordinate") or "").split())
+        direction, field = vector(axis, "axis", "1 0 0"), f"joint {joint.get('name')}: {kind}{number}"
+        if not np.any(direction):
+            raise InputError("has an axis without direction", field=field)
+        unknown = [name for name in used if name not in names]
+        if unknown:
+            raise InputError("is not a coordinate of its joint", field=field, value=unknown[0])
+        found.append(MotionAxis(direction / np.linalg.norm(direction), used, inner_function(axis)))
+    return tuple(found)
 
 
 def _coordinate(element: Element, rotational: bool) -> Coordinate:

@@ -85,7 +85,7 @@ def zeroed(found: Plate) -> Plate:
     pressed = load > PRESSED
     if not pressed.any():
         return found
-    place, notices = found.place, list(found.notices)
+    force, place, notices = found.force, found.place, list(found.notices)
     far = float(np.median(np.abs(place[pressed]).max(axis=1)))
     if _FAR < far < 1e3 * _FAR:
         place = place * 1e-3
@@ -94,16 +94,14 @@ def zeroed(found: Plate) -> Plate:
     up = np.eye(3)[int(np.argmax(np.abs(found.force[pressed]).mean(axis=0)))]
     moment = np.cross(place, found.force)
     rest = constant(found.time, found.force @ up, np.column_stack([found.force, moment]))
-    force = found.force - rest[:3]
     if np.linalg.norm(rest[:3]) > _WORTH[0]:
+        force = force - rest[:3]
         notices.append(offset_note(found.name, rest[:3]))
         height = float(np.median(place[pressed] @ up))
         moved = place_of(force, moment - rest[3:], up, height)
         way = np.linalg.norm(moved - place, axis=1)[pressed]
         if np.isfinite(way).all() and np.median(way) < _MOVED:
             place = np.where(np.isfinite(moved), moved, place)
-    else:
-        force = found.force
     return replace(found, force=force, place=place, notices=tuple(notices))
 
 

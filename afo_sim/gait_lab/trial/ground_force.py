@@ -153,7 +153,15 @@ def _plate_load(
     # the moment about the origin on the floor, from which the pressure on the floor follows
     force[np.abs(force[:, 1]) < 1.0] = 0.0
     moment = place[:, 0] * force[:, 1] - place[:, 1] * force[:, 0]
-    contacts = _assigned(plate, force[:, 1], place[:, 0], motion, legs, frame)
+    found = find_contacts(plate.name, plate.time, force[:, 1])
+    known = [_under_foot(contact, plate.time, force[:, 1], place[:, 0], motion) for contact in found]
+    for k, contact in enumerate(found):
+        sure = (plate.time > contact.start) & (plate.time < contact.end) & (force[:, 1] > _SURE)
+        if known[k] and not stands_there(plate.time[sure], plate.place[sure], motion.side, legs, frame):
+            known[k] = False
+    seen = [mine for mine in known if mine is not None]
+    unseen = bool(seen) and all(seen)  # a plate that carries this foot alone
+    contacts = [(c, unseen if mine is None else mine) for c, mine in zip(found, known, strict=True)]
     return _PlateLoad(plate, force, moment, contacts, turned)
 
 
@@ -161,26 +169,6 @@ def _crossing(time: np.ndarray, force: np.ndarray, k: int) -> float:
     """Time at which the force passes the edge between samples k and k + 1 [s]."""
     share = (EDGE - force[k]) / (force[k + 1] - force[k])
     return float(time[k] + share * (time[k + 1] - time[k]))
-
-
-def _assigned(
-    plate: Plate,
-    force: np.ndarray,
-    place: np.ndarray,
-    motion: LegMotion,
-    legs: Mapping[str, LegPoints],
-    frame: WalkingFrame,
-) -> list[tuple[PlateContact, bool]]:
-    """Contacts on a plate, each with whether it is of the leg's own foot."""
-    found = find_contacts(plate.name, plate.time, force)
-    known = [_under_foot(contact, plate.time, force, place, motion) for contact in found]
-    for k, contact in enumerate(found):
-        sure = (plate.time > contact.start) & (plate.time < contact.end) & (force > _SURE)
-        if known[k] and not stands_there(plate.time[sure], plate.place[sure], motion.side, legs, frame):
-            known[k] = False
-    seen = [mine for mine in known if mine is not None]
-    unseen = bool(seen) and all(seen)  # a plate that carries this foot alone
-    return [(c, unseen if mine is None else mine) for c, mine in zip(found, known, strict=True)]
 
 
 def _under_foot(

@@ -133,16 +133,12 @@ class Posed:
         for k, (_, far) in enumerate(self.skeleton.free):
             beyond = self.skeleton.beyond(far)
             carried = np.array([body in beyond for body, _ in points])
-            there = self._probed(k, far)
+            # the displacement in the laboratory of this body and all beyond as the coordinate moves a little
+            probe = self.skeleton.joint(far, self.q + _PROBE * np.eye(self.q.shape[1])[k])
+            there = self.bodies[self.skeleton.links[far]] @ probe @ self.bodies[far].inverse()
             moved = paths[:, carried] @ np.swapaxes(there.rotation, 1, 2) + there.position[:, None]
             found[..., 6 + k][:, carried] = (moved - paths[:, carried]) / _PROBE
         return found
-
-    def _probed(self, k: int, far: str) -> Pose:
-        """Displacement in the laboratory of the body `far` and all beyond as coordinate k moves a little."""
-        near = self.bodies[self.skeleton.links[far]]
-        moved = self.skeleton.joint(far, self.q + _PROBE * np.eye(self.q.shape[1])[k])
-        return near @ moved @ self.bodies[far].inverse()
 
 
 def skeleton_of(model: OpenSimModel, root: str, ends: Sequence[str], seen: Sequence[str]) -> Skeleton:

@@ -77,9 +77,7 @@ class Landmarks:
 
     def _lowest(self, side: str) -> LegPoint | None:
         """Something at the height of the ankle."""
-        return next((p for group in _WAYS["ankle"] if (p := self._plain(side, group))), None) or first(
-            self.ways(side, "heel")
-        )
+        return first([self._plain(side, group) for group in (*_WAYS["ankle"], *_WAYS["heel"])])
 
     def _plain(self, side: str, group: tuple[str, ...]) -> LegPoint | None:
         """The midpoint of landmarks."""

@@ -75,16 +75,16 @@ def _by_model(
     return {side: _with(leg, doubt) for side, leg in legs.items()}, None
 
 
-def _seen(trial: WalkingTrial, choices: Choices) -> dict[str, LegPoints] | None:
+def _seen(trial: WalkingTrial, choices: Choices) -> dict[str, LegPoints]:
     """Legs from markers beside joint angles, if they are complete: only the ankle's place is wanted."""
     if trial.markers is None:
-        return None
+        return {}
     try:
         return legs_from_markers(trial.markers, choices, trial.standing)
     except InputError:
         if choices.markers or choices.map:  # what the person named herself must be right
             raise
-        return None
+        return {}
 
 
 def _with(leg: LegPoints, *notices: Notice) -> LegPoints:
@@ -118,18 +118,15 @@ def _unused_choices(trial: WalkingTrial, choices: Choices, *, by_model: bool) ->
 
 
 def _legs_from_chain(
-    table: OpenSimTable,
-    choices: Choices,
-    bodies: OpenSimTable | None = None,
-    seen: dict[str, LegPoints] | None = None,
+    table: OpenSimTable, choices: Choices, bodies: OpenSimTable | None, seen: dict[str, LegPoints]
 ) -> dict[str, LegPoints]:
     """Points of the leg from an inverse-kinematics file alone."""
     found = {}
     for side in ("right", "left"):
         complete = all(name in table.columns for name in _names(side))
-        placed = _has_talus(bodies, side) or bool(seen and side in seen) or not _missing(table, choices)
+        placed = _has_talus(bodies, side) or side in seen or not _missing(table, choices)
         if side == choices.side or (complete and placed):
-            found[side] = _leg(table, side, choices, bodies, seen or {})
+            found[side] = _leg(table, side, choices, bodies, seen.get(side))
     return found
 
 
@@ -149,16 +146,12 @@ def _missing(table: OpenSimTable, choices: Choices) -> list[str]:
 
 
 def _leg(
-    table: OpenSimTable,
-    side: str,
-    choices: Choices,
-    bodies: OpenSimTable | None,
-    seen: dict[str, LegPoints],
+    table: OpenSimTable, side: str, choices: Choices, bodies: OpenSimTable | None, seen: LegPoints | None
 ) -> LegPoints:
     tilt, hip, knee, ankle, notices = _angles(table, side, choices)
     shank = knee - hip - tilt
-    heading = _heading(table, seen.get(side))
-    time, point = _ankle(table, side, choices, bodies, seen.get(side), tilt, hip, shank, heading)
+    heading = _heading(table, seen)
+    time, point = _ankle(table, side, choices, bodies, seen, tilt, hip, shank, heading)
     shank, knee, pitch = (np.interp(time, table.time, v) for v in (shank, knee, ankle - shank))
 
     def along(angle: np.ndarray, length: float) -> np.ndarray:

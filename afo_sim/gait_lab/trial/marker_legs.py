@@ -44,13 +44,14 @@ def legs_from_markers(
     roles = _roles(markers, choices, standing)
     landmarks = find_landmarks(markers, roles, choices.up)
     ways = {side: _ways(markers, landmarks, choices, side) for side in SIDES}
-    clusters = _clusters_of_walk(markers, landmarks, ways)
+    clusters = _clusters(markers, landmarks, markers, ways)
     chosen = {side: _choose(ways[side], side, clusters) for side in SIDES}
     posture = standing_posture(standing) if standing else _quiet_posture(markers, landmarks)
     still = None
     if posture:
         still = find_landmarks(posture, _roles(posture, choices, markers), choices.up)
-        clusters = _clusters_of_posture(markers, landmarks, posture, still)
+        standing_ways = {side: {role: still.ways(side, role) for role in ROLES} for side in SIDES}
+        clusters = _clusters(markers, landmarks, posture, standing_ways)
     legs, left_out = {}, []
     for side in SIDES:
         carried = _carry_centres(chosen[side], side, still, clusters) if still else chosen[side]
@@ -89,10 +90,13 @@ def _ways(
     return ways
 
 
-def _clusters_of_walk(
-    markers: Markers, landmarks: Landmarks, ways: Mapping[str, Mapping[str, list[LegPoint | None]]]
+def _clusters(
+    markers: Markers,
+    landmarks: Landmarks,
+    shown: Markers,
+    ways: Mapping[str, Mapping[str, list[LegPoint | None]]],
 ) -> Clusters:
-    """Markers by segment, from the frame of the walk in which most are seen."""
+    """The walk's markers by segment, from the frame of the walk or of a posture in which most are seen."""
     points = {
         side: {role: point.path for role in ROLES if (point := first(ways[side][role]))} for side in SIDES
     }
@@ -100,27 +104,11 @@ def _clusters_of_walk(
     if not paths:
         return {}
     whole = sum(np.isfinite(path).all(axis=1) for path in paths).astype(float)
-    seen = sum(np.isfinite(path).all(axis=1) for path in markers.positions.values())
-    frame = int(np.argmax(whole * (1 + len(markers.positions)) + seen))
-    pose = {name: path[frame] for name, path in markers.positions.items() if np.isfinite(path[frame]).all()}
+    seen = sum(np.isfinite(path).all(axis=1) for path in shown.positions.values())
+    frame = int(np.argmax(whole * (1 + len(shown.positions)) + seen))
+    pose = {name: path[frame] for name, path in shown.positions.items() if np.isfinite(path[frame]).all()}
     places = {
         side: {role: path[frame] for role, path in points[side].items() if np.isfinite(path[frame]).all()}
-        for side in SIDES
-    }
-    return find_clusters(markers, pose, places, landmarks.names)
-
-
-def _clusters_of_posture(
-    markers: Markers, landmarks: Landmarks, posture: Markers, still: Landmarks
-) -> Clusters:
-    """Markers by segment, and their places in a standing posture."""
-    pose = {name: path[0] for name, path in posture.positions.items() if np.isfinite(path[0]).all()}
-    places = {
-        side: {
-            role: point.path[0]
-            for role in ROLES
-            if (point := first(still.ways(side, role))) and np.isfinite(point.path[0]).all()
-        }
         for side in SIDES
     }
     return find_clusters(markers, pose, places, landmarks.names)
@@ -247,7 +235,13 @@ def _carry_centres(chosen: _Chosen, side: str, still: Landmarks, clusters: Clust
         if rank < min(ranks.get(role, len(ways)), _POOR):
             way = ways[rank]
             assert way is not None
-            cluster = _carrier(role, side, clusters, upper, points)
+            carriers = [cluster for segment in _CARRIERS[role] if (cluster := clusters.get((side, segment)))]
+            proximal = clusters.get((side, {"knee": "thigh", "ankle": "shank"}.get(role, "")))
+            if proximal is not None and upper is not None:
+                # with the joint above where the markers are too few, as in Plug-in Gait
+                joined = proximal.joined(f"the {upper[0]} centre", upper[1], points[upper[0]].path)
+                carriers.insert(carriers.index(proximal) + 1, joined)
+            cluster = next((each for each in carriers if each.places_segment), None)
             if cluster is None:
                 notices.append(_not_carried(role, side, clusters))
             else:
@@ -258,22 +252,6 @@ def _carry_centres(chosen: _Chosen, side: str, still: Landmarks, clusters: Clust
         same = ways[ranks[role]] if 0 <= ranks.get(role, -1) < len(ways) else None
         upper = (role, same.path[0]) if same and _seen(same) else None
     return replace(chosen, points=points, ranks=ranks, notices=tuple(notices))
-
-
-def _carrier(
-    role: str,
-    side: str,
-    clusters: Clusters,
-    upper: tuple[str, np.ndarray] | None,
-    points: Mapping[str, LegPoint],
-) -> Cluster | None:
-    """The markers that carry a joint; with the joint above where they are too few, as in Plug-in Gait."""
-    found = [cluster for segment in _CARRIERS[role] if (cluster := clusters.get((side, segment)))]
-    proximal = clusters.get((side, {"knee": "thigh", "ankle": "shank"}.get(role, "")))
-    if proximal is not None and upper is not None:
-        joined = proximal.joined(f"the {upper[0]} centre", upper[1], points[upper[0]].path)
-        found.insert(found.index(proximal) + 1, joined)
-    return next((cluster for cluster in found if cluster.places_segment), None)
 
 
 def _not_carried(role: str, side: str, clusters: Clusters) -> Notice:

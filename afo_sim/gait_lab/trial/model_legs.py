@@ -73,7 +73,12 @@ def _placed_leg(model: OpenSimModel, leg: ModelLeg, table: OpenSimTable, degrees
         for a, b in pairwise(names)
     ]
     coordinates = [coordinate for part in parts for coordinate in part]
-    _require_angles(table, leg)
+    for moving in (leg.hip.joint, leg.knee.joint, leg.ankle.joint):
+        columns = [c.name for c in moving.coordinates]
+        if not any(name in table.columns for name in columns):
+            problem = f"has no column for the {leg.side} {moving.name} of the model"
+            nearest = nearest_name(columns[0], table.columns)
+            raise InputError(problem, file=table.file, allowed=" or ".join(columns), nearest=nearest)
     values = {
         c.name: table.columns[c.name] * (np.pi / 180.0 if degrees and c.rotational else 1.0)
         for c in coordinates
@@ -102,15 +107,6 @@ def _placed_leg(model: OpenSimModel, leg: ModelLeg, table: OpenSimTable, degrees
         outline=leg.foot.outline,
         notices=(*_placing(leg, table, parts, values), *_beyond(coordinates, values)),
     )
-
-
-def _require_angles(table: OpenSimTable, leg: ModelLeg) -> None:
-    for joint in (leg.hip.joint, leg.knee.joint, leg.ankle.joint):
-        names = [c.name for c in joint.coordinates]
-        if not any(name in table.columns for name in names):
-            problem = f"has no column for the {leg.side} {joint.name} of the model"
-            nearest = nearest_name(names[0], table.columns)
-            raise InputError(problem, file=table.file, allowed=" or ".join(names), nearest=nearest)
 
 
 def _placing(

@@ -1,5 +1,6 @@
 """Can this trial be believed? Faults of a laboratory that spoil the ankle moment and show in no curve."""
 
+import itertools
 from collections.abc import Iterator, Mapping
 from dataclasses import astuple, dataclass
 from typing import Any
@@ -277,12 +278,11 @@ def _standing(done: Imported) -> Iterator[Check]:
         return
     names = sorted(name for name in pose if name in walk.positions and np.isfinite(pose[name]).all())
     ratios = []
-    for k, one in enumerate(names):
-        for other in names[k + 1 :]:
-            apart = np.linalg.norm(walk.positions[one] - walk.positions[other], axis=1)
-            own = float(np.linalg.norm(pose[one] - pose[other]))
-            if np.nanstd(apart) < _RIGID and own > _LONG:
-                ratios.append(own / float(np.nanmean(apart)) - 1.0)
+    for one, other in itertools.combinations(names, 2):
+        apart = np.linalg.norm(walk.positions[one] - walk.positions[other], axis=1)
+        own = float(np.linalg.norm(pose[one] - pose[other]))
+        if np.nanstd(apart) < _RIGID and own > _LONG:
+            ratios.append(own / float(np.nanmean(apart)) - 1.0)
     if not ratios:
         yield Check("standing trial", needs="markers that it shares with the walk")
         return

@@ -68,7 +68,6 @@ def sample(
     stride: RecordedStride,
     phase: np.ndarray,
     travels: Sequence[bool],
-    outside: float = np.nan,
     slack: float = 0.0,
 ) -> np.ndarray:
     """Signals at phases of a stride."""
@@ -83,27 +82,11 @@ def sample(
         near = slice(*np.searchsorted(time, (at.min() - _AROUND * step, at.max() + _AROUND * step)))
         time, values = time[near], values[near]  # a spline does not feel samples so far away
         found[np.ix_(inside, known)] = CubicSpline(time, values[:, known])(at[inside])
-        found[np.ix_(~inside, known)] = outside
         return found
-    window = stride.closed.window
-    if np.isfinite(outside):
-        time, values = _extended(time, values, window, outside)
-    window = _within(time, window, slack)
+    window = _within(time, stride.closed.window, slack)
     travel = stride.closed.length * np.asarray(travels, dtype=float)[known]
     found[:, known] = repeated(time, values[:, known], window, stride.time, travel, at, 2.0 * slack)
     return found
-
-
-def _extended(
-    time: np.ndarray, values: np.ndarray, window: tuple[float, float], outside: float
-) -> tuple[np.ndarray, np.ndarray]:
-    """Signals with what they are outside their times, as far as a window goes."""
-    step = float(time[1] - time[0])
-    before = max(0, int(np.ceil((time[0] - window[0]) / step)))
-    after = max(0, int(np.ceil((window[1] - time[-1]) / step)))
-    earlier = time[0] - step * np.arange(before, 0, -1)
-    longer = np.r_[earlier, time, time[-1] + step * np.arange(1, after + 1)]
-    return longer, np.pad(values, ((before, after), (0, 0)), constant_values=outside)
 
 
 def _within(time: np.ndarray, window: tuple[float, float], slack: float) -> tuple[float, float]:

@@ -1,6 +1,7 @@
 """What was understood of a trial: the verdict in one sentence, and ten short rows for who brought it."""
 
 import math
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -62,8 +63,7 @@ def _recorded_words(closing: Closing) -> str:
 
 def _counted(strides: Sequence[RecordedStride]) -> str:
     """How many strides of each side: "2 right and 1 left strides"."""
-    sides = [stride.side for stride in strides]
-    counts = {side: sides.count(side) for side in dict.fromkeys(sides)}
+    counts = Counter(stride.side for stride in strides)
     words = " and ".join(f"{number} {side}" for side, number in counts.items())
     return f"{words} stride{'s' * (max(counts.values()) > 1)}"
 
@@ -179,7 +179,7 @@ def _mass(imported: Imported) -> str:
     carried = f"the plates carry {mass.estimated:.1f} kg"
     for estimate in with_code(mass.remarks, "mass-by-plates"):
         carried += f" (±{estimate.data['percent']:.0f} %)"
-    return f"{said}, {_signed(100.0 * (mass.mass / mass.estimated - 1.0), 1)} % off: {carried}"
+    return f"{said}, {100.0 * (mass.mass / mass.estimated - 1.0):+z.1f} % off: {carried}"
 
 
 def _height(imported: Imported) -> str:
@@ -193,7 +193,7 @@ def _height(imported: Imported) -> str:
 def _ankle(imported: Imported) -> str:
     height = 1e3 * imported.cycle.ankle_height
     zero = math.degrees(imported.zero)
-    moved = "as in the file" if zero == 0.0 else f"moved by {_signed(-zero, 1)} deg"
+    moved = "as in the file" if zero == 0.0 else f"moved by {-zero:+z.1f} deg"
     sole = imported.cycle.sole_thickness
     worn = "sole not known: taken as barefoot" if sole is None else f"sole {1e3 * sole:.0f} mm"
     flat = f"with the foot flat, {imported.cycle.flat.words}"
@@ -203,7 +203,7 @@ def _ankle(imported: Imported) -> str:
     if own is None:
         return said
     off = np.degrees(own - cycle.ankle_angle)[np.isfinite(own)]  # whose zero may be another
-    apart = f"{_signed(off.mean(), 1)} deg, else within {np.std(off):.1f} deg RMS"
+    apart = f"{off.mean():+z.1f} deg, else within {np.std(off):.1f} deg RMS"
     return f"{said}; the laboratory's own angle {apart}"
 
 
@@ -215,7 +215,7 @@ def _stated_events(imported: Imported) -> str:
             name = "toe-off" if own == stride.toe_off else "heel strike"
             marked = imported.trial.stated.events.get((stride.side, name), ())
             apart[name] += [at - own for at in marked if abs(at - own) < _NEAR]
-    each = [f"{name} {_signed(1e3 * float(np.mean(off)), 0)} ms" for name, off in apart.items() if off]
+    each = [f"{name} {1e3 * float(np.mean(off)):+z.0f} ms" for name, off in apart.items() if off]
     return f"; the laboratory's events: {', '.join(each)} from these" if each else ""
 
 
@@ -277,10 +277,6 @@ def _better(imported: Imported) -> str:
     if sum(stride.side == imported.cycle.side and stride.loaded for stride in imported.strides) == 1:
         wishes.append("more strides on plates, for their mean")
     return "; ".join(wishes[:_WISHES]) or "nothing that is known"
-
-
-def _signed(value: float, digits: int) -> str:
-    return f"{round(value, digits) + 0.0:+.{digits}f}"  # no "-0.0"
 
 
 def _centres(points: Mapping[str, LegPoint]) -> str:
