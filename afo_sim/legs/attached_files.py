@@ -36,7 +36,7 @@ from afo_sim.legs.mjcf import files_of
 from afo_sim.model import circuit_of, endless
 from afo_sim.native import mujoco_library
 
-VERSION = 1  # of the sidecar
+VERSION = 2  # of the sidecar
 DIGITS = 17  # with which a number reads again as it was
 ARRAYS = ("centre", "axes")
 HEAD = """

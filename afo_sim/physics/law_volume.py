@@ -24,14 +24,14 @@ from afo_sim.physics.laws import LAWS
 from afo_sim.physics.pneumatics import braid_volume
 from afo_sim.physics.static_force import RETURN_PRESSURE
 
-TERMS, POWERS = 9, 4  # coefficients of ∂F/∂p by contraction, and by pressure
+TERMS, POWERS = 9, 5  # coefficients of ∂F/∂p by contraction, and by pressure: S2's eq. 11 has p⁵
 _FIRST = 3  # place of the first of them
 LAW_VOLUME = _FIRST + TERMS * POWERS  # numbers of a volume by its law
 GEOMETRIC = (0.0,) * LAW_VOLUME  # of the braid's own volume
 PLAUSIBLE = (0.8, 1.25)  # volume over the braid's, within which a law's is used [-]
 FIT = 5e-3  # of the blocked force, by which the polynomial's forces may miss the law's [-]
 STEADY = 1e-3  # share of ∂F/∂p below which its change by pressure is left out [-]
-CONTRACTIONS, PRESSURES = 25, 6  # at which the law is asked
+CONTRACTIONS, PRESSURES = 25, 8  # at which the law is asked
 YIELDS = 0.5  # share of d ln σ/d ln p that a volume that falls with the pressure may take [-]
 EQUAL = 1e-9  # share of ∂F/∂p by which it may differ from the braid's and be the same [-]
 
@@ -122,8 +122,8 @@ def _law_volume(
     volume_by, slope_by = 0.0, 0.0
     for k in range(TERMS, 0, -1):
         at = c + _FIRST + POWERS * (k - 1)
-        by = u[at + 1] + (2.0 * u[at + 2] + 3.0 * u[at + 3] * y) * y
-        term = u[at] + (u[at + 1] + (u[at + 2] + u[at + 3] * y) * y) * y
+        by = u[at + 1] + (2.0 * u[at + 2] + (3.0 * u[at + 3] + 4.0 * u[at + 4] * y) * y) * y
+        term = u[at] + (u[at + 1] + (u[at + 2] + (u[at + 3] + u[at + 4] * y) * y) * y) * y
         slope, volume = slope * x + term, volume * x + term / k
         slope_by, volume_by = slope_by * x + by, volume_by * x + by / k
     volume = nominal_length * (end * x * volume + beyond * slope)
