@@ -55,7 +55,6 @@ from .torque_report import FILES as FILES
 from .torque_report import folders as folders
 from .torque_solution import Profile as Profile
 from .torque_solution import profile as profile
-from .validation import brief as brief
 from .validation import summary as summary
 from .validation import validate as validate
 from .validation_knee import FEMUR_ANCHOR as FEMUR_ANCHOR

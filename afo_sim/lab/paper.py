@@ -15,15 +15,27 @@ from typing import Any
 
 from afo_sim.common import Shown, assets, unknown
 from afo_sim.lab import paper_values
-from afo_sim.lab.validation import brief
+from afo_sim.lab.validation import brief, published
 from afo_sim.lab.validation_row import Row
 
 # The worst outcome of a row's numbers is the row's.
-ORDER = ("FAILED", "disagrees", "cannot tell", "erratum", "agrees", "compared", "shown", "lost", "outside")
+ORDER = (
+    "FAILED",
+    "disagrees",
+    "cannot tell",
+    "erratum",
+    "agrees",
+    "compared",
+    "as set",
+    "shown",
+    "lost",
+    "outside",
+)
 OUTCOMES = (
-    "Agrees: within what print and scatter allow. Cannot tell: a model that must do worse passes as often. "
-    "Compared: no agreement can be demanded. Shown: the command shows it, and the paper has no number. "
-    "Lost: not in the text that can be read. In brackets: what the paper implies, and does not print."
+    "Agrees: within what print and scatter allow. Cannot tell: a deliberately wrong model passes as well, or "
+    "it depends on what the paper does not print. Compared: side by side, no pass or fail. As set: an input "
+    "of the program, or an identity; no evidence. Shown: by the command; the paper has no number. Lost: not "
+    "in the text that can be read. In brackets: implied by the paper, not printed. ✗: outside the tolerance."
 )
 KINDS = {
     "claim": "Claims",
@@ -49,9 +61,15 @@ class Claim:
     rows: tuple[Row, ...]
 
     @property
-    def shown(self) -> list[Row]:
-        """The numbers without the cells of tables that agree."""
-        return [row for row in self.rows if not row.cell or row.outcome != "agrees"]
+    def numbers(self) -> list[str]:
+        """Each number as it is told; of a table a line for each load, all pressures side by side."""
+        told = [brief(row, row) for row in self.rows if not row.cell]
+        loads: dict[str, list[str]] = {}
+        for row in (row for row in self.rows if row.cell):
+            *_, load, pressure = row.quantity.split(", ")
+            mark = "" if row.outcome == "agrees" else " ✗"
+            loads.setdefault(load, []).append(f"{pressure} {published(row)} → {row.simulated:.2f}{mark}")
+        return [*(f"{load}: {', '.join(cells)} [cm]" for load, cells in loads.items()), *told]
 
 
 @dataclass(frozen=True, repr=False)
@@ -71,7 +89,7 @@ class Paper(Shown):
     def verdict(self) -> str:
         """How many claims came out how."""
         counted = Counter(claim.outcome for claim in self.claims)
-        return ", ".join(f"{counted[outcome]} {outcome}" for outcome in ORDER if counted[outcome])
+        return ", ".join(f"{outcome} {counted[outcome]}" for outcome in ORDER if counted[outcome])
 
     def of(self, kind: str) -> list[Claim]:
         """The claims of one kind."""
@@ -129,13 +147,13 @@ def markdown(of: Paper) -> str:
 
 def _lines(of: Paper) -> Iterator[str]:
     yield f"{of.title}. {of.source}."
-    yield from ("", of.reading, "", f"Of {len(of.claims)} rows: {of.verdict}. {OUTCOMES}")
+    yield from ("", of.reading, "", f"Outcomes of {len(of.claims)} rows: {of.verdict}. {OUTCOMES}")
     for kind, title in KINDS.items():
         if claims := of.of(kind):
             yield from ("", f"## {title}", "")
         for claim in claims:
             yield f"- **{claim.number} · {claim.place}: {claim.outcome}.** {claim.says}."
-            numbers = "; ".join(brief(row, row) for row in claim.shown)
+            numbers = "; ".join(claim.numbers)
             if text := " ".join(f"{part}." for part in (numbers, claim.why) if part):
                 yield f"  {text}"
             if claim.command:

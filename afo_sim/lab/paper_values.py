@@ -3,14 +3,15 @@
 That is one of VALUES, beside what it takes; `times` multiplies what is found. In a paper it may be
 "validation": rows of a part of `models/validation`, by their source and as their quantity begins.
 
-    run         of a scenario (with `set`): a metric; a column's min, max, range, last, or its switchings; or
-                how many columns match a pattern
+    run         of a scenario (with `set`): a metric; a column's min, max, range, first, last, or its
+                switchings; or how many columns match a pattern
     apart       angle between a scenario's runs with two laws, RMS [deg]; `refit` fits one to the maker's
                 points; of_swing = true for percent of the last one's swing
     stand       of a test of a muscle (with `given`): a metric, by default of the first curve; or static_load
     described   a key of a description
     repeats     standard deviation of a sensor over ten fillings
     calf_share  of a recorded stride's positive work [%]
+    sensitivity  of a muscle's number, what 10 % more of a dimension change [%]
     torque_map  of a phase of a walk: torque needed, most that is lacking of it [N·m], or share of the time in
                 which there is enough [%], at the supply's pressure
     force, contraction, line, laws_apart, along, curve, fit, tube, flow: see `validation_laws.py`
@@ -32,7 +33,7 @@ from afo_sim.lab import stand_trial, validation_knee, validation_laws, validatio
 from afo_sim.lab.calf_share import calf_share
 from afo_sim.lab.law_fit import fit_law
 from afo_sim.lab.law_problem import pose, select
-from afo_sim.lab.stand import stand
+from afo_sim.lab.stand import sensitivity, stand
 from afo_sim.lab.validation_laws import Told, characteristic
 from afo_sim.lab.validation_row import Row
 from afo_sim.model.build import build
@@ -44,6 +45,7 @@ TAKE: dict[str, Callable[[np.ndarray], float]] = {
     "min": np.min,
     "max": np.max,
     "range": np.ptp,
+    "first": lambda values: values[0],
     "last": lambda values: values[-1],
 }
 REPEATS = 10
@@ -125,6 +127,11 @@ def _torque_map(told: Told) -> float:
     return need.peak if told["take"] == "needed" else float(lacking.max())
 
 
+def _sensitivity(told: Told) -> float:
+    _, own, more = sensitivity(load("muscle", told["muscle"]), 1e5 * told["bar"])[told["of"]]
+    return 100.0 * float(more / own - 1.0)
+
+
 def _repeats(told: Told) -> float:
     sensor = {"x": {"column": told["column"], "type": told["sensor"]}}
     scenario = load("scenario", told["scenario"], {**told.get("set", {}), "sensor": sensor})
@@ -140,6 +147,7 @@ VALUES: dict[str, Callable[[Told], Any]] = {
     "described": _described,
     "repeats": _repeats,
     "torque_map": _torque_map,
+    "sensitivity": _sensitivity,
     "calf_share": lambda told: calf_share(told["stride"]),
     "force": validation_laws.force,
     "contraction": validation_laws.contraction,

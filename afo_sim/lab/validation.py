@@ -8,6 +8,7 @@ from afo_sim.lab.paper_values import rows_of, validated
 from afo_sim.lab.validation_row import Row
 
 PAPERS = ("S0", "S1", "S2", "S3")
+EXACT = 1e-8  # below which a number is round-off, and is not told
 OTHERS = "What does not agree, and why:"
 
 
@@ -89,11 +90,14 @@ def brief(row: Row, first: Row) -> str:
     differ = [word for word, other in zip(words, others, strict=False) if word != other]
     alike = row is not first and len(words) == len(others) and len(differ) < 3
     quantity = " ".join(differ if alike else words).strip(",")
-    theirs = f"{_published(row)} → " if row.error is not None else ""
-    numbers = _error(row) if row.simulated is None else f"{theirs}{row.simulated:.4g}"
+    theirs = f"{published(row)} → " if row.published is not None or row.expected else ""
+    numbers = _error(row)
+    if row.simulated is not None:
+        digits = 3 if row.error is None else 4
+        numbers = theirs + ("0" if abs(row.simulated) < EXACT else f"{row.simulated:.{digits}g}")
     relative = 100.0 * (row.error or 0.0) / abs(row.published) if row.published else 0.0
     notes = [f"{relative:+.3g} %"] if abs(relative) >= 0.05 else []
-    notes += [f"±{row.tolerance:.3g}"] if row.tolerance else []
+    notes += [f"±{row.tolerance:.3g}"] if (row.tolerance or 0.0) > EXACT else []
     notes += [f"{name} {value:.3g}" for name, value in row.foils.items()]
     notes += [f"held out: {_held_out(row)}"] if row.held_out else []
     return f"{quantity}: {numbers} {row.unit}".strip() + (f" ({'; '.join(notes)})" if notes else "")
@@ -103,13 +107,12 @@ def _held_out(row: Row) -> str:
     return ", ".join(f"{error:.3g} by {kind}" for kind, error in row.held_out.items())
 
 
-def _published(row: Row) -> str:
-    if row.points > 1:
-        return f"{row.points} points"
+def published(row: Row) -> str:
+    """What was published, and in brackets what is implied."""
     parts = [] if row.published is None else [f"{row.published:.6g}"]
     if row.expected is not None:
         parts.append(f"({row.expected:.4g})")
-    return " ".join(parts) or "–"
+    return " ".join(parts)
 
 
 def _error(row: Row) -> str:

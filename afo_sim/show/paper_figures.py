@@ -51,7 +51,7 @@ def _device(figure: Any) -> None:
     geometric = {f"{group}.law": "chou_hannaford_1996", f"{group}.damping": "0 m^2*s"}
     for k, (label, scenario, sets, style) in enumerate(
         (
-            ("S1's geometric model", "seated-s1-simulated", geometric, "-"),
+            ("S1's geometric model, no damper", "seated-s1-simulated", geometric, "-"),
             ("S1's Hill model", "seated-s1-simulated", {}, "--"),
             ("the measured muscle", "seated", {}, "-"),
         )
@@ -85,12 +85,17 @@ def _isobars(figure: Any) -> None:
 
 
 def _arms(figure: Any, scenarios: dict[str, tuple[str, tuple[float, float]]]) -> None:
-    """S2's figures 5 and 6: the arm with each of the four laws, on the paper's own axes."""
-    for axis, (name, (title, axis_ends)) in zip(figure.subplots(1, 2), scenarios.items(), strict=True):
-        for k, (law, run) in enumerate(paper_values.compared(name, _S2_LAWS).items()):
-            axis.plot(run["time"], np.degrees(run["ankle/angle"]), color=COLOURS[k], label=law, lw=1.0)
-        axis.set(title=title, xlabel="time [s]", ylabel="arm's angle [deg]", xlim=(0.0, 11.0), ylim=axis_ends)
-    figure.legend(*axis.get_legend_handles_labels(), loc="outside lower center", ncols=4)
+    """S2's figures 5 and 6: the arm with each of the four laws, on the paper's axes; differences below."""
+    axes = figure.subplots(2, 2, sharex=True)
+    for column, (name, (title, axis_ends)) in zip(axes.T, scenarios.items(), strict=True):
+        runs = paper_values.compared(name, _S2_LAWS)
+        first = runs["sarosi_2012"]["ankle/angle"]
+        for k, (law, run) in enumerate(runs.items()):
+            for axis, angle in zip(column, (run["ankle/angle"], run["ankle/angle"] - first), strict=True):
+                axis.plot(run["time"], np.degrees(angle), color=COLOURS[k], label=law, lw=1.0)
+        column[0].set(title=title, ylabel="arm's angle [deg]", xlim=(0.0, 11.0), ylim=axis_ends)
+        column[1].set(xlabel="time [s]", ylabel="less that of sarosi_2012 [deg]")
+    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
 
 
 def _static_load(figure: Any) -> None:
@@ -276,7 +281,11 @@ FIGURES: dict[str, dict[str, tuple[tuple[float, float], _Fill]]] = {
     "S0": {"static_load": ((12.0, 6.4), _static_load), "isobaric": ((6.0, 4.2), _isobars)},
     "S1": {
         "figures_6_to_8": ((8.0, 3.6), _device),
-        "torque_necessary_and_available": ((8.8, 3.4), lambda figure: fill(figure, torque_map())),
+        "torque_of_a_drop_foot": ((8.8, 3.4), lambda figure: fill(figure, torque_map())),
+        "torque_of_a_weak_calf": (
+            (8.8, 3.4),
+            lambda figure: fill(figure, torque_map(sets={"patient": "plantarflexor-weak"})),
+        ),
         "figures_9_to_12": (
             (6.6, 5.4),
             functools.partial(_s1, bench=1, first=9, masses=(1.0, 1.5, 2.0, 3.0), shape=(2, 2)),
@@ -288,7 +297,7 @@ FIGURES: dict[str, dict[str, tuple[tuple[float, float], _Fill]]] = {
     },
     "S2": {
         "figure_4": ((6.0, 4.2), _isobars),
-        "figures_5_and_6": ((9.0, 3.8), functools.partial(_arms, scenarios=S2_ARMS)),
+        "figures_5_and_6": ((9.0, 5.6), functools.partial(_arms, scenarios=S2_ARMS)),
     },
     "S3": {"characteristics": ((9.6, 3.6), _s3)},
 }

@@ -27,7 +27,8 @@ def fill(figure: Any, found: TorqueMaps) -> None:
     """A panel for each chamber."""
     scenario = found.scenario
     title = f"{scenario.orthosis.name} on {scenario.leg.name}: static torque"
-    title += f"; needed by {person_of(scenario).body_mass:g} kg" if found.needs else ""
+    patient = "" if scenario.patient is None else f" ({scenario.patient.name})"
+    title += f"; needed by {person_of(scenario).body_mass:g} kg{patient}" if found.needs else ""
     axes = figure.subplots(1, len(found.maps), squeeze=False)[0]
     for axis, own in zip(axes, found.maps, strict=True):
         colours = on_scale(np.linspace(0.0, 1.0, len(own.pressures)))
@@ -45,6 +46,7 @@ def fill(figure: Any, found: TorqueMaps) -> None:
             axis.text(angle[k], sign * need.torque[k], text, bbox=_VEIL, **look)
         _shade_stretch(axis, own, [SIDES[need.side] * need.torque for need in needs])
         axis.axhline(0.0, color=ZERO, lw=0.8)
+        axis.margins(y=0.12)  # room for a need's text
         positive = JOINTS[own.joint].directions[0]
         axis.set_xlabel(f"{own.joint} angle [deg], {positive} +")
         axis.set_ylabel(f"orthosis torque [N·m], {positive} +")

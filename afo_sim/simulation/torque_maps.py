@@ -1,5 +1,6 @@
 """Torque available over joint angle and pressure, beside the torque that a patient's walk needs."""
 
+import math
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -11,7 +12,7 @@ from afo_sim.common import InputError, Notice
 from afo_sim.description import Scenario, load
 from afo_sim.metrics import SIDES, Need, needs
 from afo_sim.metrics.strides import strides
-from afo_sim.model import ANKLE, JOINTS, UNDRIVEN, Built, TorqueMap, two_strides
+from afo_sim.model import ANKLE, JOINTS, UNDRIVEN, Built, TorqueMap, person_of, two_strides
 from afo_sim.model import torque_map as static
 from afo_sim.model.build import build
 from afo_sim.simulation.columns import columns_of
@@ -19,6 +20,7 @@ from afo_sim.simulation.reference_walk import OPEN
 from afo_sim.simulation.rollout import Rollout
 
 OF_WALK = ("gait", "ground", "patient", "shoe")  # tables of who walks how
+OTHER_SIZE = 0.05  # of the body's height, beyond which the device's moment arms are another person's
 DEVICE = ("leg", "orthosis", "supply", "timestep")  # what is worn in another walk
 
 
@@ -103,6 +105,11 @@ def torque_map(
         if len(lacking) == before:
             lacking.append(("none", need, asked))
     warnings = []
+    height, fits = person_of(described).body_height, described.leg.body_height
+    if needed and abs(math.log(height / fits)) > OTHER_SIZE:
+        text = "the device is on a leg of a {fits:.3g} m body, the need is that of {height:.3g} m; afo-sim refit"
+        told = Notice("device-of-another-size", text, subject="patient.body_height", height=height, fits=fits)
+        warnings.append(told)
     for name, group in described.orthosis.muscle.items():
         warnings += static.beyond_pressure(name, group, float(maps[0].pressures.max()))
     return TorqueMaps(described, maps, needed, lacking, warnings)

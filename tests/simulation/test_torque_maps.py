@@ -49,6 +49,13 @@ def test_the_need_is_that_of_the_walks_metrics(number: int) -> None:
     assert_needs_of_the_run(PATIENTS[number])
 
 
+@pytest.mark.parametrize(("metres", "other"), [(1.28, True), (1.71, False), (1.80, False), (1.90, True)])
+def test_a_device_on_another_persons_leg_is_told(metres: float, other: bool) -> None:
+    """The leg that it is fitted to is of 1.75 m; its moment arms go with the height."""
+    found = afo.torque_map(WALK, body(70, metres), angles=[0.0])
+    assert ("device-of-another-size" in {notice.code for notice in found.warnings}) == other
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("sets", PATIENTS)
 def test_ten_patients_need_what_their_walks_report(sets: dict[str, Any]) -> None:
