@@ -107,7 +107,9 @@ def torque_map(
     warnings = []
     height, fits = person_of(described).body_height, described.leg.body_height
     if needed and abs(math.log(height / fits)) > OTHER_SIZE:
-        text = "the device is on a leg of a {fits:.3g} m body, the need is that of {height:.3g} m; afo-sim refit"
+        text = (
+            "the device is on a leg of {fits:.3g} m of height, the need that of {height:.3g} m; afo-sim refit"
+        )
         told = Notice("device-of-another-size", text, subject="patient.body_height", height=height, fits=fits)
         warnings.append(told)
     for name, group in described.orthosis.muscle.items():
