@@ -14,20 +14,16 @@ class Observation(Protocol):
     @property
     def time(self) -> float:
         """Present time, at which the command begins [s]."""
-        ...
 
     @property
     def period(self) -> float:
         """Time from one command to the next [s]."""
-        ...
 
     def __getitem__(self, column: str) -> float:
         """The last sample of a column; InputError where there is no such column."""
-        ...
 
     def rows(self, column: str) -> "object":
         """All samples of a column since the last command (n,)."""
-        ...
 
 
 Told = Mapping[str, float]  # what a controller reports beside its commands, by name
@@ -38,7 +34,6 @@ class Controller(Protocol):
 
     def __call__(self, seen: Observation) -> Mapping[str, Command]:
         """The commands by chamber."""
-        ...
 
 
 # Columns "controller/<name>" that controllers may report: {name: (unit, meaning)}

@@ -1,6 +1,7 @@
 """PID control of an angle, a moment or a pressure."""
 
 import math
+from dataclasses import dataclass
 
 from afo_sim.control.command import Command
 from afo_sim.control.controller import Observation, Told
@@ -12,20 +13,17 @@ FILTER = 0.1  # of the derivative's time, where no filter is described
 TELLS = {"angle": "reference", "moment": "reference_moment", "pressure": "reference_pressure"}
 
 
+@dataclass(eq=False)
 class Law:
     """The PID law itself, on numbers of whatever unit: error and measurement → output."""
 
-    def __init__(
-        self,
-        band: float,
-        integral_time: float | None,
-        derivative_time: float,
-        derivative_filter: float,
-        limit: float,
-    ):
-        self.band, self.limit = band, limit
-        self.integral_time = integral_time
-        self.derivative_time, self.derivative_filter = derivative_time, derivative_filter
+    band: float
+    integral_time: float | None
+    derivative_time: float
+    derivative_filter: float
+    limit: float
+
+    def __post_init__(self) -> None:
         self.reset()
 
     def reset(self) -> None:

@@ -36,16 +36,12 @@ def check_required(asks: Iterable[RequiredInput], known: Iterable[str], unit: Ca
             alike = ", ".join(name for name in names if unit(name) == asked.unit)
             raise InputError(problem, field=field, value=asked.column, allowed=alike)
         if asked.text:
-            _check_unit(asked, found)
-
-
-def _check_unit(asked: RequiredInput, unit: str) -> None:
-    try:
-        parse_quantity(_plain(asked.text) if unit == "" else asked.text, unit)
-    except ValueError as error:
-        field, bare = _key(asked, asked.key), f" [{unit}]" if unit else ", a bare number"
-        allowed = f"a value of {asked.column}{bare}"
-        raise InputError(str(error), field=field, value=asked.text, allowed=allowed) from None
+            try:
+                parse_quantity(_plain(asked.text) if found == "" else asked.text, found)
+            except ValueError as error:
+                field, bare = _key(asked, asked.key), f" [{found}]" if found else ", a bare number"
+                allowed = f"a value of {asked.column}{bare}"
+                raise InputError(str(error), field=field, value=asked.text, allowed=allowed) from None
 
 
 def _plain(text: str) -> str | float:

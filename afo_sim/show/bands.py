@@ -1,7 +1,7 @@
 """Bands of a run's numbers, in words and tables: what is not known of orthosis and wearer, drawn together."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,38 +17,20 @@ _OF_METRICS = {_CLEARANCE: "toe clearance", _TORQUE: "torque against push-off", 
 
 
 @dataclass(frozen=True)
-class _Row:
-    """A number of the table: its label, the run's own value, 5, 50 and 95 % of the draws, its unit."""
-
-    label: str
-    own: str
-    low: str
-    middle: str
-    high: str
-    unit: str
-
-
-@dataclass(frozen=True)
-class _Bar:
-    """A group's shares of the variance of each metric [%]; `each_stride` ones no measurement takes away."""
-
-    name: str
-    each_stride: bool
-    measure: str
-    shares: tuple[float, ...]
-
-
-@dataclass(frozen=True)
 class _Part:
-    """One run's part of the report: warnings that stand first, rows, bars, and what was drawn."""
+    """One run's part of the report: warnings that stand first, rows, bars, and what was drawn.
+
+    A bar is a group's name, whether it varies from stride to stride, which no measurement takes away, how
+    to measure it, and its share of the variance of each metric [%].
+    """
 
     run: RunView
     draws: int
     warnings: tuple[str, ...]
     sentences: tuple[str, ...]
-    rows: tuple[_Row, ...]
+    rows: tuple[tuple[str, ...], ...]
     explained: tuple[str, ...]
-    bars: tuple[_Bar, ...]
+    bars: tuple[tuple[str, bool, str, tuple[float, ...]], ...]
     drawn: tuple[tuple[str, str, str, str], ...]
     notes: tuple[str, ...]
 
@@ -74,7 +56,7 @@ def brief(recording: Recording) -> list[str]:
         return []
     found, left = [], study["draws"] - study["failed"]["count"]
     for name in [name for name in _OF_METRICS if name in study["metrics"]]:
-        _, (low, _, high), of = _told(name, study["metrics"][name])
+        _, (low, _, high), of = _told(study["metrics"][name])
         found.append(f"{_OF_METRICS[name]} {low} to {high} {of}")
     if study["trips"]:
         found.append(of_draws(study["trips"]["touch"]["share"], left, "trips", "trip"))
@@ -89,7 +71,7 @@ def markdown(recording: Recording) -> str:
         return ""
     parts = ["## What is not known", *_warnings(study), *_sentences(study)]
     table = ["| | run | 5 % | 50 % | 95 % | |", "|---|---|---|---|---|---|"]
-    table += [f"| {r.label} | {r.own} | {r.low} | {r.middle} | {r.high} | {r.unit} |" for r in _rows(study)]
+    table += [f"| {' | '.join(row)} |" for row in _rows(study)]
     return "\n\n".join([*parts, "\n".join(table), *_notes(study)])
 
 
@@ -105,12 +87,12 @@ def _study(recording: Recording) -> Mapping[str, Any] | None:
 
 def _part(run: RunView, study: Mapping[str, Any]) -> _Part:
     names = [name for name in _OF_METRICS if name in study.get("rest", {})]
-    bars = [
-        _Bar(_plain(g["name"]), g["each_stride"], g["measure"], tuple(_percent(g, name) for name in names))
-        for g in study["groups"]
-    ]
+    bars = []
+    for group in study["groups"]:
+        shares = tuple(_percent(group, name) for name in names)
+        if max(shares, default=0.0) >= 100.0 * _LEAST_SHARE:
+            bars.append((_plain(group["name"]), group["each_stride"], group["measure"], shares))
     rest = tuple(100.0 * study["rest"][name] for name in names)
-    kept = [bar for bar in bars if max(bar.shares, default=0.0) >= 100.0 * _LEAST_SHARE]
     return _Part(
         run,
         study["draws"],
@@ -118,7 +100,7 @@ def _part(run: RunView, study: Mapping[str, Any]) -> _Part:
         tuple(_sentences(study)),
         tuple(_rows(study)),
         tuple(_OF_METRICS[name] for name in names),
-        (*kept, _Bar("together, and what is left", True, "", rest)) if kept else (),
+        (*bars, ("together, and what is left", True, "", rest)) if bars else (),
         tuple(_drawn(one) for one in study["drawn"]),
         tuple(_notes(study)),
     )
@@ -166,20 +148,19 @@ def _measure_next(study: Mapping[str, Any]) -> list[str]:
 def _band(name: str, metrics: Mapping[str, Any]) -> str:
     """A number with its band: "13.2 mm, 5 to 95 %: −2.2 to 27.3 mm"."""
     facts = metrics[name]
-    _, (low, _, high), of = _told(name, facts)
+    _, (low, _, high), of = _told(facts)
     own = f"{facts['own']:.{_decimals(facts) + 1}f}".replace("-", "−")
     return f"{own} {of}, 5 to 95 %: {low} to {high} {of}"
 
 
-def _rows(study: Mapping[str, Any]) -> list[_Row]:
-    found = []
+def _rows(study: Mapping[str, Any]) -> Iterator[tuple[str, ...]]:
+    """Of each number its label, the run's own value, 5, 50 and 95 % of the draws, its unit."""
     for name, facts in study["metrics"].items():
-        own, (low, middle, high), of = _told(name, facts)
-        found.append(_Row(words(name).label, own, low, middle, high, of))
-    return found
+        own, quantiles, of = _told(facts)
+        yield words(name).label, own, *quantiles, of
 
 
-def _told(name: str, facts: Mapping[str, Any]) -> tuple[str, list[str], str]:
+def _told(facts: Mapping[str, Any]) -> tuple[str, list[str], str]:
     """Own value and quantiles with as many decimals as the band deserves, and the unit."""
     decimals, numbers = _decimals(facts), (facts["own"], *facts["quantiles"])
     own, *others = (f"{x:.{decimals}f}".replace("-", "−") for x in numbers)

@@ -140,32 +140,26 @@ _SMALL = 7.0  # size of words in panels
 
 def _draw_curves(axes: list[Any], design: Design) -> None:
     """Fill four panels, one under another."""
-    named = colours(design)
-    for axis, draw in zip(axes, (_contraction, _lengths, _arm, _torque), strict=True):
+    named, leg, bar = colours(design), design.built.scenario.leg, pressure(design.facts[0])
+    panels = (
+        (_contraction, f"contraction [%]: path thin, {bar} thick, no air dotted, slack shaded"),
+        (_lengths, f"length [mm]: path thin; muscle + link + slack at {bar} thick, no air dotted"),
+        (_arm, f"moment arm about the {plain(leg.ankle, 20)} [mm]"),
+        (_torque, f"torque at rest [N·m]: {bar} thick, half of it dashed, no air dotted"),
+    )
+    for axis, (draw, title) in zip(axes, panels, strict=True):
         _ground(axis, design.facts[0])
         for entry in design.facts:
             draw(axis, entry, named[entry.name])
         _scale(axis, design.facts[0])
+        axis.set_title(title, loc="left", fontsize=_SMALL, pad=2.5)
     _limits(axes[0], design)
-    leg = design.built.scenario.leg
     axes[-1].set_xlabel(
         f"{plain(leg.ankle, 20)} angle [deg], {leg.directions[0]} +; grey: beyond the range of motion",
         fontsize=_SMALL + 0.5,
     )
     for axis in axes[:-1]:
         axis.tick_params(labelbottom=False)
-    bar = pressure(design.facts[0])
-    for axis, text in zip(
-        axes,
-        (
-            f"contraction [%]: path thin, {bar} thick, no air dotted, slack shaded",
-            f"length [mm]: path thin; muscle + link + slack at {bar} thick, no air dotted",
-            f"moment arm about the {plain(leg.ankle, 20)} [mm]",
-            f"torque at rest [N·m]: {bar} thick, half of it dashed, no air dotted",
-        ),
-        strict=True,
-    ):
-        axis.set_title(text, loc="left", fontsize=_SMALL, pad=2.5)
 
 
 def _ground(axis: Any, entry: PathFacts) -> None:

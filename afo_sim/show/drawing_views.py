@@ -382,7 +382,7 @@ def knee(design: Design) -> tuple[str, float] | None:
     above = JOINTS[leg.joint].above
     if leg.shank_length and leg.joint == "ankle":
         return "knee–ankle", float(leg.shank_length)
-    top = _extreme(design, (above,), highest=True)
+    top = _extreme(design, highest=True)
     return None if top is None else (f"{above}'s top–{leg.joint}", top)
 
 
@@ -394,21 +394,19 @@ def sole(design: Design, pose: Pose) -> tuple[str, float] | None:
     if "heel" in sites:
         height = float(pose.flat(pose.data.site("heel").xpos[None, :])[0, 1])
     else:
-        found = _extreme(design, None, highest=False)
+        found = _extreme(design, highest=False)
         height = 0.0 if found is None else found
     joint = design.built.scenario.leg.joint
     end = "sole" if joint == "ankle" else "lowest"
     return (f"{joint}–{end}", height) if height < -1e-3 else None
 
 
-def _extreme(design: Design, parts: tuple[str, ...] | None, *, highest: bool) -> float | None:
-    pose = Pose.at(design.built, 0.0)
+def _extreme(design: Design, *, highest: bool) -> float | None:
+    """The top of the segment above the joint, or the lowest height of all others [m]."""
+    pose, above = Pose.at(design.built, 0.0), JOINTS[design.built.scenario.leg.joint].above
     limb = leg_geoms(pose.model, design.built)
-    found = [
-        pose.outline(g)[:, 1]
-        for g, part in limb.items()
-        if (part in parts if parts is not None else part != JOINTS[design.built.scenario.leg.joint].above)
-    ]
+    found = [pose.outline(g)[:, 1] for g, part in limb.items() if (part == above) is highest]
     if not found:
         return None
-    return float(max(shape.max() for shape in found) if highest else min(shape.min() for shape in found))
+    heights = np.concatenate(found)
+    return float(heights.max() if highest else heights.min())

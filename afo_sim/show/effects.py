@@ -30,10 +30,8 @@ _SHORT = {
     PITCH: "pitch",
     AIR: "air",
 }
-_HEADS = {
-    CLEARANCE: "toe",
+_HEADS = _SHORT | {
     FIRST: "toe, first stride",
-    TORQUE: "against push-off",
     WORK: "work against push-off",
     PITCH: "pitch at contact",
     AIR: "air per stride",
@@ -44,24 +42,17 @@ _NONE = "no single step helps: it takes a larger step, several together, or anot
 
 
 @dataclass(frozen=True)
-class _EffectCell:
-    """A difference as a number, and as a bar of `share` percent of the longest; `up` fills it."""
-
-    text: str
-    share: float
-    up: bool
-    drawn: bool
-
-
-@dataclass(frozen=True)
 class _EffectRow:
-    """One step: `name` and `steps` (rows that it heads) only at a parameter's first."""
+    """One step: `name` and `steps` (rows that it heads) only at a parameter's first.
+
+    A cell is a difference as a text, and as a share of the longest of its column [percent].
+    """
 
     name: str
     steps: int
     change: str
     helps: bool
-    cells: tuple[_EffectCell, ...]
+    cells: tuple[tuple[str, float], ...]
     note: str
 
 
@@ -214,15 +205,7 @@ def _rows(
     for parameter in dict.fromkeys(effect.name for effect in shown):
         steps = [effect for effect in shown if effect.name == parameter]
         for k, effect in enumerate(steps):
-            cells = tuple(
-                _EffectCell(
-                    _number(effect, found, n),
-                    100.0 * abs(effect.by(n)) / longest[n],
-                    effect.by(n) > 0.0,
-                    n in _BARS,
-                )
-                for n in names
-            )
+            cells = tuple((_number(effect, found, n), 100.0 * effect.by(n) / longest[n]) for n in names)
             told = _MEASURE if effect.assumed and k == 0 else ""
             note = "; ".join(text for text in (told, effect.reason, *effect.beyond, *effect.notes) if text)
             yield _EffectRow(

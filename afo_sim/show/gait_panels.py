@@ -221,11 +221,8 @@ def _events(axis: Any, imported: Imported) -> None:
         level = -float(sides.index(stride.side))
         counts[stride.side] += 1
         taken = index in imported.chosen
-        look = {
-            "color": "black" if taken else _NOT_TAKEN,
-            "lw": 2.2 if taken else 1.0,
-            "solid_capstyle": "butt",
-        }
+        colour, width = ("black", 2.2) if taken else (_NOT_TAKEN, 1.0)
+        look = {"color": colour, "lw": width, "solid_capstyle": "butt"}
         start, end = stride.start, stride.end
         if stride.closed is not None:
             start, end = stride.closed.window
@@ -238,7 +235,7 @@ def _events(axis: Any, imported: Imported) -> None:
             places = np.linspace(start, end, 11)[2:-2]
             at = places[np.abs(places[:, None] - marks).min(axis=1).argmax()]  # far from its marks
             box = {"boxstyle": "square,pad=0.1", "fc": "white", "ec": "none"}
-            axis.text(at, level, words, ha="center", va="center", fontsize=7.5, color=look["color"], bbox=box)
+            axis.text(at, level, words, ha="center", va="center", fontsize=7.5, color=colour, bbox=box)
     axis.set_yticks([-float(k) for k in range(len(sides))], sides)
     axis.set_ylim(-len(sides) + 0.4, 0.6)
     axis.tick_params(axis="y", length=0)

@@ -122,11 +122,9 @@ def doubts(scenario: Mapping[str, Any], metrics: Metrics, strides: Strides) -> l
     """Strides that are left out, assumed stiffness that decides."""
     found = of_leg(scenario)
     if "toe_clearance" in metrics and "strides_counted" in metrics:
-        of = (
-            "those of the settled stride, which was solved for"
-            if "strides_solved" in metrics
-            else _walked(metrics, strides)
-        )
+        of = "those of the settled stride, which was solved for"
+        if "strides_solved" not in metrics:
+            of = _walked(metrics, strides)
         words = "the numbers are {of}; the wearer also walks the first strides{start}"
         found.append(Notice(_WHICH_STRIDES, words, of=of, start=_from_start(strides)))
     filled = [name for name, start in (scenario.get("start") or {}).items() if name != "provenance" and start]
@@ -217,8 +215,9 @@ def _of_height(cycle: "GaitCycle", scenario: Mapping[str, Any]) -> list[Notice]:
     """A recorded walker's height that is not known, or that is not the patient's."""
     height, leg = body_height(scenario), parse_quantity(scenario["leg"]["body_height"], "m")
     trial = cycle.body_height or leg
-    known = bool(cycle.body_height)
-    is_tall = "is {walker:.2f} m tall" if known else "is of unknown height, {walker:.2f} m is assumed"
+    is_tall = "is {walker:.2f} m tall"
+    if not cycle.body_height:
+        is_tall = "is of unknown height, {walker:.2f} m is assumed"
     if abs(trial / height - 1.0) > _SAME_HEIGHT:
         end = f"{is_tall}: the stride is scaled to the patient's {{patient:.2f}} m{{key}}"
     elif cycle.body_height:

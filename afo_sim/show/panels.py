@@ -187,15 +187,8 @@ def valves(axis: Any, runs: Sequence[RunView], over: Over = "time") -> None:
         x, opening = run.curves(f"valve/{valve}/opening", over)
         mean = opening.mean(axis=0)
         corners = np.unique(np.r_[0, np.flatnonzero(np.diff(mean)) + 1, len(mean) - 1])
-        axis.fill_between(
-            x[corners],
-            lane + 0.4,
-            lane + 0.4 - 0.8 * mean[corners],
-            step="post",
-            color=run.colours.get(chamber, GREY),
-            alpha=alpha,
-            lw=0.0,
-        )
+        shut, look = lane + 0.4, {"color": run.colours.get(chamber, GREY), "alpha": alpha, "lw": 0.0}
+        axis.fill_between(x[corners], shut, shut - 0.8 * mean[corners], step="post", **look)
     axis.set_ylim(len(lanes) - 0.5, -0.5)
     names = [f"{c} {valve.removeprefix(f'{c}_')}" if c else valve for valve, c, _ in lanes]
     axis.set_yticks(range(len(lanes)), [plain(name) for name in names], fontsize=8.0)

@@ -78,8 +78,7 @@ def _scenario_rows(runs: Sequence[RunView]) -> Iterator[_TableRow]:
 
 def _metric_groups(runs: Sequence[RunView]) -> Iterator[tuple[str, list[_TableRow]]]:
     """Every metric, runs side by side, with the difference from the first run."""
-    tables = [run.recording.metrics for run in runs]
-    names = list(dict.fromkeys(name for table in tables for name in table))
+    names = list(dict.fromkeys(name for run in runs for name in run.recording.metrics))
     for group in GROUPS:
         if rows := [_row(name, runs) for name in names if words(name).group == group]:
             yield group, rows

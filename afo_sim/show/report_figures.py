@@ -122,7 +122,7 @@ def draw_moment(figures: Sequence[Any], runs: Sequence[RunView]) -> None:
 
 def _clearance(axis: Any, runs: Sequence[RunView], point: str) -> None:
     walk_panels.clearance(axis, runs, point)
-    walk_panels.share_floor([axis], min(run.toe_off for run in runs))
+    walk_panels.share_floor(axis, min(run.toe_off for run in runs))
 
 
 def draw_pressures(figures: Sequence[Any], runs: Sequence[RunView], over: Over = "cycle") -> None:

@@ -79,7 +79,7 @@ def draw_in_short(recording: Recording, path: pathlib.Path) -> None:
         panels.angle(angle, [run], "cycle")
         walk_panels.over_cycle(angle, run.toe_off, angle.get_ylabel())
         walk_panels.clearance(toe, [run], "toe")
-        walk_panels.share_floor([toe], run.toe_off)
+        walk_panels.share_floor(toe, run.toe_off)
         panels.legend(figure, [angle, toe], columns=2)
 
 

@@ -28,13 +28,14 @@ def draw_search(problem: Problem, units: Mapping[str, str], columns: Columns, pa
         axes = figure.subplots(rows, across, sharex=True, squeeze=False).ravel()
         ends = np.append(np.flatnonzero(np.diff(columns["generation"])) + 1, len(columns["generation"]))
         so_far = np.array([best_of(problem.aim, {n: c[:end] for n, c in columns.items()}) for end in ends])
-        whole = np.full(len(so_far), True)
-        keeps = aim.feasible(columns)[so_far]
-        _dots(axes[0], problem, columns, columns[OBJECTIVE], so_far, keeps)
+        goal = columns[OBJECTIVE]
+        kept = np.where(aim.feasible(columns)[so_far], goal[so_far], np.nan)
+        _dots(axes[0], problem, columns, goal, kept)
         axes[0].set_ylabel(_title(aim.objective.metric, units))
         axes[0].set_title(f"{aim.objective.goal}, {aim.objective.over} of patients", **_FACTS)
         for axis, limit in zip(axes[1:], aim.limits, strict=False):
-            _dots(axis, problem, columns, columns[f"{limit.name}_level"], so_far, whole)
+            level = columns[f"{limit.name}_level"]
+            _dots(axis, problem, columns, level, level[so_far])
             axis.axhline(limit.bound, zorder=1, **_BOUND)
             axis.set_ylabel(_title(limit.metric, units))
             axis.set_title(f"kept by {100.0 * limit.share:.3g} %; limit dashed", **_FACTS)
@@ -48,16 +49,13 @@ def draw_search(problem: Problem, units: Mapping[str, str], columns: Columns, pa
         figure.legend(*axes[count - 1].get_legend_handles_labels(), loc="outside upper left", ncols=4)
 
 
-def _dots(
-    axis: Any, problem: Problem, columns: Columns, values: np.ndarray, so_far: np.ndarray, shown: np.ndarray
-) -> None:
-    """All designs' values; grey those that violate something, a line along the best where `shown`."""
+def _dots(axis: Any, problem: Problem, columns: Columns, values: np.ndarray, best: np.ndarray) -> None:
+    """All designs' values; grey those that violate something, a line along the best so far."""
     generation, keeps = columns["generation"] + 1, problem.aim.feasible(columns)
     axis.plot(generation[~keeps], values[~keeps], label="violates a limit or constraint", zorder=2, **_NOT)
     axis.plot(generation[keeps], values[keeps], label="feasible", zorder=3, **_KEEPS)
-    line = np.where(shown, values[so_far], np.nan)
-    axis.plot(np.arange(1, len(so_far) + 1), line, label="best so far", zorder=4, **BEST)
-    axis.set_xlim(0.5, len(so_far) + 0.5)
+    axis.plot(np.arange(1, len(best) + 1), best, label="best so far", zorder=4, **BEST)
+    axis.set_xlim(0.5, len(best) + 0.5)
     axis.locator_params(axis="x", integer=True, nbins=6)
     axis.margins(y=0.08)
 
@@ -67,7 +65,7 @@ def _parameter(axis: Any, problem: Problem, number: int, columns: Columns, so_fa
     ends = np.array([parameter.spread.lower, parameter.spread.upper])  # type: ignore[union-attr]
     factor, unit = human_scale(parameter.unit, ends)
     values = factor * columns[parameter.name]
-    _dots(axis, problem, columns, values, so_far, np.full(len(so_far), True))
+    _dots(axis, problem, columns, values, values[so_far])
     if parameter.spread.logarithmic:  # type: ignore[union-attr]
         axis.set_yscale("log")
     low, high = factor * ends

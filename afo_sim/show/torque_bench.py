@@ -28,21 +28,17 @@ def write_torque_figure(found: TorqueFit, folder: pathlib.Path) -> list[pathlib.
 
 
 def _fill(figure: Any, found: TorqueFit, profiled: Profile | None, columns: int, rows: int) -> None:
-    axes = list(np.ravel(figure.subplots(rows, columns)))
-    groups = found.problem.groups[:_MOST_GROUPS]
+    axes = iter(np.ravel(figure.subplots(rows, columns)))
     level, of_group = found.problem.levels, found.problem.of_group
-    for k, group in enumerate(groups):
-        _draw_torque(axes[k], found, group, level[of_group == k])
-    _draw_residuals(axes[len(groups)], found, level)
-    used = len(groups) + 1
+    for k, group in enumerate(found.problem.groups[:_MOST_GROUPS]):
+        _draw_torque(next(axes), found, group, level[of_group == k])
+    _draw_residuals(next(axes), found, level)
     if profiled is not None:
-        _draw_profile(axes[used], found, profiled)
-        used += 1
+        _draw_profile(next(axes), found, profiled)
     if found.laws:
-        _draw_laws(axes[used], found)
-        used += 1
-    for axis in axes[used:]:
-        axis.set_axis_off()
+        _draw_laws(next(axes), found)
+    for unused in axes:
+        unused.set_axis_off()
     lacking = sorted(refused(found.verdict))
     told = f"; not determined by these readings: {', '.join(lacking)}" if lacking else ""
     values = ", ".join(f"{p.name} {p.text(found.parameters[p.name])}" for p in found.problem.free)
@@ -60,6 +56,7 @@ def _draw_torque(axis: Any, found: TorqueFit, group: Group, level: np.ndarray) -
     readings = group.readings
     reach = (readings.angle.min(), readings.angle.max())
     grid = np.linspace(*reach, _GRID) if reach[1] > reach[0] else np.array(reach)
+    rigid = {"offset": 0.0, "series_stiffness": np.inf, "cuff_stiffness": np.inf, "plate_stiffness": np.inf}
     axis.axhline(0.0, color=ZERO, lw=0.8)
     for k in np.unique(level):
         own = readings.take(level == k)
@@ -67,9 +64,6 @@ def _draw_torque(axis: Any, found: TorqueFit, group: Group, level: np.ndarray) -
         colour = _colour(pressure, found)
         line = Group.of(_at(readings, grid, pressure), group.orthosis)
         fitted = predict(found.problem, found.parameters, [line])["torque"]
-        rigid = dict.fromkeys(("series_stiffness", "cuff_stiffness", "plate_stiffness"), np.inf) | {
-            "offset": 0.0
-        }
         stiff = predict(found.problem, found.parameters | rigid, [line])["torque"]
         axis.plot(np.degrees(grid), stiff, ":", color=colour, lw=1.0)
         axis.plot(np.degrees(grid), fitted, color=colour)
@@ -110,14 +104,8 @@ def _draw_residuals(axis: Any, found: TorqueFit, level: np.ndarray) -> None:
         missed = found.held_out[kind]
         for k, name in enumerate(missed.errors):
             mask = found.problem.parts(kind)[name]
-            axis.plot(
-                angle[mask],
-                missed.errors[name],
-                "x",
-                ms=4,
-                color=COLOURS[0],
-                label="left out" if k == 0 else None,
-            )
+            label = "left out" if k == 0 else None
+            axis.plot(angle[mask], missed.errors[name], "x", ms=4, color=COLOURS[0], label=label)
     axis.margins(x=0.03)
     axis.set(xlabel="angle [deg]", ylabel="predicted − measured [N·m]")
     left = f", {found.held_out[kind].rms:.3g} with {kind} left out" if kind else ""

@@ -41,12 +41,8 @@ def internal_moment(axis: Any, runs: Sequence[RunView]) -> None:
         total = np.sum([run.cycles(name) for name in INTERNAL], axis=0) / run.body_mass
         mean_and_spread(axis, total, run.colour, run.name, PERCENT, run.style)
     first = runs[0]
-    axis.plot(
-        PERCENT,
-        first.cycles("gait/ankle_moment").mean(axis=0) / first.body_mass,
-        **HEALTHY,
-        label=first.recorded,
-    )
+    recorded = first.cycles("gait/ankle_moment").mean(axis=0) / first.body_mass
+    axis.plot(PERCENT, recorded, **HEALTHY, label=first.recorded)
     over_cycle(axis, first.toe_off, f"internal ankle moment [N·m/kg]\n{_FLEXION}")
 
 
@@ -93,21 +89,15 @@ def _heights(run: RunView, point: str) -> tuple[str, str]:
     return without_floor(columns, own), recorded
 
 
-def share_floor(axes: Sequence[Any], start: float) -> None:
-    """One scale for panels of clearance from a phase on, with room for words below a shaded floor."""
-    seen = [
-        line.get_ydata()[start <= PHASE]
-        for axis in axes
-        for line in axis.lines
-        if len(line.get_ydata()) == len(PHASE)
-    ]
+def share_floor(axis: Any, start: float) -> None:
+    """The scale of a panel of clearance from a phase on, with room for words below a shaded floor."""
+    curves = (line.get_ydata() for line in axis.lines)
+    seen = [y[start <= PHASE] for y in curves if len(y) == len(PHASE)]
     low, high = min(y.min() for y in seen), max(y.max() for y in seen)
-    for axis in axes:
-        axis.set_ylim(min(low, 0.0) - 0.24 * (high - low), high + 8.0)
-        axis.axhspan(axis.get_ylim()[0], 0.0, color="#f3dede", lw=0.0, zorder=0)
-        look = {"fontsize": 8.0, "color": "#803030"}
-        axis.annotate(_TRIP, (0.02, 0.02), xycoords="axes fraction", **look)
-        axis.tick_params(labelleft=True)
+    axis.set_ylim(min(low, 0.0) - 0.24 * (high - low), high + 8.0)
+    axis.axhspan(axis.get_ylim()[0], 0.0, color="#f3dede", lw=0.0, zorder=0)
+    axis.annotate(_TRIP, (0.02, 0.02), xycoords="axes fraction", fontsize=8.0, color="#803030")
+    axis.tick_params(labelleft=True)
 
 
 def _number(axis: Any, at: tuple[float, float], height: float, colour: str, up: float) -> None:
@@ -144,16 +134,8 @@ def work(axis: Any, runs: Sequence[RunView]) -> None:
     for k, run in enumerate(runs):
         found = [run.recording.metrics[name] for name in _WORK if name in run.recording.metrics]
         for value in [1e3 * metric.value for metric in found if np.isfinite(metric.value)]:
-            axis.barh(k, value, color=run.colour, height=0.6)
-            axis.annotate(
-                f"{value:.1f}".replace("-", "−"),
-                (value, k),
-                xytext=(3.0 if value >= 0.0 else -3.0, 0.0),
-                textcoords="offset points",
-                ha="left" if value >= 0.0 else "right",
-                va="center",
-                fontsize=8.0,
-            )
+            bar = axis.barh(k, value, color=run.colour, height=0.6)
+            axis.bar_label(bar, [f"{value:.1f}".replace("-", "−")], padding=3.0, fontsize=8.0)
     axis.axvline(0.0, color="0.4", lw=0.6)
     axis.set_yticks([])
     axis.set_ylim(max(len(runs), 3) - 0.4, -0.6)

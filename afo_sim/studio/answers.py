@@ -184,10 +184,8 @@ class Answers:
             asdict(answer) | {"mark": verdict.badge(answer), "limit": verdict.limit(recording, answer)}
             for answer in recording.verdict
         ]
-        known = {words(name).label: recording.metrics.get(name) for name in _DECISIVE}
-        results = [
-            (label, str(value).replace("*", "·"), "") for label, value in known.items() if value is not None
-        ]
+        found = {name: recording.metrics[name] for name in _DECISIVE if name in recording.metrics}
+        results = [(words(name).label, str(value).replace("*", "·"), "") for name, value in found.items()]
         told = closing(recording.verdict)
         notes = decisive(recording.scenario, recording.metrics, recording.strides)
         yield {

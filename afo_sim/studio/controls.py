@@ -21,7 +21,6 @@ _SOURCES = ("published", "measured", "fitted", "derived", "assumed")
 class _Row:
     """A control for a key; `{group}` and `{chamber}` stand for each of the orthosis'."""
 
-    group: Group
     key: str
     label: str
     unit: str = ""
@@ -32,69 +31,35 @@ class _Row:
     more: bool = False
 
 
-_GROUP, _CHAMBER = "{group}", "{chamber}"
-_ROWS = (
-    _Row("patient", "patient", "patient", choices="patient"),
-    _Row("patient", "patient.body_mass", "body mass", "kg", 30.0, 130.0, 1.0),
-    _Row("patient", "patient.body_height", "body height", "m", 1.1, 2.1, 0.01),
-    _Row("patient", "patient.dorsiflexor_strength", "dorsiflexor strength left"),
-    _Row(
-        "patient", "patient.passive_scale", "stiffness of the ankle's tissue, healthy = 1", "", 0.1, 3.0, 0.05
-    ),
-    _Row("patient", "patient.spasticity", "spasticity", "N*m*s/rad", 0.0, 5.0, 0.1),
-    _Row("patient", "patient.plantarflexor_strength", "plantarflexor strength left", more=True),
-    _Row(
-        "patient",
-        "patient.passive_offset",
-        "angle at which the tissue is slack",
-        "deg",
-        -20.0,
-        20.0,
-        0.5,
-        more=True,
-    ),
-    _Row("patient", "shoe", "shoe without the device", choices="shoe", more=True),
-    _Row("device", "orthosis.muscle.{group}.type", "{group}: muscle", choices="muscle"),
-    _Row("device", "orthosis.muscle.{group}.count", "{group}: number of muscles", "", 1.0, 6.0, 1.0),
-    _Row("device", "orthosis.muscle.{group}.link_length", "{group}: link", "mm", 20.0, 200.0, 1.0),
-    _Row("device", "orthosis.muscle.{group}.slack", "{group}: slack", "mm", 0.0, 40.0, 1.0, more=True),
-    _Row("device", "orthosis.anchor.shank.stiffness", "cuff stiffness", "kN/m", 1.0, 20.0, 0.5),
-    _Row(
-        "device",
-        "orthosis.anchor.foot.stiffness",
-        "foot plate stiffness",
-        "kN/m",
-        10.0,
-        200.0,
-        5.0,
-        more=True,
-    ),
-    _Row("air", "supply.pressure", "supply pressure, gauge", "bar", 0.5, 8.0, 0.05),
-    _Row("air", "supply.source", "bottle or compressor", choices="source"),
-    _Row("air", "orthosis.chamber.{chamber}.inlet", "{chamber}: inlet valve", choices="valve"),
-    _Row("air", "orthosis.chamber.{chamber}.outlet", "{chamber}: outlet valve", choices="valve", more=True),
-    _Row("air", "orthosis.chamber.{chamber}.tube", "{chamber}: tube", choices="tube", more=True),
-    _Row(
-        "air",
-        "orthosis.chamber.{chamber}.tube_length",
-        "{chamber}: tube length",
-        "m",
-        0.05,
-        3.0,
-        0.05,
-        more=True,
-    ),
-    _Row(
-        "air",
-        "start.{chamber}.fill_time",
-        "{chamber}: filled before the first step for",
-        "s",
-        0.0,
-        10.0,
-        0.1,
-        more=True,
-    ),
+_PATIENT = (
+    _Row("patient", "patient", choices="patient"),
+    _Row("patient.body_mass", "body mass", "kg", 30.0, 130.0, 1.0),
+    _Row("patient.body_height", "body height", "m", 1.1, 2.1, 0.01),
+    _Row("patient.dorsiflexor_strength", "dorsiflexor strength left"),
+    _Row("patient.passive_scale", "stiffness of the ankle's tissue, healthy = 1", "", 0.1, 3.0, 0.05),
+    _Row("patient.spasticity", "spasticity", "N*m*s/rad", 0.0, 5.0, 0.1),
+    _Row("patient.plantarflexor_strength", "plantarflexor strength left", more=True),
+    _Row("patient.passive_offset", "angle at which the tissue is slack", "deg", -20.0, 20.0, 0.5, more=True),
+    _Row("shoe", "shoe without the device", choices="shoe", more=True),
 )
+_DEVICE = (
+    _Row("orthosis.muscle.{group}.type", "muscle", choices="muscle"),
+    _Row("orthosis.muscle.{group}.count", "number of muscles", "", 1.0, 6.0, 1.0),
+    _Row("orthosis.muscle.{group}.link_length", "link", "mm", 20.0, 200.0, 1.0),
+    _Row("orthosis.muscle.{group}.slack", "slack", "mm", 0.0, 40.0, 1.0, more=True),
+    _Row("orthosis.anchor.shank.stiffness", "cuff stiffness", "kN/m", 1.0, 20.0, 0.5),
+    _Row("orthosis.anchor.foot.stiffness", "foot plate stiffness", "kN/m", 10.0, 200.0, 5.0, more=True),
+)
+_AIR = (
+    _Row("supply.pressure", "supply pressure, gauge", "bar", 0.5, 8.0, 0.05),
+    _Row("supply.source", "bottle or compressor", choices="source"),
+    _Row("orthosis.chamber.{chamber}.inlet", "inlet valve", choices="valve"),
+    _Row("orthosis.chamber.{chamber}.outlet", "outlet valve", choices="valve", more=True),
+    _Row("orthosis.chamber.{chamber}.tube", "tube", choices="tube", more=True),
+    _Row("orthosis.chamber.{chamber}.tube_length", "tube length", "m", 0.05, 3.0, 0.05, more=True),
+    _Row("start.{chamber}.fill_time", "filled before the first step for", "s", 0.0, 10.0, 0.1, more=True),
+)
+_ROWS: dict[Group, tuple[_Row, ...]] = {"patient": _PATIENT, "device": _DEVICE, "air": _AIR}
 
 
 @dataclass(frozen=True)
@@ -120,8 +85,10 @@ class Control:
 def controls(design: Design) -> list[Control]:
     """The controls of a design, in the order of the page."""
     found = []
-    for row, key in ((row, design.keys[row.key]) for row in _rows(design) if row.key in design.keys):
+    for group, row in ((group, row) for group, row in _rows(design) if row.key in design.keys):
+        key = design.keys[row.key]
         own = {
+            "group": group,
             "key": key.key,
             "value": round(_number(key, row.unit), 6) if not row.choices and key.value else key.value or None,
             "choices": _choices(row.choices) if row.choices else (),
@@ -136,7 +103,7 @@ def controls(design: Design) -> list[Control]:
 
 def values(design: Design) -> dict[str, tuple[str, str, bool]]:
     """By key: its label, its value in the unit of the page or else in SI, and whether it was set here."""
-    labels = {row.key: row.label for row in _rows(design)}
+    labels = {row.key: row.label for _, row in _rows(design)}
     return {
         name: (labels.get(name) or _label(name), _in_words(key), key.source == "set")
         for name, key in design.keys.items()
@@ -165,15 +132,15 @@ def _number(key: Key, unit: str) -> float:
     return in_unit(parse_quantity(key.value, key.unit), key.unit, unit) if key.unit else float(key.value)
 
 
-def _rows(design: Design) -> Iterator[_Row]:
-    """The rows, once for each muscle group or chamber."""
+def _rows(design: Design) -> Iterator[tuple[Group, _Row]]:
+    """The rows with their group, once for each muscle group or chamber, whose name the label begins with."""
     orthosis = design.scenario.orthosis
-    names = {_GROUP: list(orthosis.muscle), _CHAMBER: list(orthosis.chamber)}
-    for row in _ROWS:
+    names = {"{group}": list(orthosis.muscle), "{chamber}": list(orthosis.chamber)}
+    for group, row in ((group, row) for group, rows in _ROWS.items() for row in rows):
         part = next((part for part in names if part in row.key), "")
         for name in names.get(part, [""]):
-            key, label = (text.replace(part, name) if part else text for text in (row.key, row.label))
-            yield replace(row, key=key, label=label)
+            label = f"{name}: {row.label}" if part else row.label
+            yield group, replace(row, key=row.key.replace(part, name), label=label)
 
 
 @functools.cache
@@ -182,11 +149,14 @@ def _choices(kind: str) -> tuple[tuple[str, str], ...]:
     return tuple((name, str(getattr(load(kind, name), "description", ""))) for name in assets.names(kind))
 
 
-_ANCHOR = r"orthosis\.muscle\.[\w-]+\.(origin|insertion)\.from_joint\[[012]\]"
 _UNITS = {  # in which the page shows a number, by its key
-    **{re.sub(r"\\{\w+\\}", r"[\\w-]+", re.escape(row.key)): row.unit for row in _ROWS},
+    **{
+        re.sub(r"\\{\w+\\}", r"[\\w-]+", re.escape(row.key)): row.unit
+        for rows in _ROWS.values()
+        for row in rows
+    },
     r"phases\.[\w-]+\.(inlet|outlet)(\[\d+\]\[[01]\])?": "",
-    _ANCHOR: "mm",
+    r"orthosis\.muscle\.[\w-]+\.(origin|insertion)\.from_joint\[[012]\]": "mm",
 }
 
 

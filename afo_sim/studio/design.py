@@ -172,7 +172,9 @@ def _plain(name: str) -> str:
 def save(document: Document, folder: str | os.PathLike[str]) -> pathlib.Path:
     """Write the design and its variants as scenarios that `afo-sim run` takes, all or none."""
     target = pathlib.Path(folder)
-    if target.exists() and any(target.iterdir()) and not _written_here(target / SCENARIO):
+    before = target / SCENARIO
+    saved = before.is_file() and without_digests(read_text(before)).startswith(_MARK)
+    if target.exists() and any(target.iterdir()) and not saved:  # someone's own work
         raise InputError(
             "holds files of something else",
             field="folder",
@@ -188,11 +190,6 @@ def save(document: Document, folder: str | os.PathLike[str]) -> pathlib.Path:
             table = portable(design.scenario.resolved(), target, scratch)
             write_sealed(scratch / name, f"{_MARK}\n{line}{toml_text(table)}", "scenario", scratch)
     return target / SCENARIO
-
-
-def _written_here(file: pathlib.Path) -> bool:
-    """Whether a scenario is one that a studio saved, and no one's own work."""
-    return file.is_file() and without_digests(read_text(file)).startswith(_MARK)
 
 
 def opened(source: str) -> Document:

@@ -13,7 +13,6 @@ from afo_sim.studio.design import Design
 
 Tell = Callable[[dict[str, Any]], None]
 _STILL, _IDLE = 0.12, 0.4  # from the last change to what takes longer, and to what takes long [s]
-_FAULT = "this design met a fault of the program: {}"
 
 
 class _Superseded(Exception):
@@ -74,9 +73,8 @@ class Engine:
             except _Superseded:
                 pass
             except Exception as error:
-                self._say(
-                    wish, {"kind": "problem", "text": _FAULT.format(f"{type(error).__name__}: {error}")}
-                )
+                text = f"this design met a fault of the program: {type(error).__name__}: {error}"
+                self._say(wish, {"kind": "problem", "text": text})
 
     def _answer(self, wish: Wish) -> None:
         if self._told[0] != wish.serial:

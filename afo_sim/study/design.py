@@ -2,7 +2,7 @@
 
 import math
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -169,21 +169,17 @@ def _samples(plan: Plan, dimensions: int) -> Iterator[np.ndarray]:
     """Samples of the unit hypercube (n, dimensions) without end, in blocks."""
     generator = np.random.default_rng(plan.seed)
     block = min(1 << max((plan.cases or 1) - 1, 1).bit_length(), _BLOCK)
-    draw: Callable[[], np.ndarray]
     if plan.design == "random":
-        draw = lambda: generator.random((block, dimensions))  # noqa: E731
-    elif plan.design == "latin-hypercube":
-        from scipy.stats import qmc  # slow to import
+        while True:
+            yield generator.random((block, dimensions))
+    from scipy.stats import qmc  # slow to import
 
-        hypercube = qmc.LatinHypercube(dimensions, seed=generator)
-        draw = lambda: hypercube.random(plan.cases)  # noqa: E731
+    if plan.design == "latin-hypercube":
+        sequence, block = qmc.LatinHypercube(dimensions, seed=generator), plan.cases or 1
     else:
-        from scipy.stats import qmc  # slow to import
-
         sequence = qmc.Sobol(dimensions, scramble=True, seed=generator)
-        draw = lambda: sequence.random(block)  # noqa: E731
     while True:
-        yield draw()
+        yield sequence.random(block)
 
 
 def _saltelli(plan: Plan, dimensions: int) -> np.ndarray:

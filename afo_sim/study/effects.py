@@ -125,10 +125,8 @@ def _lost(effect: Effect, base: Mapping[str, float], limits: Limits, aim: Aim) -
     clearance = "the toe clears {:.1f} mm, {:g} mm are wanted"
     landing = "the foot lands at {:.1f}°, {:g}° are wanted"
     push_off = "push-off is hindered {:.2f} times as much as is wanted"
-    height, pitch = (
-        in_unit(limits.toe_clearance[0], "m", "mm"),
-        in_unit(limits.contact_pitch[0], "rad", "deg"),
-    )
+    height = in_unit(limits.toe_clearance[0], "m", "mm")
+    pitch = in_unit(limits.contact_pitch[0], "rad", "deg")
     kept = (
         (clearance, 1.0, _lowest(base), _lowest(after), height),
         (landing, 1.0, base.get(PITCH, math.inf), after.get(PITCH, math.inf), pitch),

@@ -109,19 +109,17 @@ class Normal:
 
         inside = np.clip(share, _LEAST_SHARE, 1.0 - _LEAST_SHARE)
         quantile = stats.truncnorm.ppf(inside, self._standard(self.lower), self._standard(self.upper))
-        found = self.centre * np.exp(self.sd * quantile) if self.of_logarithm else None
-        found = self.centre + self.sd * quantile if found is None else found
+        away = self.sd * quantile
+        found = self.centre * np.exp(away) if self.of_logarithm else self.centre + away
         return np.clip(np.round(found) if self.whole else found, self.lower, self.upper)
 
     def _standard(self, limit: float) -> float:
         """A limit in standard deviations from the centre."""
         if not self.of_logarithm:
             return (limit - self.centre) / self.sd
-        return (
-            math.log(limit / self.centre) / self.sd
-            if 0.0 < limit < math.inf
-            else math.copysign(math.inf, limit)
-        )
+        if 0.0 < limit < math.inf:
+            return math.log(limit / self.centre) / self.sd
+        return math.copysign(math.inf, limit)
 
 
 @dataclass(frozen=True)

@@ -117,14 +117,11 @@ class ParameterReader:
                 at = "" if error.field in ("", key) else f" (at {error.field})"
                 problem = f"{error.problem}{at}"
                 raise self._error(problem, "key", error.allowed, key, error.nearest) from None
+        first = found[0]
         for field in found[1:]:
-            if (field.kind, field.unit, field.description) != (
-                found[0].kind,
-                found[0].unit,
-                found[0].description,
-            ):
-                problem = f"{field.key} holds another kind of value than {found[0].key}"
-                raise self._error(problem, "keys", f"{found[0].form}, at all of them")
+            if (field.kind, field.unit, field.description) != (first.kind, first.unit, first.description):
+                problem = f"{field.key} holds another kind of value than {first.key}"
+                raise self._error(problem, "keys", f"{first.form}, at all of them")
         return found
 
     def _spread(self) -> Spread:

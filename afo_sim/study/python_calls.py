@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from afo_sim.common import InputError
-from afo_sim.description import Scenario, load
+from afo_sim.description import load
 from afo_sim.simulation import Recording
 from afo_sim.simulation.run import run
 from afo_sim.study import runner
@@ -164,10 +164,7 @@ def uncertainty(
     >>> low < middle < high
     True
     """
-    if isinstance(scenario, Scenario):
-        description = scenario.set(sets) if sets else scenario
-    else:
-        description = load("scenario", scenario, sets)
+    description = load("scenario", scenario, sets)
     running.check_draws(description, draws, spreads)
     if not isinstance(seed, int) or seed < 0:
         raise InputError("is not a valid seed", field="seed", value=seed, allowed="0, 1, 2, …")

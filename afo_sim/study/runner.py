@@ -87,14 +87,14 @@ def run(
     report: Callable[[SweepProgress], None] | None = None,
 ) -> SweepProgress:
     """Compute what is left of a sweep; killed at any time, the next call goes on from there."""
+    metrics = store.cases.plan.metrics
+    asked = Asked(frozenset(metrics)) if metrics else EVERYTHING
     pending = _of_part(store.pending(), part)
     count = _cases(store, _of_part(range(store.jobs.count), part))
     state = SweepProgress(count, count - left(store, part), 0, 0)
     if pending:
         _check_room(store)
         scenario = SWEEP.read(store.folder)["scenario"]
-        metrics = store.cases.plan.metrics
-        asked = Asked(frozenset(metrics)) if metrics else EVERYTHING
         due = (chunk for chunk in pending if not store.has(chunk))  # nor computed by another process since
         with (
             pool(threads, workers, scheduler) as who,
@@ -113,7 +113,6 @@ def run(
         store.finish()
     if store.finished:
         if not (store.folder / STEPS).exists():  # nor where it was stopped before
-            asked = Asked(frozenset(store.cases.plan.metrics)) if store.cases.plan.metrics else EVERYTHING
             with pool(threads, workers) as who:
                 check_sample(read(store.folder), SWEEP.read(store.folder)["scenario"], asked, who)
         store.tidy()

@@ -287,11 +287,9 @@ def _parameters(file: pathlib.Path, written: SweepFile, base: Scenario) -> tuple
         lengths = {p.name: len(p.spread.values) for p in found if isinstance(p.spread, Choice)}
         if len(set(lengths.values())) != 1:
             each = ", ".join(f"{name}: {length}" for name, length in lengths.items())
-            problem = (
-                "the parameters' lists of values differ in length"
-                if lengths
-                else "there is no list of values"
-            )
+            problem = "there is no list of values"
+            if lengths:
+                problem = "the parameters' lists of values differ in length"
             raise InputError(
                 problem, file=file, field="parameters", value=each or None, allowed="alike, row by row"
             )
@@ -306,13 +304,8 @@ def check_keys(file: pathlib.Path, parameters: tuple[Parameter, ...], sets: Mapp
             path = _parts(key)
             for other, (name, written) in taken.items():
                 if path[: len(other)] == other or other[: len(path)] == path:
-                    how = (
-                        "what"
-                        if path == other
-                        else "what lies within"
-                        if len(path) > len(other)
-                        else "all of what"
-                    )
+                    how = "what lies within" if len(path) > len(other) else "all of what"
+                    how = "what" if path == other else how
                     raise InputError(
                         f"sets {how} {name!r} sets already ({written})",
                         file=file,

@@ -151,14 +151,12 @@ def phases_clock(
 
 def controller_clock(timer: ClockTimer, rate: float, chambers: Sequence[str]) -> tuple[Clock, int, int]:
     """The clock of a timer that a loop looks at, its tick [us], and the loop's step [ticks]."""
-    field = "controller.timer"
-    period = timer.period
-    tick = tick_of([period, 1.0 / rate])
+    tick = tick_of([timer.period, 1.0 / rate])
     step = whole(1.0 / rate, tick, "controller.rate: the time between two commands")
     restart = None
     if timer.restart is not None:
         restart = Restart(in_si(timer.restart.above), max(_reached(timer.restart.after, tick), 0))
-    ticks = whole(period, tick, f"{field}.period")
+    ticks = whole(timer.period, tick, "controller.timer.period")
     valves = {
         key: [(_reached(a, tick), _reached(b, tick)) for a, b in intervals]
         for key, intervals in _valves(timer.chambers, chambers).items()

@@ -22,6 +22,7 @@ _CALIBRATED = """\
 
 def header(board: Board) -> str:
     """The text of valves.h."""
+    logic, chambers = board.logic, board.chambers
     names = ", ".join(_string(read.column) for read in board.inputs)
     inputs = f"static const char *const valves_input_names[VALVES_INPUTS] = {{ {names} }};\n"
     return _filled(
@@ -31,26 +32,23 @@ def header(board: Board) -> str:
         WHEN=f"every {board.step} ticks" if board.step else "as often as the loop comes round",
         TICK=board.tick,
         STEP=board.step,
-        CHAMBERS=len(board.chambers),
+        CHAMBERS=len(chambers),
         INPUTS=len(board.inputs),
-        CHAMBER_ENUM=_enum("CHAMBER", board.chambers),
-        CHAMBER_NAMES=", ".join(_string(name) for name in board.chambers),
+        CHAMBER_ENUM=_enum("CHAMBER", chambers),
+        CHAMBER_NAMES=", ".join(map(_string, chambers)),
         INPUT_NAMES=inputs if board.inputs else "",
-        LOGIC=_clock(board.logic, board.chambers)
-        if isinstance(board.logic, Clock)
-        else _states(board.logic, board.chambers),
+        LOGIC=_clock(logic, chambers) if isinstance(logic, Clock) else _states(logic, chambers),
     )
 
 
 def sketch(board: Board) -> str:
     """The text of valves.ino."""
-    pins = [(_FIRST_PIN + 2 * k, _FIRST_PIN + 2 * k + 1) for k in range(len(board.chambers))]
     return _filled(
         "valves.ino",
         NAME=_comment(board.name),
         PINS="\n".join(
-            f"  {{ {inlet}, {outlet} }},  // {name}"
-            for (inlet, outlet), name in zip(pins, board.chambers, strict=True)
+            f"  {{ {_FIRST_PIN + 2 * k}, {_FIRST_PIN + 2 * k + 1} }},  // {name}"
+            for k, name in enumerate(board.chambers)
         ),
         RUN_PIN=_FIRST_PIN + 2 * len(board.chambers),
         CHANNELS=_channels(board),
@@ -72,17 +70,15 @@ def notes(board: Board) -> list[str]:
     """What rounding does, in sentences."""
     unit = "millisecond" if board.tick == 1000 else "microsecond"
     if isinstance(board.logic, States) or board.step:
-        found = [f"It switches only when it looks, every {board.step * board.tick / 1000:g} ms."]
-    elif board.logic.rounding < 1e-9 and abs(board.logic.drift) < 1e-12:
-        found = [f"All times are whole {unit}s: none is rounded."]
-    else:
-        late = "long" if board.logic.drift > 0.0 else "short"
-        found = [
-            f"Times are rounded to the nearest {unit}, by {1e6 * board.logic.rounding:.2g} us at most.",
-            f"The period is {1e6 * abs(board.logic.drift):.2g} us too {late}: "
-            f"{3.6e6 * abs(board.logic.drift) / (board.logic.period * board.tick * 1e-6):.2g} ms an hour.",
-        ]
-    return found
+        return [f"It switches only when it looks, every {board.step * board.tick / 1000:g} ms."]
+    if board.logic.rounding < 1e-9 and abs(board.logic.drift) < 1e-12:
+        return [f"All times are whole {unit}s: none is rounded."]
+    late = "long" if board.logic.drift > 0.0 else "short"
+    return [
+        f"Times are rounded to the nearest {unit}, by {1e6 * board.logic.rounding:.2g} us at most.",
+        f"The period is {1e6 * abs(board.logic.drift):.2g} us too {late}: "
+        f"{3.6e6 * abs(board.logic.drift) / (board.logic.period * board.tick * 1e-6):.2g} ms an hour.",
+    ]
 
 
 def _channels(board: Board) -> str:
@@ -131,11 +127,9 @@ def _states(states: States, chambers: tuple[str, ...]) -> str:
 
 def _rule(rule: Rule, names: tuple[str, ...]) -> str:
     source, to, above = f"STATE_{names[rule.source]}", f"STATE_{names[rule.to]}", int(rule.above)
-    compared = (
-        f"VALVES_STATE_TIME, {above}, 0, {rule.threshold:.0f}u"
-        if rule.input is None
-        else f"{rule.input}, {above}, (VALVES_REAL){rule.threshold!r}, 0u"
-    )
+    compared = f"VALVES_STATE_TIME, {above}, 0, {rule.threshold:.0f}u"
+    if rule.input is not None:
+        compared = f"{rule.input}, {above}, (VALVES_REAL){rule.threshold!r}, 0u"
     return f"    {{ {source}, {to}, {compared}, {rule.after}u }},"
 
 

@@ -1,7 +1,7 @@
 """What of a scenario a board can do, and what the simulation commands its valves meanwhile."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -90,11 +90,9 @@ def _inputs(scenario: Scenario, columns: Sequence[str]) -> tuple[Input, ...]:
 
 
 def _input(scenario: Scenario, column: str) -> Input:
-    name = column.removeprefix(SENSOR)
-    if not column.startswith(SENSOR) or name not in scenario.sensor:
-        return Input(column, unit_of(scenario, column))
     unit = unit_of(scenario, column)
-    calibration = getattr(scenario.sensor[name], "calibration", None)
+    sensor = scenario.sensor.get(column.removeprefix(SENSOR)) if column.startswith(SENSOR) else None
+    calibration = getattr(sensor, "calibration", None)
     if calibration is None or calibration.shape != "linear":
         return Input(column, unit)
     line = calibration.line(unit)
@@ -120,8 +118,7 @@ class Commanded:
 def commanded(scenario: Scenario, progress: Progress | None = None) -> Commanded:
     """The simulation's commands over a scenario's duration."""
     if scenario.controller is None:
-        built = build(scenario)
-        return Commanded(_scheduled(built), {}, np.zeros(0))
+        return Commanded(_scheduled(build(scenario)), {}, np.zeros(0))
     witness = _Witness(make(scenario.controller, scenario), list(scenario.orthosis.chamber))
     recording = run_controlled(scenario, witness, scenario.controller.rate, progress=progress)
     if not recording.ok:
@@ -131,27 +128,21 @@ def commanded(scenario: Scenario, progress: Progress | None = None) -> Commanded
     return Commanded(log, values, np.array(witness.times))
 
 
-@dataclass(eq=False)
 class _Witness:
     """A controller that writes down what another one sees and commands."""
 
-    controller: Controller
-    chambers: Sequence[str]
-    rows: list[tuple[float, str, Coils]] = field(default_factory=list)
-    values: dict[str, list[float]] = field(default_factory=dict)
-    times: list[float] = field(default_factory=list)
-
-    def __post_init__(self) -> None:
-        self.asks = getattr(self.controller, "asks", [])
+    def __init__(self, controller: Controller, chambers: Sequence[str]) -> None:
+        self.controller, self.chambers = controller, chambers
+        self.asks = getattr(controller, "asks", [])
         self.columns = list(dict.fromkeys(ask.column for ask in self.asks if ask.column != "state_time"))
         self.reset()
 
     def reset(self) -> None:
         """Forget all that was seen."""
         getattr(self.controller, "reset", lambda: None)()
-        for seen_values in (self.rows, self.values, self.times):
-            seen_values.clear()
-        self.values.update({column: [] for column in self.columns})
+        self.rows: list[tuple[float, str, Coils]] = []
+        self.values: dict[str, list[float]] = {column: [] for column in self.columns}
+        self.times: list[float] = []
         self.in_force: dict[str, tuple[float, float]] = dict.fromkeys(self.chambers, (0.0, 0.0))
 
     def __call__(self, seen: Observation) -> Mapping[str, Command]:

@@ -18,24 +18,20 @@ _USUAL, _THIN = 1.6, 0.8  # widths of lines
 
 @dataclass(frozen=True)
 class Curve:
-    """One plotted line: where, its name and colour, and its column × factor."""
+    """One plotted line: where, its name and colour, and its column, less an amount, × factor."""
 
     entity: str
     name: str
     colour: list[int]
     column: str
     factor: float = 1.0
+    less: float = 0.0  # in the column's unit
     width: float = field(default=_USUAL, kw_only=True)
-
-    @property
-    def columns(self) -> tuple[str, ...]:
-        """The columns that it reads."""
-        return (self.column,)
 
     def values(self, block: Columns) -> np.ndarray:
         """The plotted values. Angles go through `np.degrees`, so that they are its very bits."""
         values = block[self.column]
-        return np.degrees(values) if self.column in _ANGLES else values * self.factor
+        return np.degrees(values) if self.column in _ANGLES else (values - self.less) * self.factor
 
 
 _FLOWS = {
@@ -73,17 +69,6 @@ _OWN = {"biological": "own"}  # what a moment is called beside the orthosis'
 _SMALL = ("gravity", "frame")  # moments of a few N·m, left out beside walking's hundred
 
 
-@dataclass(frozen=True)
-class _PathLength(Curve):
-    """Length that a muscle would have on rigid cable, cuff and plate: its path less all that is in series."""
-
-    series: float = 0.0  # [m]
-
-    def values(self, block: Columns) -> np.ndarray:
-        found: np.ndarray = (block[self.column] - self.series) * self.factor
-        return found
-
-
 def curves(source: Source) -> list[Curve]:
     """Every line of a run's plots."""
     found = [Curve("angle/ankle", "own", colours.WHITE, "ankle/angle")]
@@ -113,7 +98,8 @@ def curves(source: Source) -> list[Curve]:
         shade, path = colours.of_muscle(muscle), f"muscle/{muscle}/path_length"
         found.append(Curve("length/muscles", label, shade, f"muscle/{muscle}/length", 1e3))
         shade = colours.of_path(muscle, group.alike)
-        found.append(_PathLength("length/muscles", f"{label}, path", shade, path, 1e3, group.series_length))
+        # what the muscle would have on rigid cable, cuff and plate: its path less all that is in series
+        found.append(Curve("length/muscles", f"{label}, path", shade, path, 1e3, group.series_length))
     for anchor in source.named("cuff"):
         name, colour = WORN[anchor], colours.MOUNTINGS[WORN[anchor]]
         found.append(Curve("mounting/gives/ends", name, colour, f"cuff/{anchor}/displacement", 1e3))
@@ -183,7 +169,7 @@ def log_styles(stream: rr.RecordingStream, lines: list[Curve]) -> None:
 def columns_of(source: Source, lines: list[Curve]) -> list[str]:
     """The columns to read for some lines."""
     clock = ["time", *(GAIT if source.walks else ())]
-    return list(dict.fromkeys([*clock, *(name for line in lines for name in line.columns)]))
+    return list(dict.fromkeys([*clock, *(line.column for line in lines)]))
 
 
 def log_curves(stream: rr.RecordingStream, lines: list[Curve], block: Columns) -> None:

@@ -68,7 +68,7 @@ def _sitting(contents: Contents) -> rrb.Horizontal:
     valves = (_lanes("/valves", "valves, coloured where open"), -_tall(contents.valves, 0.35))
     rows = [*_answer(contents), *_joint(contents), *([pressure] if contents.muscles else []), valves]
     return rrb.Horizontal(
-        _space(contents.runs or "device", "/world", CAMERA),
+        space("/world", contents.runs or "device", *CAMERA, contents="/world/**"),
         _column([*rows, _tabs(contents)]),
         column_shares=[3, 4],
     )
@@ -80,9 +80,20 @@ def _walking(contents: Contents) -> rrb.Horizontal:
     title = "gait: stance green, swing blue"
     title += "; valves coloured where open" if contents.valves else ""
     rows = [*_answer(contents), (_plots(contents, "/clearance", "sole height [mm]"), 3.0)]
+    one_stride = [  # for so long a trail is seen
+        rrb.VisibleTimeRange(
+            timeline,
+            start=rrb.TimeRangeBoundary.cursor_relative(seconds=-duration),
+            end=rrb.TimeRangeBoundary.cursor_relative(seconds=0.0),
+        )
+        for timeline, duration in ((TIMELINE, contents.stride), (STRIDES, 1.0))
+    ]
+    trails = {trail: rrb.VisibleTimeRanges(one_stride) for trail in contents.trails}
+    name = contents.runs or "walking leg"
+    leg = space(contents.carriage, name, *_CARRIAGE_CAMERA, contents="/world/**", overrides=trails)
     return rrb.Horizontal(
         rrb.Vertical(
-            _space(contents.runs or "walking leg", contents.carriage, _CARRIAGE_CAMERA, contents),
+            leg,
             _lanes("/", title, ["/gait/**", "/valves/**"]),
             row_shares=[HEIGHT - lanes, lanes],
         ),
@@ -120,25 +131,6 @@ def _joint(contents: Contents) -> list[Row]:
 
 def _moment(contents: Contents) -> Any:
     return _plots(contents, "/moment", f"moment [N·m], {contents.positive} +", "moment")
-
-
-def _space(
-    name: str, origin: str, camera: tuple[Any, Any], contents: Contents | None = None
-) -> rrb.Spatial3DView:
-    """The scene as seen from an entity; trails are drawn over the time of one stride."""
-    overrides = {}
-    if contents is not None:
-        last = [
-            rrb.VisibleTimeRange(
-                timeline,
-                start=rrb.TimeRangeBoundary.cursor_relative(seconds=-duration),
-                end=rrb.TimeRangeBoundary.cursor_relative(seconds=0.0),
-            )
-            for timeline, duration in ((TIMELINE, contents.stride), (STRIDES, 1.0))
-        ]
-        overrides = {trail: rrb.VisibleTimeRanges(last) for trail in contents.trails}
-    position, target = camera
-    return space(origin, name, position, target, contents="/world/**", overrides=overrides)
 
 
 def space(origin: str, name: str, position: Any, target: Any, **more: Any) -> rrb.Spatial3DView:

@@ -68,10 +68,10 @@ class DrawnMuscle:
         start = ends[:, 0] + length[:, None] * direction
         if line is not None:
             points = np.concatenate([start[:, None], line[:, 1:]], axis=1)
-            drawn = np.ones(points.shape[:2], bool)
         else:  # straight where the cable is taut; where it is slack, a bow as long as it is
             points = bow(np.stack([start, ends[:, 1]], axis=1), excess, axis)
-            drawn = np.ones(points.shape[:2], bool)
+        drawn = np.ones(points.shape[:2], bool)
+        if line is None:
             drawn[excess <= _HANGS, 1:-1] = False
         self._log_strips(stream, block, points, drawn)
 

@@ -10,7 +10,7 @@ import numpy as np
 import rerun as rr
 
 from afo_sim.common import InputError
-from afo_sim.description import Scenario, load
+from afo_sim.description import Scenario, body_mass, load
 from afo_sim.metrics import SOLVED
 from afo_sim.model import as_run
 from afo_sim.simulation import Recording, described_cycle, open_run, recording_header
@@ -67,9 +67,7 @@ class Source:
     @property
     def body_mass(self) -> float:
         """Of the patient, or else of the leg's body [kg]."""
-        patient = self.scenario.patient
-        mass = None if patient is None else patient.body_mass
-        return float(self.scenario.leg.body_mass if mass is None else mass)
+        return body_mass(self.header.scenario)
 
     def named(self, kind: str) -> list[str]:
         """The muscles, chambers or valves of the run."""

@@ -26,14 +26,12 @@ def write_stand(trials: Sequence[Trial], path: pathlib.Path) -> None:
     name = f"stand: {trials[0].plan.kind}"
     with recording(path, name, _layout(trials)) as stream:
         stream.log("stand", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
-        place = 0
-        for trial in trials:
-            for k in range(len(trial.curves)):
-                entity = f"{trial.name}/{set_point_text(trial, k)}".replace(" · ", "_").replace(" ", "_")
-                point = set_point_text(trial, k)
-                label = point if len(trials) == 1 else f"{trial.name} {point}"
-                _log_curve(stream, trial, k, entity, label, place * _SPACING)
-                place += 1
+        every = [(trial, k) for trial in trials for k in range(len(trial.curves))]
+        for place, (trial, k) in enumerate(every):
+            point = set_point_text(trial, k)
+            entity = f"{trial.name}/{point}".replace(" · ", "_").replace(" ", "_")
+            label = point if len(trials) == 1 else f"{trial.name} {point}"
+            _log_curve(stream, trial, k, entity, label, place * _SPACING)
         lines = [f"# {name}", "", *(f"- {trial.name}" for trial in trials)]
         lines += [f"- {warning}" for trial in trials for warning in trial.warnings]
         document(stream, "summary", "\n".join(lines))

@@ -21,8 +21,7 @@ def answer(sources: _Sources) -> str:
     """What the runs are for, answered: verdict, what to change first, bands; "" where nothing is told."""
     found = []
     for label, source in sources:
-        parts = [part.markdown(source.header) for part in (verdict, effects, bands)]
-        parts = [part for part in parts if part]
+        parts = [told for part in (verdict, effects, bands) if (told := part.markdown(source.header))]
         if parts and len(sources) > 1:
             parts.insert(0, f"**{label}**")
         found += parts

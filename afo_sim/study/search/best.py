@@ -1,6 +1,5 @@
 """The best design of a search: as Python users see it, and in words and tables."""
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -10,6 +9,7 @@ import numpy as np
 from afo_sim.common import Shown
 from afo_sim.description import Scenario, load
 from afo_sim.metrics import Metric, metric_words
+from afo_sim.study.effect import number
 from afo_sim.study.scales import human_scale
 from afo_sim.study.search.plan import SearchPlan
 
@@ -47,11 +47,9 @@ def statement(best: Mapping[str, Any]) -> list[str]:
     tried = f"{best['designs']} designs in {best['generations']} generations"
     patients = f"{best['patients']} patient{'s' if best['patients'] > 1 else ''}"
     tried += f", {best['simulated']} of them simulated with {patients} each"
-    how = (
-        "the search has converged"
-        if best["converged"]
-        else "the search has not converged: more generations may find better"
-    )
+    how = "the search has converged"
+    if not best["converged"]:
+        how = "the search has not converged: more generations may find better"
     lines = []
     if best["feasible"]:
         lines.append(f"design {best['design']} keeps every limit, as {best['feasible_designs']} designs do")
@@ -69,11 +67,7 @@ def statement(best: Mapping[str, Any]) -> list[str]:
     if ends:
         lines.append(f"at an end of its range: {', '.join(ends)}; a wider range may hold better")
     half = best.get("half_step")
-    if (
-        best["feasible"]
-        and half
-        and (half["lacking"] or any(limit["short"] != 0.0 for limit in half["limits"]))
-    ):
+    if best["feasible"] and half and _fails(half):
         lines.append("at half the time step it does not keep every limit: search again with that step")
     fresh = best["fresh_patients"]
     if fresh is None:
@@ -193,12 +187,12 @@ def best_design(search: SearchPlan, summary: Mapping[str, Any]) -> BestDesign:
         parameters={p["name"]: _parameter(p) for p in summary["parameters"]},
         objective=goal["metric"],
         goal=goal["goal"],
-        metrics={one["metric"]: _metric(one["level"], one["unit"]) for one in limits}
-        | {goal["metric"]: _metric(goal["value"], goal["unit"])},
+        metrics={one["metric"]: Metric(number(one["level"]), one["unit"]) for one in limits}
+        | {goal["metric"]: Metric(number(goal["value"]), goal["unit"])},
         limits={_limit_text(one): one["short"] == 0.0 for one in limits},
         feasible=summary["feasible"],
         converged=summary["converged"],
-        starts=tuple(_metric(start["objective"], goal["unit"]) for start in summary["starts"]),
+        starts=tuple(Metric(number(start["objective"]), goal["unit"]) for start in summary["starts"]),
         scenario=load("scenario", search.designs.scenario, summary["sets"]),
         summary=dict(summary),
     )
@@ -208,10 +202,6 @@ def _parameter(found: Mapping[str, Any]) -> Metric:
     """A parameter's value in the unit in which people read it."""
     factor, unit = human_scale(found["unit"], np.array([found["from"], found["to"]]))
     return Metric(factor * found["value"], unit)
-
-
-def _metric(value: float | None, unit: str) -> Metric:
-    return Metric(math.nan if value is None else value, unit)
 
 
 def _limit_text(limit: Mapping[str, Any]) -> str:

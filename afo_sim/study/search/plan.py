@@ -255,8 +255,7 @@ def _limits(tables: Sequence[LimitTable]) -> tuple[StatedLimit, ...]:
     found: list[StatedLimit] = []
     for written in tables:
         at_least = written.at_least is not None
-        bound = written.at_least if written.at_least is not None else written.at_most
-        assert bound is not None
+        bound = written.at_least if at_least else written.at_most
         number = 1 + sum((limit.metric, limit.at_least) == (written.metric, at_least) for limit in found)
         found.append(StatedLimit(written.metric, at_least, bound, float(written.share), number))
     return tuple(found)

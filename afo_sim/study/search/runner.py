@@ -1,9 +1,8 @@
 """A design search from its description to its result, in a folder that it can be resumed from."""
 
-import math
 import pathlib
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -12,6 +11,7 @@ from afo_sim.common import together, write_json, write_sealed
 from afo_sim.description import load, toml_text
 from afo_sim.description.portable import portable
 from afo_sim.study.design import Cases
+from afo_sim.study.effect import defined
 from afo_sim.study.folder import AGAIN, Changed
 from afo_sim.study.pool import Pool, Report, pool
 from afo_sim.study.runner import probe
@@ -123,7 +123,7 @@ def _judged_again(opened: Opened, found: Answers, aim: Aim) -> dict[str, Any]:
     return {
         "lacking": int(again[LACKING][0]),
         "reason": str(found.reasons[0]),
-        "objective": _number(again[OBJECTIVE]),
+        "objective": defined(float(again[OBJECTIVE][0])),
         "limits": _found(opened.problem.aim, again),
     }
 
@@ -165,13 +165,8 @@ def _summary(opened: Opened, columns: Columns, best: Columns, converged: bool) -
             | {"from": float(p.spread.lower), "to": float(p.spread.upper)}  # type: ignore[union-attr]
             for p in problem.parameters
         ],
-        "objective": {
-            "metric": aim.objective.metric,
-            "goal": aim.objective.goal,
-            "over": aim.objective.over,
-            "unit": opened.units[aim.objective.metric],
-            "value": _number(best[OBJECTIVE]),
-        },
+        "objective": asdict(aim.objective)
+        | {"unit": opened.units[aim.objective.metric], "value": defined(float(best[OBJECTIVE][0]))},
         "limits": [
             {"metric": limit.metric, "at": "least" if limit.at_least else "most", "bound": limit.bound}
             | {"unit": opened.units[limit.metric], "share": limit.share}
@@ -195,7 +190,7 @@ def _starts(opened: Opened, columns: Columns) -> list[dict[str, Any]]:
                 "seed": seed,
                 "design": int(best["design"][0]),
                 "feasible": bool(problem.aim.feasible(best)[0]),
-                "objective": _number(best[OBJECTIVE]),
+                "objective": defined(float(best[OBJECTIVE][0])),
                 "parameters": {p.name: float(best[p.name][0]) for p in problem.parameters},
             }
         )
@@ -204,13 +199,10 @@ def _starts(opened: Opened, columns: Columns) -> list[dict[str, Any]]:
 
 def _found(aim: Aim, columns: Columns) -> list[dict[str, float | None]]:
     """A design's columns of each limit."""
-    return [{what: _number(columns[f"{limit.name}_{what}"]) for what in OF_LIMIT} for limit in aim.limits]
-
-
-def _number(column: np.ndarray) -> float | None:
-    """A design's number; JSON has none that is not finite."""
-    value = float(column[0])
-    return value if math.isfinite(value) else None
+    return [
+        {what: defined(float(columns[f"{limit.name}_{what}"][0])) for what in OF_LIMIT}
+        for limit in aim.limits
+    ]
 
 
 def _write(opened: Opened, columns: Columns, summary: Mapping[str, Any]) -> None:

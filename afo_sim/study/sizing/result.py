@@ -129,10 +129,8 @@ class Sizing(Shown):
         smaller = [each for each in self.ran if each.size < best.size]
         failing = [each for each in smaller if not each.meets]
         if failing:
-            text += (
-                f"; {failing[-1].name}, {'the next ' if failing[-1] is smaller[-1] else ''}smaller, fails: "
-            )
-            text += failing[-1].why
+            following = "the next smaller" if failing[-1] is smaller[-1] else "smaller"
+            text += f"; {failing[-1].name}, {following}, fails: {failing[-1].why}"
         elif not smaller:
             text += self._lowest(best) or "; no smaller one could be tried"
         if best.doubt:
