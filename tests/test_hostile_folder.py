@@ -43,6 +43,7 @@ COMMANDS = {
     "fit": "nothing --law sarosi_2012",
     "calibrate": "nothing",
     "fit-torque": "nothing --orthosis s1",
+    "paper": "nothing",
     "validate": "--nothing",
     "sweep": "sweep.toml --workers 2 --out s",
     "replay": "s 0",

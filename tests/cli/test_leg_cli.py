@@ -288,7 +288,7 @@ def test_a_damaged_sidecar_is_refused_in_words(tmp_path: pathlib.Path) -> None:
     for damaged in (
         "",
         "version = 1",
-        text.replace("version = 1", "version = 9"),
+        text.replace("version = 2", "version = 9"),
         text[: len(text) // 2],
         "\x00",
     ):

@@ -24,7 +24,8 @@ HARMLESS = {  # warnings that cap no answer: an answer says them itself, or no n
     "the numbers are those of the end": "air-settles-slowly metric-left-out",
     "the pads' loss in push-off moves the settled clearance by 0.05 mm": "ground-force-lost",
     "where the height is taken": "no-swing-minimum",
-    "of a gait file, before a run, and of the torque map": "stride-open pressure-limit",
+    "of a gait file, before a run": "stride-open",
+    "of the torque map": "pressure-limit device-of-another-size",
 }
 
 
