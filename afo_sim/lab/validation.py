@@ -93,7 +93,7 @@ def brief(row: Row, first: Row) -> str:
     theirs = f"{published(row)} → " if row.published is not None or row.expected else ""
     numbers = _error(row)
     if row.simulated is not None:
-        digits = 3 if row.error is None else 4
+        digits = 3 if row.error is None and abs(row.simulated) < 1e3 else 4
         numbers = theirs + ("0" if abs(row.simulated) < EXACT else f"{row.simulated:.{digits}g}")
     relative = 100.0 * (row.error or 0.0) / abs(row.published) if row.published else 0.0
     notes = [f"{relative:+.3g} %"] if abs(relative) >= 0.05 else []
