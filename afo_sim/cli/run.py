@@ -179,7 +179,6 @@ def _print_torque_maps(found: Any, bands: dict[str, list[float]], out: Path) -> 
         enough, band = asked & (lacking <= 0.0), " ({0:.2f} to {2:.2f})" if bands else ""
         peak = f"{need.peak:.2f}" + band.format(*bands.get(need.phase, ()))
         met = f"{100.0 * enough.sum() / asked.sum():.0f} %" if asked.any() else "nothing needed"
-        met += f", {angle[enough].min():.0f} to {angle[enough].max():.0f} deg" if enough.any() else ""
         short = f"{lacking[k]:.2f} N·m at {round(angle[k])} deg" if lacking[k] > 0.0 else "–"
         rows.append([need.phase, peak, f"{angle.min():.0f} to {angle.max():.0f}", chamber, met, short])
     scenario = found.scenario

@@ -30,7 +30,7 @@ def calibrate(
     per += unit if unit.isalpha() else f"({unit})"
     (slope, intercept), covariance = np.polyfit(basis, output, 1, cov=True)
     errors = np.sqrt(np.diag(covariance))
-    if abs(slope) <= 2.0 * errors[0]:
+    if abs(slope) <= 2.0 * errors[0] or np.ptp(output) < step:
         raise InputError("does not depend on the reference", file=table.file, field="reading")
     residual, full = output - slope * basis - intercept, abs(slope) * np.ptp(basis)
     middle, nonlinearity, gap = _without_hysteresis(x, residual)

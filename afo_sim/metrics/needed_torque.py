@@ -42,18 +42,22 @@ class Need:
 def needs(stride: Stride) -> list[Need]:
     """What each phase needs of an orthosis; nothing in a patient's own walk: its healthy ankle is unknown.
 
-    Source: Loading response to 12 % of the stride, swing to the upright shank: Perry & Burnfield 2010.
+    Source: Loading response to 12 % of the stride, initial and mid swing to the upright shank: Perry &
+    Burnfield 2010.
     """
     found = []
     for phase, metric, side, start, end in (
-        ("swing", "needed_swing_torque", "dorsiflexion", stride.toe_off, stride.upright),
+        ("initial and mid swing", "needed_swing_torque", "dorsiflexion", stride.toe_off, stride.upright),
+        ("terminal swing", "needed_terminal_swing_torque", "dorsiflexion", stride.upright, 1.0),
         ("loading response", "needed_loading_torque", "dorsiflexion", 0.0, LOADING),
         ("push-off", "needed_push_off_torque", "plantarflexion", HEEL_RISE, stride.toe_off),
     ):
         if NEEDED_MOMENT in stride.columns:
             part, needed = stride.between(start, end), SIDES[side] * stride.columns[NEEDED_MOMENT]
             path = part.of(stride.columns["gait/ankle_angle"]), part.of(needed)
-            found.append(Need(phase, metric, side, *path, peak.highest_mean(needed, stride.timestep, part)))
+            if len(path[0]):
+                most = peak.highest_mean(needed, stride.timestep, part)
+                found.append(Need(phase, metric, side, *path, most))
     return found
 
 
@@ -88,9 +92,7 @@ def torque_deficit(stride: Stride) -> Found:
         yield f"needed_{side}_torque", peak.highest_mean(sign * needed[stride.rows], stride.timestep)
     for need in needs(stride):
         yield need.metric, need.peak
-    terminal = stride.between(stride.upright, 1.0)
-    yield "needed_terminal_swing_torque", peak.highest_mean(needed, stride.timestep, terminal)
-    swing = stride.between(stride.toe_off, stride.upright)
+    swing, terminal = stride.between(stride.toe_off, stride.upright), stride.between(stride.upright, 1.0)
     yield "needed_swing_torque_mean", peak.clean(swing.mean(needed))
     for name, part in (("needed_swing_torque", swing), ("needed_terminal_swing_torque", terminal)):
         lacking = part.of(needed)

@@ -12,6 +12,7 @@ from afo_sim.model import TorqueMap, person_of
 from afo_sim.show.panels import marked
 from afo_sim.show.style import BLUE, GREEN, MARKERS, ZERO, ink, on_scale, plain, write_pair
 from afo_sim.simulation import TorqueMaps
+from afo_sim.simulation.torque_maps import AND
 
 _PANEL = (4.4, 3.4)  # [inch]
 _VEIL = {"color": "white", "alpha": 0.7, "lw": 0.0, "pad": 0.5}  # under a text, over curves
@@ -36,7 +37,9 @@ def fill(figure: Any, found: TorqueMaps) -> None:
             label = f"{pressure * 1e-5:g} bar"
             look = {"color": colours[column], **marked(own.angles, MARKERS[column % len(MARKERS)])}
             axis.plot(np.degrees(own.angles), own.torque[:, column], label=label, **look)
-        needs = [need for chamber, need, _ in found.lacking if chamber == own.chamber and need.peak]
+        needs = [
+            need for chambers, need, _ in found.lacking if own.chamber in chambers.split(AND) and need.peak
+        ]
         for need, colour in zip(needs, (GREEN, BLUE), strict=False):
             sign, k = SIDES[need.side], int(need.torque.argmax())
             angle, text = np.degrees(need.angle), f" {need.phase} needs {need.peak:.3g} N·m "

@@ -20,18 +20,22 @@ from afo_sim.simulation.reference_walk import OPEN
 from afo_sim.simulation.rollout import Rollout
 
 OF_WALK = ("gait", "ground", "patient", "shoe")  # tables of who walks how
+AND = " + "  # between the names of chambers that pull together
 OTHER_SIZE = 0.05  # of the body's height, beyond which the device's moment arms are another person's
 DEVICE = ("leg", "orthosis", "supply", "timestep")  # what is worn in another walk
 
 
 @dataclass(frozen=True, eq=False)
 class TorqueMaps:
-    """A map of each chamber alone; what each phase needs, and what the chambers of its side lack of it."""
+    """A map of each chamber alone; what each phase needs, and what the chambers of its side lack of it.
+
+    They pull together, against the empty muscles of the other side.
+    """
 
     scenario: Scenario  # whose body wears the device
     maps: list[TorqueMap]
     needs: list[Need]
-    lacking: list[tuple[str, Need, np.ndarray]]  # chamber, or "none"; at the supply's pressure [N·m] (n,)
+    lacking: list[tuple[str, Need, np.ndarray]]  # chambers at the supply's pressure, or "none" [N·m] (n,)
     warnings: list[Notice]
 
 
@@ -73,7 +77,7 @@ def torque_map(
         try:
             other = load("scenario", walk, of_walk)
         except InputError as error:
-            raise (error if error.file else error.replaced(field="walk")) from None
+            raise (error.replaced(field="walk") if error.field == "scenario" else error) from None
         leg, joint = described.leg.name, described.leg.joint
         if not other.walking or (other.leg.name, other.leg.joint) != (leg, joint):
             problem, allowed = "is not a walk on the same leg", f"a walk of the ankle on {leg}"
@@ -97,13 +101,16 @@ def torque_map(
     sides = {one.chamber: np.sign(one.torque.sum()) for one in strongest}
     lacking: list[tuple[str, Need, np.ndarray]] = []
     for need in needed:
-        asked, before = np.maximum(need.torque, 0.0), len(lacking)
-        for one in static.torque_map(built, need.angle, np.array([supply])):
-            if (side := sides[one.chamber]) == SIDES[need.side]:  # a stretched braid counts for nothing
-                given = np.where(one.contraction >= 0.0, side * one.torque, 0.0)[:, 0]
-                lacking.append((one.chamber, need, np.where(asked > 0.0, asked - given, 0.0)))
-        if len(lacking) == before:
-            lacking.append(("none", need, asked))
+        side, given, pulling = SIDES[need.side], np.zeros(len(need.angle)), []
+        for one in static.torque_map(built, need.angle, np.array([0.0, supply])):
+            empty, full = side * one.torque.T
+            if sides[one.chamber] == side:  # a stretched braid counts for nothing
+                pulling.append(one.chamber)
+                given += np.where(one.contraction[:, 1] >= 0.0, full, 0.0)
+            else:
+                given += np.minimum(empty, 0.0)
+        short = np.where(need.torque > 0.0, need.torque - given, 0.0)
+        lacking.append((AND.join(pulling) or "none", need, short))
     warnings = []
     height, fits = person_of(described).body_height, described.leg.body_height
     if needed and abs(math.log(height / fits)) > OTHER_SIZE:

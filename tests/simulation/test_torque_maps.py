@@ -38,7 +38,7 @@ PATIENTS = [
 def assert_needs_of_the_run(sets: dict[str, Any]) -> None:
     found = afo.torque_map(WALK, sets, angles=[0.0])
     run = afo.run(WALK, sets)
-    assert run.ok and len(found.needs) == 3
+    assert run.ok and len(found.needs) == 4
     for need in found.needs:
         assert need.peak == pytest.approx(float(run.metrics[need.metric]), rel=0.01, abs=1e-9)
     assert max(need.peak for need in found.needs) > 1.0
@@ -78,7 +78,7 @@ def test_what_is_lacking_is_the_need_less_the_map() -> None:
     found = afo.torque_map("walk-dropfoot-afo-timer", {"supply.pressure": "3.5 bar"})
     front, back = found.maps
     assert front.pressures[-2] == 3.5e5
-    swing, _, push_off = found.lacking
+    swing, _, _, push_off = found.lacking
     assert (swing[0], push_off[0]) == (front.chamber, back.chamber)
     _, need, lacking = swing
     given = np.interp(need.angle, front.angles, front.torque[:, -2])
@@ -92,7 +92,7 @@ def test_what_is_lacking_is_the_need_less_the_map() -> None:
 @pytest.mark.parametrize(
     ("patient", "phase", "sign", "lost", "start", "end"),
     [
-        ("drop-foot", "swing", 1.0, 1.0, 0.63, 1.0),
+        ("drop-foot", "initial and mid swing", 1.0, 1.0, 0.63, 1.0),
         ("drop-foot", "loading response", 1.0, 1.0, 0.0, 0.12),
         ("drop-foot-mild", "loading response", 1.0, 0.7, 0.0, 0.12),
         ("plantarflexor-weak", "push-off", -1.0, 0.6, 0.40, 0.62),

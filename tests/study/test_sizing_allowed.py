@@ -130,6 +130,15 @@ def test_a_metric_that_does_not_depend_on_what_is_sized_is_refused(limit: str) -
         assert all(high[name].unit == "N*m" for name in named[:4])
 
 
+def test_a_share_that_no_candidate_moves_from_its_end_is_no_refusal() -> None:
+    """At 0.5 to 0.9 bar each swing touches the floor, and at more none does."""
+    limits, coarse = ["swings_with_toe_contact <= 0 percent"], {"timestep": "4 ms", "duration": "2.5 s"}
+    assert (
+        size("pressure", "walk-dropfoot-afo", coarse, limits=limits, between=("0.5 bar", "0.9 bar")).best
+        is None
+    )
+
+
 def test_a_metric_that_all_candidates_meet_alike_is_no_trouble() -> None:
     coarse = {"timestep": "4 ms"}
     found = size(

@@ -200,7 +200,8 @@ class Trials:
                 allowed = "a metric that `afo-sim run --numbers` of it prints"
                 raise InputError(problem, field="limit", value=str(requirement), allowed=allowed)
             same = len({*map(repr, values)}) == 1 < len(ran) and not requirement.met(values[0])
-            if same or words(requirement.metric).group == NEED:
+            full = values[0] in (0.0, 100.0)  # as a share may be that depends on what is sized
+            if (same and not full) or words(requirement.metric).group == NEED:
                 problem = f"does not depend on the {self.request.kind}"
                 allowed = self._moved(cases[0], cases[-1], requirement.unit)
                 raise InputError(problem, field="limit", value=str(requirement), allowed=allowed)
