@@ -106,8 +106,8 @@ def _sensitivity(test: _Test) -> None:
     from afo_sim.lab.stand import sensitivity
 
     others = ["law", "friction", "load", "contraction", "length", "stiffness", "valve", "supply", "time"]
-    others += ["compare", "static", "bench", "fit"]
-    if given := [name for name in others if getattr(test, name)] or ["series"] * (test.series != 1):
+    others += ["series", "compare", "static", "bench", "fit"]
+    if given := [name for name in others if getattr(test, name)]:
         raise InputError("is nothing that sensitivity takes", field=given[0], allowed="--pressure or --set")
     for name in test.muscles:
         muscle = load("muscle", name, read_sets(test.sets))

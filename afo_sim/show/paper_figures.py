@@ -281,9 +281,9 @@ FIGURES: dict[str, dict[str, tuple[tuple[float, float], _Fill]]] = {
     "S0": {"static_load": ((12.0, 6.4), _static_load), "isobaric": ((6.0, 4.2), _isobars)},
     "S1": {
         "figures_6_to_8": ((8.0, 3.6), _device),
-        "torque_of_a_drop_foot": ((8.8, 3.4), lambda figure: fill(figure, torque_map())),
+        "torque_of_a_drop_foot": ((8.8, 3.8), lambda figure: fill(figure, torque_map())),
         "torque_of_a_weak_calf": (
-            (8.8, 3.4),
+            (8.8, 3.8),
             lambda figure: fill(figure, torque_map(sets={"patient": "plantarflexor-weak"})),
         ),
         "figures_9_to_12": (

@@ -10,12 +10,11 @@ from afo_sim.description import JOINTS
 from afo_sim.metrics import SIDES
 from afo_sim.model import TorqueMap, person_of
 from afo_sim.show.panels import marked
-from afo_sim.show.style import BLUE, GREEN, MARKERS, ZERO, ink, on_scale, plain, write_pair
+from afo_sim.show.style import BLUE, GREEN, MARKERS, SKY, ZERO, on_scale, plain, write_pair
 from afo_sim.simulation import TorqueMaps
 from afo_sim.simulation.torque_maps import AND
 
-_PANEL = (4.4, 3.4)  # [inch]
-_VEIL = {"color": "white", "alpha": 0.7, "lw": 0.0, "pad": 0.5}  # under a text, over curves
+_PANEL = (4.4, 3.8)  # [inch]
 
 
 def draw(found: TorqueMaps, stem: pathlib.Path) -> list[pathlib.Path]:
@@ -40,23 +39,18 @@ def fill(figure: Any, found: TorqueMaps) -> None:
         needs = [
             need for chambers, need, _ in found.lacking if own.chamber in chambers.split(AND) and need.peak
         ]
-        for need, colour in zip(needs, (GREEN, BLUE), strict=False):
-            sign, k = SIDES[need.side], int(need.torque.argmax())
-            angle, text = np.degrees(need.angle), f" {need.phase} needs {need.peak:.3g} N·m "
-            axis.plot(angle, sign * need.torque, color=colour, lw=2.2, zorder=3.0)
-            look = {"ha": "left" if need.angle[k] < own.angles.mean() + 0.1 else "right", "fontsize": 8.0}
-            look |= {"va": "bottom" if sign > 0.0 else "top", "color": ink(colour), "zorder": 4.0}
-            axis.text(angle[k], sign * need.torque[k], text, bbox=_VEIL, **look)
+        for need, colour in zip(needs, (GREEN, SKY, BLUE), strict=False):
+            torque, label = SIDES[need.side] * need.torque, f"{need.phase}: {need.peak:.3g} N·m needed"
+            axis.plot(np.degrees(need.angle), torque, color=colour, lw=2.2, zorder=3.0, label=label)
         _shade_stretch(axis, own, [SIDES[need.side] * need.torque for need in needs])
         axis.axhline(0.0, color=ZERO, lw=0.8)
-        axis.margins(y=0.12)  # room for a need's text
         positive = JOINTS[own.joint].directions[0]
         axis.set_xlabel(f"{own.joint} angle [deg], {positive} +")
         axis.set_ylabel(f"orthosis torque [N·m], {positive} +")
         axis.set_title(f"{plain(own.chamber)} chamber alone", loc="left")
         # below all bands and curves
-        below = {"loc": "upper left", "bbox_to_anchor": (0.0, -0.2), "ncols": 4}
-        axis.legend(title="gauge pressure", title_fontsize=8.0, alignment="left", **below)
+        below = {"loc": "upper left", "bbox_to_anchor": (0.0, -0.2), "ncols": 2}
+        axis.legend(title="gauge pressure, needs", title_fontsize=8.0, alignment="left", **below)
     figure.suptitle(plain(title, None), x=0.01, ha="left", fontsize=9.0)
 
 

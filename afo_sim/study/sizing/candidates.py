@@ -238,7 +238,9 @@ def muscles(scenario: Scenario, group: str, count: tuple[int, int] | None = None
             facts["link [cm]"] = f"{1e2 * link:.3g}".replace("-", "−")
             sets[f"{key}.link_length"] = f"{link!r} m"
             reason = f"is {-1e2 * link:.3g} cm too long for the path" if link < 0.0 else ""
-        doubt = doubt_of(muscle)
+        least, most = muscle.law_set.pressure_range
+        beyond = "" if least <= pressure <= most else f"its law holds from {bar(least)} to {bar(most)}"
+        doubt = doubt_of(muscle) or beyond
         facts["grade"] = f"{muscle.grade} *" if doubt else muscle.grade
         if muscle.limits.pressure < pressure and not reason:
             reason = f"may hold {bar(muscle.limits.pressure)}, and the supply has {bar(pressure)}"
