@@ -77,6 +77,14 @@ def test_told_outcomes_follow_from_the_numbers(read: dict[str, Paper]) -> None:
     assert max(a / b for a, b in zip(alike, analytic, strict=True)) < 0.2
     assert max(a / b for a, b in zip(polynomial, analytic, strict=True)) < 0.2
     assert share[1] > share[0]
+    assert max(row.simulated for row in claim(read, 13).rows if row.unit == "%") < 100.0  # type: ignore[type-var]
+    needed, given = numbers(read, 14)[1:3]
+    assert needed > 10.0 * given > 0.0
+    longer, shipped = numbers(read, 23)
+    assert longer > shipped
+    angle, bore, length, stiffness = numbers(read, 26)
+    assert angle < -10.0 and bore > 10.0 and abs(length) < 1e-6 and stiffness < -5.0
+    assert max(numbers(read, 28)) < 75.0
     long, short = numbers(read, 22)
     assert long > short > 0.0
     theirs, ours = (claim(read, 19).rows[k] for k in (0, 1))
