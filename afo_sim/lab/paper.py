@@ -32,10 +32,11 @@ ORDER = (
     "outside",
 )
 OUTCOMES = (
-    "Agrees: within what print and scatter allow, or as the row says. Cannot tell: a deliberately wrong model "
-    "passes as well, or it depends on what the paper does not print. Compared: side by side, no pass or fail. As set: an input "
-    "of the program, or an identity; no evidence. Shown: by the command; the paper has no number. Lost: not "
-    "in the text that can be read. In brackets: implied by the paper, not printed. ✗: outside the tolerance."
+    "Agrees: within what print and scatter allow, or as the row says. Cannot tell: a deliberately wrong "
+    "model passes as well, or it depends on what the paper does not print. Compared: side by side, no "
+    "pass or fail. As set: an input of the program, or an identity; no evidence. Shown: by the command; "
+    "the paper has no number. Lost: not in the text that can be read. In brackets: implied by the paper, "
+    "not printed. ✗: outside the tolerance."
 )
 KINDS = {
     "claim": "Claims",
