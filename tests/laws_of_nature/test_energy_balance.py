@@ -19,7 +19,7 @@ SHARE = 1e-3  # of the air's work without its sign
 SOLVED = ("walk-dropfoot-afo", "walk-dropfoot-afo-short", "walk-dropfoot-afo-both")
 TIMED = ("walk-dropfoot-afo-timer", "walk-dropfoot-afo-paper-timer")
 DERIVING = (*SOLVED, *TIMED, "arm-s1", "seated", "seated-antagonist")
-SCENARIOS = (*DERIVING, "arm", "arm-short", "arm-positions", "knee", "seated-s1-simulated")
+SCENARIOS = (*DERIVING, "arm", "arm-short", "knee", "seated-s1-simulated")
 OWN_VOLUME = "tondu_lopez_2000_bladder"  # −p dV/dL of the braid's volume, where k = 1
 
 
