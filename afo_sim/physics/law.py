@@ -109,6 +109,7 @@ class Law(Entry):
     says how the force depends on the muscle's length: by the contraction "ratio" alone; the set holds for
     "one" length, since the formula has lengths or stiffnesses of that muscle in it; or the formula knows the
     effect of the length by its "own". `pleated` says that no braid's volume bounds that of its pleats.
+    `count` is the number of coefficients where trying them would load NumPy.
     """
 
     kernel: Callable[..., float]
@@ -119,6 +120,7 @@ class Law(Entry):
     force_powers: Coefficients = ()
     length: Literal["ratio", "one", "own"] = "ratio"
     pleated: bool = False
+    count: int = 0
 
     def parameter(self, name: str) -> LawParameter:
         """The parameter of a name."""

@@ -84,7 +84,7 @@ def check_coefficients(entry: Entry, arguments: int, most: int) -> int:
     ValueError
         More coefficients than slots, or another number than the kernel takes.
     """
-    number = len(entry.typical)
+    number = getattr(entry, "count", 0) or len(entry.typical)
     if number > most:
         raise ValueError(f"{entry.name!r} has {number} coefficients; an actuator's row has {most} slots")
     try:

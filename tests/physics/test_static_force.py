@@ -495,6 +495,11 @@ def test_s3s_printed_constants_are_in_muscles_one_can_run():
     assert float(shadow.contraction(3.5e5, force=0.0)) == pytest.approx(0.37, abs=5e-4)
 
 
+def test_a_count_that_is_stated_is_that_of_the_coefficients():
+    stated = [law for law in LAWS.values() if law.count]
+    assert stated and all(law.count == len(law.typical) for law in stated)
+
+
 def test_pleats_by_hand():
     """Without load the meridian is an elastica, of m = 1/2; without ends 1 − κ = 2 E/K − 1, 54.3 % of κ."""
     slender = 1.0 - (2.0 * ellipe(0.5) / ellipk(0.5) - 1.0)

@@ -2,17 +2,14 @@
 
 import functools
 import math
-
-import numpy as np
+from typing import Any
 
 from afo_sim.physics.law import Coefficients, Law, LawParameter
 from afo_sim.physics.law_slope import Slopes, with_slopes
 
 FIRST = 0.1  # of the free contraction, below which the force is bounded
-MODULI = 0.5 * (np.arange(1, 53) / 50.0) ** 2  # m at which it is solved; at 0.5 nothing pulls
 POWERS = 5  # of √κ; misses the force by less than 2e-5 of the largest
-_FREE = 49  # place of m = 0.5
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(24)
+_FREE = 49  # place of m = 0.5, where nothing pulls
 
 
 @with_slopes
@@ -62,11 +59,14 @@ def daerden_lefeber_2001(
     return pressure * area * shape, pressure * area * by_kappa, area * shape
 
 
-def _integrals(end: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """∫ dθ/Δ, ∫ (1 − 2 m sin²θ) dθ/Δ and ∫ cos²θ (1 − 2 m sin²θ) dθ/Δ from 0 to each end, at MODULI."""
-    square = np.sin(0.5 * end[:, None] * (1.0 + _NODES)) ** 2
-    weights = 0.5 * end[:, None] * _WEIGHTS / np.sqrt(1.0 - MODULI[:, None] * square)
-    axial = weights * (1.0 - 2.0 * MODULI[:, None] * square)
+def _integrals(moduli: Any, end: Any) -> tuple[Any, Any, Any]:
+    """∫ dθ/Δ, ∫ (1 − 2 m sin²θ) dθ/Δ and ∫ cos²θ (1 − 2 m sin²θ) dθ/Δ from 0 to each end, at each m."""
+    import numpy as np
+
+    nodes, weights = np.polynomial.legendre.leggauss(24)
+    square = np.sin(0.5 * end[:, None] * (1.0 + nodes)) ** 2
+    weights = 0.5 * end[:, None] * weights / np.sqrt(1.0 - moduli[:, None] * square)
+    axial = weights * (1.0 - 2.0 * moduli[:, None] * square)
     return weights.sum(axis=1), axial.sum(axis=1), (axial * (1.0 - square)).sum(axis=1)
 
 
@@ -84,13 +84,16 @@ def membrane(radius: float) -> Coefficients:
     ----------
     radius : R/l, of the ends over the length of a meridian [-]
     """
-    low, high = np.zeros_like(MODULI), np.full_like(MODULI, 0.5 * math.pi)
+    import numpy as np  # a list of all laws asks for none
+
+    moduli = 0.5 * (np.arange(1, 53) / 50.0) ** 2
+    low, high = np.zeros_like(moduli), np.full_like(moduli, 0.5 * math.pi)
     for _ in range(50):
         middle = 0.5 * (low + high)
-        beyond = radius * _integrals(middle)[0] > np.sqrt(MODULI) * np.cos(middle)
+        beyond = radius * _integrals(moduli, middle)[0] > np.sqrt(moduli) * np.cos(middle)
         low, high = np.where(beyond, low, middle), np.where(beyond, middle, high)
-    arc, height, around = _integrals(low)
-    kappa, shape = 1.0 - height / arc, math.pi * (0.5 - MODULI) / arc**2
+    arc, height, around = _integrals(moduli, low)
+    kappa, shape = 1.0 - height / arc, math.pi * (0.5 - moduli) / arc**2
     free = kappa[_FREE].item()
     root, shape = np.sqrt(kappa[kappa >= FIRST * free]), shape[kappa >= FIRST * free]
     found = np.polynomial.polynomial.polyfit(root, root * shape, POWERS).tolist()
@@ -122,4 +125,5 @@ DAERDEN_LEFEBER_2001 = Law(
     force_powers=(1.0, *[0.0] * (POWERS + 4)),
     length="own",
     pleated=True,
+    count=POWERS + 5,
 )
