@@ -65,7 +65,7 @@ class _Test:
     rrd: RecordingOption = None
 
 
-# options that replay does not take
+# Options of a test alone; `replay` and `sensitivity` refuse them.
 _OF_A_TEST = ["law", "friction", "pressure", "load", "contraction", "length", "stiffness", "series"]
 _OF_A_TEST += ["valve", "supply"]
 
@@ -105,9 +105,8 @@ def _sensitivity(test: _Test) -> None:
     from afo_sim.description import load
     from afo_sim.lab.stand import sensitivity
 
-    others = ["law", "friction", "load", "contraction", "length", "stiffness", "valve", "supply", "time"]
-    others += ["series", "compare", "static", "bench", "fit"]
-    if given := [name for name in others if getattr(test, name)]:
+    others = {*_OF_A_TEST, "time", "static", "compare", "bench", "fit"} - {"pressure"}
+    if given := sorted(name for name in others if getattr(test, name)):
         raise InputError("is nothing that sensitivity takes", field=given[0], allowed="--pressure or --set")
     for name in test.muscles:
         muscle = load("muscle", name, read_sets(test.sets))

@@ -174,17 +174,20 @@ def _print_torque_maps(found: Any, bands: dict[str, list[float]], out: Path) -> 
         positive = JOINTS[own.joint].directions[0]
         print_table(f"{own.chamber}: orthosis torque [N·m], {positive} +", header, rows)
     rows, header = [], ["phase", "needs [N·m]", "at [deg]", "chamber", "enough in", "short by"]
-    for chamber, need, lacking in found.lacking:
+    for chambers, need, lacking in found.lacking:
         angle, asked, k = np.degrees(need.angle), need.torque > 0.0, int(lacking.argmax())
         enough, band = asked & (lacking <= 0.0), " ({0:.2f} to {2:.2f})" if bands else ""
         peak = f"{need.peak:.2f}" + band.format(*bands.get(need.phase, ()))
         met = f"{100.0 * enough.sum() / asked.sum():.0f} %" if asked.any() else "nothing needed"
         short = f"{lacking[k]:.2f} N·m at {round(angle[k])} deg" if lacking[k] > 0.0 else "–"
-        rows.append([need.phase, peak, f"{angle.min():.0f} to {angle.max():.0f}", chamber, met, short])
+        pulling = " + ".join(chambers) or "none"
+        rows.append([need.phase, peak, f"{angle.min():.0f} to {angle.max():.0f}", pulling, met, short])
     scenario = found.scenario
     if rows:
         title = f"torque needed by {person_of(scenario).body_mass:g} kg" + " (5 to 95 %)" * bool(bands)
         print_table(f"{title}, at the supply's {scenario.supply.pressure * 1e-5:g} bar", header, rows)
+        print("available is static, as if filled at once: a run tells what the valves leave of it")
+        print("" if bands else "the need is uncertain by a factor of two and more: --uncertainty 20")
     elif scenario.leg.joint == "ankle":
         why = "of a patient's own walk" if scenario.walking else "where nobody walks"
         print(f"no need is known {why}: name another walk, such as --walk walk-dropfoot-afo")

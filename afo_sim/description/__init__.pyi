@@ -60,6 +60,7 @@ from .joint import JointName as JointName
 from .joint import a_joint as a_joint
 from .keys import Field as Field
 from .keys import field_at as field_at
+from .leg import MASS_SHARES as MASS_SHARES
 from .leg import Leg as Leg
 from .leg import Outsole as Outsole
 from .leg import Shoe as Shoe

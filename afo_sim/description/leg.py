@@ -43,6 +43,7 @@ class Toes(Described):
 
 
 _Word = Annotated[str, Field(pattern=r"^[a-z]+$")]
+MASS_SHARES = {"foot": 0.0145, "shank": 0.0465, "thigh": 0.100}  # of the body's (Winter 2009, after Dempster)
 
 
 class PassiveAnkle(Described):

@@ -8,12 +8,11 @@ table 4.1 and figure 4.1), the foot's mass at the ankle, and a trunk that does n
 import numpy as np
 
 from afo_sim.common import GRAVITY, assets
+from afo_sim.description import MASS_SHARES
 from afo_sim.gait import Chain, GaitCycle, stance
 from afo_sim.gait.file import read
 from afo_sim.metrics import HEEL_RISE
 
-FOOT = 0.0145  # of the body mass
-MASSES = {"shank": 0.0465, "thigh": 0.100}  # of the body mass
 CENTRES = {"shank": 0.567, "thigh": 0.567}  # from the distal joint, of the length
 GYRATION = {"shank": 0.302, "thigh": 0.323}  # about the centre of mass, of the length
 PHASE = np.linspace(0.0, 1.0, 2001)
@@ -30,12 +29,13 @@ def joint_powers(cycle: GaitCycle) -> dict[str, np.ndarray]:
     lengths = Chain.of_height(cycle.body_height)
     forward, upward, _ = cycle.ground(PHASE)
     acceleration = cycle.signal("ankle_x", PHASE, 2) + 1j * cycle.signal("ankle_z", PHASE, 2)
-    pull = GRAVITY * (forward + 1j * upward) - FOOT * (acceleration + 1j * GRAVITY)  # of what is below
+    pull = GRAVITY * (forward + 1j * upward)  # of what is below
+    pull -= MASS_SHARES["foot"] * (acceleration + 1j * GRAVITY)
     below = np.interp(PHASE, cycle.phase, cycle.ankle_moment)  # moment of what is below, forward positive
     powers = {"ankle": below * angles["ankle"][1]}
     for name, joint, above in (("shank", "knee", angles["thigh"][1]), ("thigh", "hip", 0.0)):
         lean, rate, turning = angles[name]
-        mass, length = MASSES[name], getattr(lengths, name)
+        mass, length = MASS_SHARES[name], getattr(lengths, name)
         along, moved = 1j * np.exp(-1j * lean), np.exp(-1j * lean) * (turning - 1j * rate**2)
         centre = CENTRES[name] * length
         weight = mass * (acceleration + centre * moved + 1j * GRAVITY) - pull  # force at the upper joint

@@ -70,7 +70,7 @@ class Claim:
             *_, load, pressure = row.quantity.split(", ")
             mark = "" if row.outcome == "agrees" else " ✗"
             loads.setdefault(load, []).append(f"{pressure} {published(row)} → {row.simulated:.2f}{mark}")
-        return [*(f"{load}: {', '.join(cells)} [cm]" for load, cells in loads.items()), *told]
+        return [f"{load}: {', '.join(cells)} [{self.rows[0].unit}]" for load, cells in loads.items()] + told
 
 
 @dataclass(frozen=True, repr=False)

@@ -193,8 +193,10 @@ def limits_left(plan: StandPlan, curves: tuple[Rows, ...]) -> Iterator[Notice]:
     strong, stretched = (provenance_note(limits, key) for key in ("force", "contraction_min"))
     law_pressure = f"range of {low * 1e-5:g} to {high * 1e-5:g} bar"
     asked = f"the law {muscle.law} is asked at {{:.3g}} bar"
-    asked_at, law_contraction = f"the law {muscle.law} is asked at {{:.3f}}", "range of contraction"
-    most_pressure = f"limit of {limits.pressure * 1e-5:g} bar"
+    from_contraction, most_pressure = law.contraction_range[0], f"limit of {limits.pressure * 1e-5:g} bar"
+    shortened = np.maximum(contraction, 0.0)  # stretched, the law is asked at zero
+    law_contraction, too_long = f"range from {from_contraction:g} on", from_contraction - shortened
+    asked_at = f"the law {muscle.law} is asked at a contraction of {{:.3f}}"
     outside = np.maximum(low - pressure, pressure - high)
     most_force = f"limit of {limits.force:g} N{strong}"
     longest, shortest = f"limit of {least:g}{stretched}", f"limit of {most:g}"
@@ -203,14 +205,7 @@ def limits_left(plan: StandPlan, curves: tuple[Rows, ...]) -> Iterator[Notice]:
         ("contraction", "contraction reaches {:.3f}", contraction, contraction - most, 1e-3, shortest),
         ("stretched", "is stretched to {:.3f}", contraction, least - contraction, 1e-3, longest),
         ("law-pressure", asked, pressure * 1e-5, outside, 1e3, law_pressure),
-        (
-            "law-contraction",
-            asked_at,
-            contraction,
-            law.contraction_range[0] - contraction,
-            1e-3,
-            law_contraction,
-        ),
+        ("law-contraction", asked_at, shortened, too_long, 1e-3, law_contraction),
         ("pressure", "holds {:.3g} bar", pressure * 1e-5, pressure - limits.pressure, 1e3, most_pressure),
     )
     for code, text, values, beyond, tolerance, limit in compared:

@@ -6,13 +6,12 @@ from typing import Any
 import numpy as np
 
 from afo_sim.common import Notice, format_quantity
-from afo_sim.description import toml_text
+from afo_sim.description import MASS_SHARES, toml_text
 from afo_sim.legs.cutting import ANKLE, FOOT, SHANK, SOLE_SHARES, TOE, TOES
 from afo_sim.legs.finding import Found
 from afo_sim.legs.leg_numbers import LegNumbers, Segment
 from afo_sim.legs.tree import Joint, Tree, listed
 
-SHANK_SHARE, FOOT_SHARE = 0.0465, 0.0145  # of the body's mass (Winter 2009, after Dempster)
 SHANK_LENGTH = 0.246  # of the body's height (Winter 2009, after Drillis & Contini)
 BODY_MASS, BODY_HEIGHT = 75.0, 1.75  # of the description, where nothing is given
 APART = 0.15  # relative: more than people of one mass differ in
@@ -190,7 +189,7 @@ def person_notes(
 ) -> list[Notice]:
     """The person that masses and lengths belong to, where it differs from the given or assumed one."""
     said = []
-    of_shank, of_foot = numbers.shank.mass / SHANK_SHARE, numbers.foot.mass / FOOT_SHARE
+    of_shank, of_foot = numbers.shank.mass / MASS_SHARES["shank"], numbers.foot.mass / MASS_SHARES["foot"]
     mass = BODY_MASS if body_mass is None else body_mass
     if max(abs(of_shank / mass - 1.0), abs(of_foot / mass - 1.0)) > APART:
         words = (

@@ -45,19 +45,20 @@ def needs(stride: Stride) -> list[Need]:
     Source: Loading response to 12 % of the stride, initial and mid swing to the upright shank: Perry &
     Burnfield 2010.
     """
-    found = []
+    found: list[Need] = []
+    if NEEDED_MOMENT not in stride.columns:
+        return found
     for phase, metric, side, start, end in (
         ("initial and mid swing", "needed_swing_torque", "dorsiflexion", stride.toe_off, stride.upright),
         ("terminal swing", "needed_terminal_swing_torque", "dorsiflexion", stride.upright, 1.0),
         ("loading response", "needed_loading_torque", "dorsiflexion", 0.0, LOADING),
         ("push-off", "needed_push_off_torque", "plantarflexion", HEEL_RISE, stride.toe_off),
     ):
-        if NEEDED_MOMENT in stride.columns:
-            part, needed = stride.between(start, end), SIDES[side] * stride.columns[NEEDED_MOMENT]
-            path = part.of(stride.columns["gait/ankle_angle"]), part.of(needed)
-            if len(path[0]):
-                most = peak.highest_mean(needed, stride.timestep, part)
-                found.append(Need(phase, metric, side, *path, most))
+        part, needed = stride.between(start, end), SIDES[side] * stride.columns[NEEDED_MOMENT]
+        angle, torque = part.of(stride.columns["gait/ankle_angle"]), part.of(needed)
+        if len(angle):
+            most = peak.highest_mean(needed, stride.timestep, part)
+            found.append(Need(phase, metric, side, angle, torque, most))
     return found
 
 

@@ -81,6 +81,7 @@ from .person import recorded_stride as recorded_stride
 from .person import reflex_gain as reflex_gain
 from .person import walker_of as walker_of
 from .person import with_person as with_person
+from .plausible_design import IMPLAUSIBLE as IMPLAUSIBLE
 from .prefill import cooled as cooled
 from .rescale import Fit as Fit
 from .rescale import Ratio as Ratio

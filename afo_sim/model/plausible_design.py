@@ -12,14 +12,14 @@ from collections.abc import Iterator
 import mujoco
 
 from afo_sim.common import Notice
-from afo_sim.description import Anchor, Scenario
+from afo_sim.description import MASS_SHARES, Anchor, Scenario
 from afo_sim.model.person import person_of
 from afo_sim.model.walk import stride_time_of
 
-CODE = "design-implausible"
+IMPLAUSIBLE = "design-implausible"
 BMI = (13.0, 80.0)  # mass over squared height: thin children to the heaviest [kg/m²]
 _LEGS_BMI = (16.0, 38.0)  # of the body that a leg was made for
-_SHANK, _FOOT, _APART = 0.0465, 0.0145, 0.5  # share of the body's mass (Winter 2009), and how far off it
+_APART = 0.5  # how far a segment's mass may be off its share
 _FOOT_LENGTH, _SHANK_LENGTH = 0.152, 0.246  # share of the body's height (Winter 2009)
 _TALL = (0.7, 2.3)  # of people who walk [m]
 _BESIDE = 0.13  # of an anchor from the shank's axis [m]
@@ -92,7 +92,7 @@ def _person(scenario: Scenario) -> Iterator[Notice]:
 def _leg(scenario: Scenario, model: mujoco.MjModel) -> Iterator[Notice]:
     """A leg whose masses or lengths are not those of the body that it is said to be of."""
     leg, person = scenario.leg, person_of(scenario)
-    for name, share in (("shank", _SHANK), ("foot", _FOOT)):
+    for name, share in (("shank", MASS_SHARES["shank"]), ("foot", MASS_SHARES["foot"])):
         body = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, name)
         times = float(model.body_mass[body]) / (share * person.body_mass) if body >= 0 else 1.0
         if not 1.0 - _APART <= times <= 1.0 + _APART:
@@ -139,4 +139,4 @@ def _mounted(scenario: Scenario) -> Iterator[Notice]:
 
 def _doubt(field: str, value: str, allowed: str) -> Notice:
     text = "{subject} = {value}: no person or worn device is like that; expected {allowed}"
-    return Notice(CODE, text, subject=field, value=value, allowed=allowed)
+    return Notice(IMPLAUSIBLE, text, subject=field, value=value, allowed=allowed)

@@ -220,6 +220,8 @@ def _of_height(cycle: "GaitCycle", scenario: Mapping[str, Any]) -> list[Notice]:
         is_tall = "is of unknown height, {walker:.2f} m is assumed"
     if abs(trial / height - 1.0) > _SAME_HEIGHT:
         end = f"{is_tall}: the stride is scaled to the patient's {{patient:.2f}} m{{key}}"
+        if abs(leg / height - 1.0) > 0.05:  # its moment arms are another person's
+            end += f"; the device stays placed as on a body of {leg:.2f} m (afo-sim refit)"
     elif cycle.body_height:
         return []
     else:

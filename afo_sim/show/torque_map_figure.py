@@ -12,7 +12,6 @@ from afo_sim.model import TorqueMap, person_of
 from afo_sim.show.panels import marked
 from afo_sim.show.style import BLUE, GREEN, MARKERS, SKY, ZERO, on_scale, plain, write_pair
 from afo_sim.simulation import TorqueMaps
-from afo_sim.simulation.torque_maps import AND
 
 _PANEL = (4.4, 3.8)  # [inch]
 
@@ -36,9 +35,7 @@ def fill(figure: Any, found: TorqueMaps) -> None:
             label = f"{pressure * 1e-5:g} bar"
             look = {"color": colours[column], **marked(own.angles, MARKERS[column % len(MARKERS)])}
             axis.plot(np.degrees(own.angles), own.torque[:, column], label=label, **look)
-        needs = [
-            need for chambers, need, _ in found.lacking if own.chamber in chambers.split(AND) and need.peak
-        ]
+        needs = [need for chambers, need, _ in found.lacking if own.chamber in chambers and need.peak]
         for need, colour in zip(needs, (GREEN, SKY, BLUE), strict=False):
             torque, label = SIDES[need.side] * need.torque, f"{need.phase}: {need.peak:.3g} N·m needed"
             axis.plot(np.degrees(need.angle), torque, color=colour, lw=2.2, zorder=3.0, label=label)

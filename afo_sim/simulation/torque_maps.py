@@ -2,7 +2,7 @@
 
 import math
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,7 +12,7 @@ from afo_sim.common import InputError, Notice
 from afo_sim.description import Scenario, load
 from afo_sim.metrics import SIDES, Need, needs
 from afo_sim.metrics.strides import strides
-from afo_sim.model import ANKLE, JOINTS, UNDRIVEN, Built, TorqueMap, person_of, two_strides
+from afo_sim.model import ANKLE, IMPLAUSIBLE, JOINTS, UNDRIVEN, Built, TorqueMap, person_of, two_strides
 from afo_sim.model import torque_map as static
 from afo_sim.model.build import build
 from afo_sim.simulation.columns import columns_of
@@ -20,7 +20,6 @@ from afo_sim.simulation.reference_walk import OPEN
 from afo_sim.simulation.rollout import Rollout
 
 OF_WALK = ("gait", "ground", "patient", "shoe")  # tables of who walks how
-AND = " + "  # between the names of chambers that pull together
 OTHER_SIZE = 0.05  # of the body's height, beyond which the device's moment arms are another person's
 DEVICE = ("leg", "orthosis", "supply", "timestep")  # what is worn in another walk
 
@@ -35,7 +34,7 @@ class TorqueMaps:
     scenario: Scenario  # whose body wears the device
     maps: list[TorqueMap]
     needs: list[Need]
-    lacking: list[tuple[str, Need, np.ndarray]]  # chambers at the supply's pressure, or "none" [N·m] (n,)
+    lacking: list[tuple[tuple[str, ...], Need, np.ndarray]]  # chambers at the supply's pressure [N·m] (n,)
     warnings: list[Notice]
 
 
@@ -59,7 +58,13 @@ def torque_map(
 
     Returns
     -------
-    TorqueMaps; the peaks of its needs are metrics of the walk, none is known of a patient's own walk
+    TorqueMaps; the peaks of its needs are metrics of the walk, none is known of a patient's own walk. What is
+    available is static, as if the chambers were filled at once; a run tells what valves leave of it
+
+    Raises
+    ------
+    InputError
+        There is no chamber; angles lie beyond the stops; `walk` is no walk on the same leg.
 
     Examples
     --------
@@ -99,7 +104,7 @@ def torque_map(
     maps = static.torque_map(built, angles, np.array(sorted({*pressures, supply})))
     strongest = static.torque_map(built, stops, maps[0].pressures[-1:])
     sides = {one.chamber: np.sign(one.torque.sum()) for one in strongest}
-    lacking: list[tuple[str, Need, np.ndarray]] = []
+    lacking: list[tuple[tuple[str, ...], Need, np.ndarray]] = []
     for need in needed:
         side, given, pulling = SIDES[need.side], np.zeros(len(need.angle)), []
         for one in static.torque_map(built, need.angle, np.array([0.0, supply])):
@@ -110,18 +115,29 @@ def torque_map(
             else:
                 given += np.minimum(empty, 0.0)
         short = np.where(need.torque > 0.0, need.torque - given, 0.0)
-        lacking.append((AND.join(pulling) or "none", need, short))
-    warnings = []
-    height, fits = person_of(described).body_height, described.leg.body_height
-    if needed and abs(math.log(height / fits)) > OTHER_SIZE:
-        text = (
-            "the device is on a leg of {fits:.3g} m of height, the need that of {height:.3g} m; afo-sim refit"
-        )
-        told = Notice("device-of-another-size", text, subject="patient.body_height", height=height, fits=fits)
-        warnings.append(told)
-    for name, group in described.orthosis.muscle.items():
-        warnings += static.beyond_pressure(name, group, float(maps[0].pressures.max()))
+        lacking.append((tuple(pulling), need, short))
+    warnings = list(_warnings(built, float(maps[0].pressures.max()), whose=bool(needed)))
     return TorqueMaps(described, maps, needed, lacking, warnings)
+
+
+def _warnings(built: Built, highest: float, *, whose: bool) -> Iterator[Notice]:
+    """Of a person or device that cannot be, of another person's device, of pressures beyond muscle or law."""
+    scenario = built.scenario
+    for notice in built.warnings:
+        if isinstance(notice, Notice) and notice.code == IMPLAUSIBLE:
+            yield notice
+    height, fits = person_of(scenario).body_height, scenario.leg.body_height
+    if whose and abs(math.log(height / fits)) > OTHER_SIZE:
+        text = "the device is placed as on a body of {fits:.3g} m, the patient has {height:.3g} m: refit it"
+        yield Notice("device-of-another-size", text, subject="patient.body_height", height=height, fits=fits)
+    for name, group in scenario.orthosis.muscle.items():
+        yield from static.beyond_pressure(name, group, highest)
+        lower, upper = (1e-5 * bound for bound in group.type.law_set.pressure_range)
+        if not lower <= 1e-5 * scenario.supply.pressure <= upper:
+            text = (
+                f"{{subject}}: its law holds from {lower:g} to {upper:g} bar, the supply has another pressure"
+            )
+            yield Notice("law-outside-its-pressure", text, subject=name)
 
 
 def needs_of(scenario: Scenario) -> tuple[Built, list[Need]]:

@@ -12,6 +12,7 @@ import scipy.io
 from documents import ROOT, script
 
 from afo_sim.common import GRAVITY, assets
+from afo_sim.description import MASS_SHARES
 from afo_sim.gait import (
     COP_FORCE,
     KINEMATICS,
@@ -265,7 +266,7 @@ def test_joint_powers_and_the_forces_at_the_ends_change_the_legs_energy(name: st
     ends, energy, force = [joint], np.zeros_like(time), np.zeros_like(joint)
     lengths = Chain.of_height(cycle.body_height or 0.0)
     for part in ("shank", "thigh"):
-        length, mass = getattr(lengths, part), calf.MASSES[part]
+        length, mass = getattr(lengths, part), MASS_SHARES[part]
         along = np.sin(lean[part]) + 1j * np.cos(lean[part])
         centre = ends[-1] + calf.CENTRES[part] * length * along
         speed, turn = np.gradient(centre, time), np.gradient(lean[part], time)
@@ -275,7 +276,7 @@ def test_joint_powers_and_the_forces_at_the_ends_change_the_legs_energy(name: st
         ends.append(ends[-1] + length * along)
     forward, upward, _ = cycle.ground(calf.PHASE)
     ankle, hip = (np.gradient(end, time) for end in (ends[0], ends[-1]))
-    pull = GRAVITY * (forward + 1j * upward) - calf.FOOT * (np.gradient(ankle, time) + 1j * GRAVITY)
+    pull = GRAVITY * (forward + 1j * upward) - MASS_SHARES["foot"] * (np.gradient(ankle, time) + 1j * GRAVITY)
     given = (pull * ankle.conj() + (force - pull) * hip.conj()).real
     powers = calf.joint_powers(cycle)
     moment = np.interp(calf.PHASE, cycle.phase, cycle.ankle_moment)

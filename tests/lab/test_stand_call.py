@@ -95,3 +95,11 @@ def test_errors_name_the_argument(arguments: dict[str, object], field: str) -> N
 def test_a_path_that_is_not_there_is_named(tmp_path: pathlib.Path) -> None:
     with pytest.raises(InputError, match=r"absent\.csv"):
         stand("isobaric", "dmsp_20", compare=tmp_path / "absent.csv")
+
+
+def test_a_law_is_doubted_below_its_contraction_and_not_where_the_braid_carries() -> None:
+    """The pleated law holds from 5 % on; a weight stretches the other muscle, whose law is asked at 0."""
+    for test, muscle, doubted in (("release", "pleated_110mm", True), ("isotonic", "reynolds_2003", False)):
+        (trial,) = stand(test, muscle).trials
+        assert trial.curves[0]["contraction"].min() < 0.05
+        assert ("law-contraction" in {notice.code for notice in trial.warnings}) is doubted

@@ -9,8 +9,8 @@ from campaign import SEED, sampled, size
 
 import afo_sim
 from afo_sim.common import InputError, assets, with_code
+from afo_sim.model import IMPLAUSIBLE
 from afo_sim.model.build import build
-from afo_sim.model.plausible_design import CODE
 
 ORIGIN, INSERTION = (f"orthosis.muscle.dorsiflexor.{end}.from_joint" for end in ("origin", "insertion"))
 ABSURD: dict[str, tuple[Any, ...]] = {  # field: values that no person or worn device has
@@ -47,7 +47,7 @@ def named(sets: dict[str, Any]) -> tuple[set[str], bool]:
         found = build("walk-dropfoot-afo", sets).warnings
     except InputError as error:
         return {str(error)}, True
-    return {each.subject for each in with_code(found, CODE)}, False
+    return {each.subject for each in with_code(found, IMPLAUSIBLE)}, False
 
 
 @pytest.mark.parametrize("sets", sampled(DRAWN, 40))
@@ -70,7 +70,7 @@ def test_no_answer_that_rests_on_it_is_good(sets: dict[str, Any]) -> None:
 
 def test_nothing_that_is_shipped_is_doubted() -> None:
     for name in assets.names("scenario"):
-        assert with_code(build(name).warnings, CODE) == []
+        assert with_code(build(name).warnings, IMPLAUSIBLE) == []
 
 
 @pytest.mark.parametrize("number", range(size(20, 300)))

@@ -56,6 +56,19 @@ def test_a_device_on_another_persons_leg_is_told(metres: float, other: bool) -> 
     assert ("device-of-another-size" in {notice.code for notice in found.warnings}) == other
 
 
+@pytest.mark.parametrize(
+    ("sets", "code"),
+    [
+        ({"patient.body_mass": "10 kg"}, "design-implausible"),
+        ({"supply.pressure": "1 bar"}, "law-outside-its-pressure"),  # S1's law holds from 1.2 bar on
+        ({"supply.pressure": "12 bar"}, "pressure-limit"),
+    ],
+)
+def test_what_a_run_doubts_the_map_doubts_too(sets: dict[str, str], code: str) -> None:
+    found, usual = (afo.torque_map(WALK, each, angles=[0.0], pressures=[1e5]) for each in (sets, None))
+    assert code in {notice.code for notice in found.warnings} and not usual.warnings
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("sets", PATIENTS)
 def test_ten_patients_need_what_their_walks_report(sets: dict[str, Any]) -> None:
@@ -79,7 +92,7 @@ def test_what_is_lacking_is_the_need_less_the_map() -> None:
     front, back = found.maps
     assert front.pressures[-2] == 3.5e5
     swing, _, _, push_off = found.lacking
-    assert (swing[0], push_off[0]) == (front.chamber, back.chamber)
+    assert (swing[0], push_off[0]) == ((front.chamber,), (back.chamber,))
     _, need, lacking = swing
     given = np.interp(need.angle, front.angles, front.torque[:, -2])
     free = np.interp(need.angle, front.angles, front.contraction[:, -2]) > 0.002
