@@ -109,7 +109,10 @@ def _volumes(orthosis: Orthosis, pressure: float) -> Iterator[native.CircuitVolu
         if start is None:
             start = brought.get(name, 0.0)
         room = volume.volume + beside(orthosis, name)
-        yield native.CircuitVolume(name, room, volume.wall_conductance, start)
+        by_flow = volume.wall_conductance_by_flow
+        yield native.CircuitVolume(
+            name, room, volume.wall_conductance, start, wall_conductance_by_flow=by_flow
+        )
 
 
 def _brought(orthosis: Orthosis, pressure: float) -> dict[str, float]:
@@ -162,7 +165,7 @@ def _tube_ends(name: str, chamber: Chamber) -> Iterator[native.CircuitVolume]:
     """Nodes of a chamber's tube that are not the chamber's own."""
     if chamber.tube is not None and chamber.tube_length is not None:
         half = 0.5 * chamber.tube.volume(chamber.tube_length)
-        yield native.CircuitVolume(VALVE_END.format(name), half, start_as=name)
+        yield native.CircuitVolume(VALVE_END.format(name), half + chamber.port_volume, start_as=name)
         if chamber.quick_exhaust is not None:
             yield native.CircuitVolume(TUBE_END.format(name), half, start_as=name)
 
@@ -173,7 +176,7 @@ def _behind_valves(name: str, chamber: Chamber) -> Iterator[FlowEdge]:
         return
     tube, length, quick = chamber.tube, chamber.tube_length, chamber.quick_exhaust
     end = name if quick is None else TUBE_END.format(name)
-    yield tube_edge(TUBE.format(name), VALVE_END.format(name), end, tube, length)
+    yield tube_edge(TUBE.format(name), VALVE_END.format(name), end, tube, length, chamber.tube_inertia)
     if quick is not None:
         yield from quick_exhaust_edges(QUICK_EXHAUST.format(name), end, name, quick)
 
@@ -240,6 +243,7 @@ def circuit_of(
                 exhaust=path.node(chamber.exhaust),
                 port="" if chamber.tube is None else VALVE_END.format(name),
                 three_way=chamber.three_way,
+                wall_conductance_by_flow=chamber.wall_conductance_by_flow,
             )
             for name, chamber in orthosis.chamber.items()
         ),

@@ -160,7 +160,8 @@ def air_scheme(orthosis: Orthosis, supply: Supply) -> AirScheme:
         end = VALVE_END.format(name)
         if chamber.tube is not None and chamber.tube_length is not None:
             half = 0.5 * chamber.tube.volume(chamber.tube_length)
-            nodes[end] = AirNode("point", "valve end", (_millilitres(half),), half)
+            room = half + chamber.port_volume
+            nodes[end] = AirNode("point", "valve end", (_millilitres(room),), room)
             if chamber.quick_exhaust is not None:
                 nodes[TUBE_END.format(name)] = AirNode("point", "tube end", (_millilitres(half),), half)
         nodes[name] = _chamber(orthosis, name)

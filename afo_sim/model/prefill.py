@@ -156,7 +156,7 @@ def filled(chamber: Chamber, supply: float, time: float, volume: Volume, step: f
     inlet, source = chamber.inlet, supply + AMBIENT_PRESSURE
     empty = volume(AMBIENT_PRESSURE)
     held = Held(AMBIENT_PRESSURE * empty / (GAS_CONSTANT * AMBIENT_TEMPERATURE), AMBIENT_PRESSURE, empty)
-    left = time - inlet.opening_delay
+    left = time - inlet.opening_delay - 0.5 * inlet.opening_ramp  # a ramp lets half of its air in
     if left <= 0.0 or supply <= 0.0:
         return held
     stiff = laminar_slope(inlet.conductance, inlet.critical_ratio) * HEAT_CAPACITY_RATIO * GAS_CONSTANT
@@ -175,7 +175,8 @@ def filled(chamber: Chamber, supply: float, time: float, volume: Volume, step: f
             inlet.critical_ratio,
         )
         into, out = max(flow, 0.0), max(-flow, 0.0)
-        return flow, sigma_rate(air.temperature, air.volume, into, out, chamber.wall_conductance)
+        wall = chamber.wall_conductance + chamber.wall_conductance_by_flow * into
+        return flow, sigma_rate(air.temperature, air.volume, into, out, wall)
 
     while passed < left:
         longest = STABLE * min(

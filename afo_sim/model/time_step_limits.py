@@ -1,5 +1,7 @@
 """Whether a time step is short enough: numbers of air and friction."""
 
+import math
+
 import mujoco
 import numpy as np
 
@@ -70,7 +72,10 @@ def check_air(orthosis: Orthosis, step: float) -> tuple[float, list[Notice]]:
             flow = laminar_slope(widest, quick.critical_ratio)
         mass = AMBIENT_PRESSURE * volume / (GAS_CONSTANT * AMBIENT_TEMPERATURE)
         heat = chamber.wall_conductance / (mass * GAS_CONSTANT / (HEAT_CAPACITY_RATIO - 1.0))
-        rate = HEAT_CAPACITY_RATIO * GAS_CONSTANT * AMBIENT_TEMPERATURE * flow / volume + heat
+        stiff = HEAT_CAPACITY_RATIO * GAS_CONSTANT * AMBIENT_TEMPERATURE / volume
+        rate = stiff * flow + heat
+        if chamber.tube_inertia and quick is None:  # no flow follows faster than the line rings
+            rate = min(rate, math.sqrt(stiff * tube.volume(length)) / length + heat)
         air = max(air, step * rate)
         if step * rate > AIR_ACCURATE:
             enough = AIR_ACCURATE / rate

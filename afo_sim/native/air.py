@@ -29,17 +29,18 @@ from afo_sim.native.slots import (
     AIR_ROW,
     CHAMBER_ACT,
     CHAMBER_DATA,
-    COMPRESSOR_ACT,
     EDGE_ROW,
     KIND_CHAMBER,
     KIND_STORE,
     KIND_VALVE,
+    RESTRICTION_ACT,
     STORE_ACT,
     VALVE_ROW,
     VOLUME_ROW,
 )
 from afo_sim.physics import (
     COMPRESSOR,
+    INERTIAL,
     NEVER,
     RESTING,
     TWO_WAY,
@@ -80,6 +81,7 @@ def take_nodes(m: Any, d: Any, j: int, s: Any) -> int:
         kind, place = u[q + 1], int(u[q + AIR_ROW.userdata])
         s[n + NODE.actuator] = float(actuator)
         s[n + NODE.wall], s[n + NODE.steepness] = u[q + AIR_ROW.wall_conductance], u[q + AIR_ROW.steepness]
+        s[n + NODE.wall_by_flow] = u[q + AIR_ROW.wall_conductance_by_flow]
         s[n + NODE.mass], s[n + NODE.sigma] = act[adr + CHAMBER_ACT.mass], act[adr + CHAMBER_ACT.sigma]
         s[n + NODE.kind] = OF_STORE if kind == KIND_STORE else OF_VOLUME
         s[n + NODE.volume_change] = s[n + NODE.power] = 0.0
@@ -125,12 +127,12 @@ def take_edges(m: Any, d: Any, j: int, s: Any) -> tuple[int, float]:
         law, place, follows = u[q + EDGE_ROW.law], int(u[q + EDGE_ROW.place]), int(u[q + EDGE_ROW.follows])
         opening, first, second = 1.0, NEVER, NEVER
         if follows > 0:  # the other way of a three-way valve; the slot holds one more
-            opening, first, second, _, _, _ = seat_of(m, d, follows - 1)
+            opening, first, second = seat_of(m, d, follows - 1)[:3]
             opening = 1.0 - opening
         elif u[q + 1] == KIND_VALVE:
-            opening, first, second, _, _, _ = seat_of(m, d, actuator)
+            opening, first, second = seat_of(m, d, actuator)[:3]
         elif law == COMPRESSOR:
-            opening = act[m.actuator_actadr[actuator] + COMPRESSOR_ACT.running]
+            opening = act[m.actuator_actadr[actuator] + RESTRICTION_ACT.state]
         if opening == 0.0 and first >= 1.0:  # shut: not there in this step
             data[place] = data[place + 1] = 0.0
         else:
@@ -144,6 +146,8 @@ def take_edges(m: Any, d: Any, j: int, s: Any) -> tuple[int, float]:
             if law != TWO_WAY:
                 for k in range(4):
                     s[e + EDGE.parameters + k] = u[q + EDGE_ROW.parameters + k]
+            if law == INERTIAL:
+                s[e + EDGE.parameters + 1] = act[m.actuator_actadr[actuator] + RESTRICTION_ACT.state]
             until = min(until, first)
             e += EDGE_NUMBERS
         actuator = int(u[q + EDGE_ROW.following])
@@ -181,7 +185,7 @@ def evaluate(s: Any, nodes: int, edges: int, share: float, given: bool, gas: flo
     for number in range(FIRST_NODE, nodes):
         n = NODE_NUMBERS * number
         state_of(s, n, share, given, gas, gamma)
-        s[n + NODE.mass_rate] = s[n + NODE.enthalpy] = 0.0
+        s[n + NODE.mass_rate] = s[n + NODE.enthalpy] = s[n + NODE.inflow] = 0.0
     upstream = NODE_NUMBERS * int(s[SUPPLY * NODE_NUMBERS + NODE.actuator])
     supply = NODE_NUMBERS * SUPPLY
     for n in (0, supply):
@@ -204,6 +208,7 @@ def evaluate(s: Any, nodes: int, edges: int, share: float, given: bool, gas: flo
         s[a + NODE.enthalpy] -= carried
         s[b + NODE.mass_rate] += flow
         s[b + NODE.enthalpy] += carried
+        s[(b if flow >= 0.0 else a) + NODE.inflow] += abs(flow)
     if upstream > 0:
         s[upstream + NODE.mass_rate] += s[supply + NODE.mass_rate]
         s[upstream + NODE.enthalpy] += s[supply + NODE.enthalpy]
@@ -253,8 +258,14 @@ def rate_of(s: Any, n: int, gas: float, gamma: float) -> None:
     if s[n + NODE.kind] == OF_STORE:
         return
     power = s[n + NODE.sigma] / (s[n + NODE.mass] * gas * s[n + NODE.temperature])
-    heat = (gamma - 1.0) * s[n + NODE.wall] * (AMBIENT_TEMPERATURE - s[n + NODE.temperature])
+    heat = (gamma - 1.0) * wall_of(s, n) * (AMBIENT_TEMPERATURE - s[n + NODE.temperature])
     s[n + NODE.sigma_rate] = power * (gamma * gas * s[n + NODE.enthalpy] + heat)
+
+
+@register_jitable
+def wall_of(s: Any, n: int) -> float:
+    """Heat conductance to the wall of the node whose block starts at n, with the flow into it [W/K]."""
+    return s[n + NODE.wall] + s[n + NODE.wall_by_flow] * s[n + NODE.inflow]
 
 
 @register_jitable

@@ -36,11 +36,14 @@ class NodeBlock(NamedTuple):
     first_sigma_rate: int
     last_mass: int
     last_sigma: int
+    wall_by_flow: int
+    inflow: int
 
 
 class EdgeBlock(NamedTuple):
-    """Of a restriction: ends, law, flow and where that goes; parameters of the law; shares of the step at
-    which a valve's seat switches once and again; what stiff air needs."""
+    """Of a restriction: ends, law, flow and where that goes; parameters of the law (of a line A/L, its flow
+    now and before); shares of the step at which a valve's seat switches once and again; what stiff air
+    needs."""
 
     origin: int
     end: int

@@ -10,13 +10,13 @@ from afo_sim.common import AMBIENT_TEMPERATURE
 from afo_sim.native.air_block import AMBIENT, FIRST_NODE, SUPPLY
 from afo_sim.native.slots import (
     AIR_ROW,
-    COMPRESSOR_ACT,
     EDGE_ROW,
     KIND_CHAMBER,
     KIND_STORE,
     KIND_VALVE,
     KIND_VOLUME,
     MARK,
+    RESTRICTION_ACT,
     STORE_ACT,
     STORE_ROW,
     VALVE_ROW,
@@ -180,7 +180,7 @@ def is_compressor(model: mujoco.MjModel, edge: int) -> bool:
 
 def read_running(model: mujoco.MjModel, act: np.ndarray, compressor: int) -> np.ndarray:
     """Whether the compressor of an actuator runs, 1 or 0, from `act` (…, na)."""
-    return np.asarray(act[..., model.actuator_actadr[compressor] + COMPRESSOR_ACT.running])
+    return np.asarray(act[..., model.actuator_actadr[compressor] + RESTRICTION_ACT.state])
 
 
 def read_node(model: mujoco.MjModel, act: np.ndarray, userdata: np.ndarray, node: int) -> Air:

@@ -4,13 +4,26 @@ A step is taken in pieces from one switching of a valve to the next, so that ope
 node would change by more than a share of itself, a piece is taken in parts. What a restriction has moved is
 integrated by the same scheme as the nodes, so that no air is lost between them. In one part and without
 stiffness this is the midpoint rule with the volume half a step on, by what it moved in the last step.
+
+The flow of a line with inertia stays over a part; before and after it the pressures push it on for half a
+part (Strang's splitting). Of a line that rings this is Verlet's method.
 """
 
 import math
 from typing import Any
 
 from afo_sim.common import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE
-from afo_sim.native.air import evaluate, gas_in, keep_powers, switch, take_edges, take_nodes, take_slopes
+from afo_sim.native.air import (
+    evaluate,
+    gas_in,
+    keep_powers,
+    state_of,
+    switch,
+    take_edges,
+    take_nodes,
+    take_slopes,
+    wall_of,
+)
 from afo_sim.native.air_block import (
     EDGE,
     EDGE_NUMBERS,
@@ -27,18 +40,20 @@ from afo_sim.native.slots import (
     AIR_ROW,
     CHAMBER_ACT,
     CHAMBER_DATA,
-    COMPRESSOR_ACT,
     EDGE_ROW,
     KIND_CHAMBER,
     KIND_STORE,
+    RESTRICTION_ACT,
     STORE_ACT,
     STORE_ROW,
     VOLUME_DATA,
 )
 from afo_sim.physics import (
+    INERTIAL,
     RESTING,
     compressor_runs,
     following,
+    line_flow,
     register_jitable,
     stages,
     store_temperature_rate,
@@ -49,6 +64,7 @@ CHANGE = 0.1  # of a node's air or σ in a part of a step, at most [-]
 MOST_PARTS = 512
 ERROR = 2e-5  # of a node's air or σ in a part of a step of Chebyshev stages, as estimated, at most [-]
 MARGIN = 1.2  # by which the slope of the air may exceed its estimate [-]
+RINGING = 0.2  # angular frequency of lines with inertia × part, at most; their period is then 0.2 % short [-]
 SLOW = 0.3  # rate × part up to which the midpoint rule is taken, without an estimate of its error
 
 
@@ -102,7 +118,7 @@ def calm(s: Any, nodes: int, step: float, gas: float, gamma: float) -> bool:
         mass = s[n + NODE.mass]
         if s[n + NODE.kind] == OF_STORE:
             return False
-        rate = gamma * gas * s[n + NODE.pressure] * s[n + NODE.steepness] + (gamma - 1.0) * s[n + NODE.wall]
+        rate = gamma * gas * s[n + NODE.pressure] * s[n + NODE.steepness] + (gamma - 1.0) * wall_of(s, n)
         if not step * rate <= SLOW * mass * gas:
             return False
         if not step * abs(s[n + NODE.mass_rate]) <= CHANGE * mass:
@@ -133,13 +149,15 @@ def one_midpoint(s: Any, nodes: int, edges: int, step: float, gas: float, gamma:
 
 
 @register_jitable
-def fastest(s: Any, nodes: int, edges: int, gas: float, gamma: float) -> tuple[float, float]:
+def fastest(s: Any, nodes: int, edges: int, gas: float, gamma: float) -> tuple[float, float, float]:
     """The fastest rate of decay of a network [1/s], at most, and the largest share that changes [1/s].
+
+    And the angular frequency of lines with inertia, at most: ω² = Σ (A/L) γ R T/V of all their ends.
 
     dp/dt = γ R T/V Σ k (p' − p) with the steepest slope k of each restriction. A circle that holds all rates
     (Gershgorin) counts k twice between two volumes.
     """
-    rate, change = 0.0, 0.0
+    rate, change, ringing = 0.0, 0.0, 0.0
     for number in range(nodes):
         s[NODE_NUMBERS * number + NODE.steepness] = 0.0
     for e in range(FIRST_EDGE, edges, EDGE_NUMBERS):
@@ -148,6 +166,11 @@ def fastest(s: Any, nodes: int, edges: int, gas: float, gamma: float) -> tuple[f
         slope = twice * s[e + EDGE.opening] * s[e + EDGE.steepness]
         s[a + NODE.steepness] += slope
         s[b + NODE.steepness] += slope
+        if s[e + EDGE.law] == INERTIAL:
+            for n in (a, b):
+                if s[n + NODE.kind] == OF_VOLUME:
+                    stiff = gamma * gas * s[n + NODE.temperature] / s[n + NODE.volume]
+                    ringing += s[e + EDGE.parameters] * stiff
     upstream = int(s[NODE_NUMBERS * SUPPLY + NODE.actuator])
     if upstream > 0:  # what draws from the supply may draw from behind it
         s[NODE_NUMBERS * upstream + NODE.steepness] += 2.0 * s[NODE_NUMBERS * SUPPLY + NODE.steepness]
@@ -157,8 +180,23 @@ def fastest(s: Any, nodes: int, edges: int, gas: float, gamma: float) -> tuple[f
         change = max(change, share, abs(s[n + NODE.mass_rate] / mass))
         if s[n + NODE.kind] != OF_STORE:
             air = gamma * gas * s[n + NODE.temperature] * s[n + NODE.steepness] / s[n + NODE.volume]
-            rate = max(rate, air + (gamma - 1.0) * s[n + NODE.wall] / (mass * gas))
-    return rate, change
+            rate = max(rate, air + (gamma - 1.0) * wall_of(s, n) / (mass * gas))
+    return rate, change, math.sqrt(ringing)
+
+
+@register_jitable
+def push_lines(s: Any, nodes: int, edges: int, time: float, share: float, gas: float, gamma: float) -> None:
+    """Flows of lines with inertia after a time under the pressures at a share of the step."""
+    for number in range(FIRST_NODE, nodes):
+        state_of(s, NODE_NUMBERS * number, share, False, gas, gamma)
+    for e in range(FIRST_EDGE, edges, EDGE_NUMBERS):
+        if s[e + EDGE.law] == INERTIAL:
+            a, b = NODE_NUMBERS * int(s[e + EDGE.origin]), NODE_NUMBERS * int(s[e + EDGE.end])
+            p1, t1 = s[a + NODE.pressure], s[a + NODE.temperature]
+            p2, t2 = s[b + NODE.pressure], s[b + NODE.temperature]
+            c, critical, k = s[e + EDGE.conductance], s[e + EDGE.critical], e + EDGE.parameters
+            s[k + 2] = s[k + 1]
+            s[k + 1] = line_flow(s[k + 1], p1, t1, p2, t2, c, critical, time * s[k])
 
 
 @register_jitable
@@ -166,9 +204,11 @@ def advance(
     s: Any, nodes: int, edges: int, step: float, begins: float, width: float, gas: float, gamma: float
 ) -> bool:
     """Take a share of a step, over which no valve switches, in parts; False where the shortest one fails."""
-    rate, change = fastest(s, nodes, edges, gas, gamma)
+    rate, change, ringing = fastest(s, nodes, edges, gas, gamma)
     parts, k = 1, 0
-    while parts < MOST_PARTS and change * step * width > CHANGE * parts:
+    while parts < MOST_PARTS and (
+        change * step * width > CHANGE * parts or ringing * step * width > RINGING * parts
+    ):
         parts *= 2
     if parts > 1 or step * width * rate > SLOW:
         keep_powers(s, nodes, gamma)
@@ -176,6 +216,9 @@ def advance(
     while k < parts:
         of_step = width / parts
         part, share = step * of_step, begins + k * of_step
+        if ringing > 0.0:
+            push_lines(s, nodes, edges, 0.5 * part, share, gas, gamma)
+            known = False
         if not known:
             evaluate(s, nodes, edges, share, False, gas, gamma)
         begin(s, nodes, edges)
@@ -191,6 +234,8 @@ def advance(
         if fine:
             for e in range(FIRST_EDGE, edges, EDGE_NUMBERS):
                 s[e + EDGE.total] += s[e + EDGE.moved]
+            if ringing > 0.0:
+                push_lines(s, nodes, edges, 0.5 * part, share + of_step, gas, gamma)
             k += 1
         elif parts < MOST_PARTS:
             restore(s, nodes, edges)
@@ -210,6 +255,8 @@ def restore(s: Any, nodes: int, edges: int) -> None:
             s[n + NODE.mass_rate + k] = s[n + NODE.first_mass_rate + k]
     for e in range(FIRST_EDGE, edges, EDGE_NUMBERS):
         s[e + EDGE.flow] = s[e + EDGE.first_flow]
+        if s[e + EDGE.law] == INERTIAL:
+            s[e + EDGE.parameters + 1] = s[e + EDGE.parameters + 2]
 
 
 @register_jitable
@@ -414,19 +461,23 @@ def cooling(u: Any, q: int, mass: float, temperature: float, outflow: float) -> 
 
 @register_jitable
 def write_flows(m: Any, d: Any, edges: int, s: Any, plain: bool) -> None:
-    """Mean flow of every restriction over the step to `userdata` [kg/s]."""
+    """Mean flow of every restriction over the step to `userdata` [kg/s], and a line's at its end."""
     for e in range(FIRST_EDGE, edges, EDGE_NUMBERS):
         mean = s[e + EDGE.flow] if plain else s[e + EDGE.total] / m.opt.timestep
         d.userdata[int(s[e + EDGE.place])] = mean
+        if s[e + EDGE.law] == INERTIAL:
+            d.userdata[int(s[e + EDGE.place]) + 1] = s[e + EDGE.parameters + 1]
 
 
 @register_jitable
-def compressor_dyn(m: Any, d: Any, i: int, j: int) -> None:
-    """Start the compressor of actuator i when its tank is below one pressure; stop it above another."""
-    u = m.actuator_user
-    tank = m.nuser_actuator * int(u[j + EDGE_ROW.tank])
-    gauge = d.userdata[int(u[tank + AIR_ROW.userdata]) + VOLUME_DATA.pressure] - AMBIENT_PRESSURE
-    adr = m.actuator_actadr[i]
-    running = d.act[adr + COMPRESSOR_ACT.running]
-    wanted = compressor_runs(running, gauge, u[j + EDGE_ROW.parameters + 2], u[j + EDGE_ROW.parameters + 3])
-    d.act_dot[adr + COMPRESSOR_ACT.running] = (wanted - running) / m.opt.timestep
+def restriction_dyn(m: Any, d: Any, i: int, j: int) -> None:
+    """Take a line's flow to the step's end; start a compressor when its tank is below one pressure, and stop
+    it above another."""
+    u, state = m.actuator_user, m.actuator_actadr[i] + RESTRICTION_ACT.state
+    if u[j + EDGE_ROW.law] == INERTIAL:  # after the node that leads, which has put it there
+        wanted = d.userdata[int(u[j + EDGE_ROW.place]) + 1]
+    else:
+        tank, k = m.nuser_actuator * int(u[j + EDGE_ROW.tank]), j + EDGE_ROW.parameters
+        gauge = d.userdata[int(u[tank + AIR_ROW.userdata]) + VOLUME_DATA.pressure] - AMBIENT_PRESSURE
+        wanted = compressor_runs(d.act[state], gauge, u[k + 2], u[k + 3])
+    d.act_dot[state] = (wanted - d.act[state]) / m.opt.timestep

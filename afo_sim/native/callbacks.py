@@ -8,7 +8,8 @@ its states are in `act`, its input in `ctrl`:
     muscle   tendon             none (see below)        –
     chamber  a joint, no force  supply pressure, gauge  air mass, σ = p V^γ, last volume, last pressure
     drive    a joint, no force  target, gauge; or < 0   reading, integral, pulse, switches
-    valve    a joint, no force  coil                    armature, opening, coil
+    valve    a joint, no force  coil                    armature, opening, coil, seat
+    line     a joint, no force  –                       flow
     passive  ankle              knee angle              –
     friction a joint, no force  –                       states of a muscle's friction
     spastic  ankle              none (see below)        –
@@ -44,7 +45,7 @@ Three numerical matters:
 from collections.abc import Callable
 from typing import Any
 
-from afo_sim.native.air_step import air_dyn, compressor_dyn
+from afo_sim.native.air_step import air_dyn, restriction_dyn
 from afo_sim.native.driving import drive_dyn, valve_dyn
 from afo_sim.native.error_codes import FINE, NO_NUMBER
 from afo_sim.native.guides import behind_guides
@@ -130,7 +131,7 @@ def define(fail: Callable[[int, int], None]) -> tuple[Any, Any]:
         elif kind in (KIND_CHAMBER, KIND_VOLUME, KIND_STORE):
             air_dyn(m, d, j)
         elif kind == KIND_RESTRICTION:
-            compressor_dyn(m, d, i, j)
+            restriction_dyn(m, d, i, j)
         elif kind == KIND_DRIVE:
             complaint = drive_dyn(m, d, i, j)
             if complaint != FINE:

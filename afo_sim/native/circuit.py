@@ -20,19 +20,19 @@ from afo_sim.native.slots import (
     ANCHOR_DATA,
     CHAMBER_ACT,
     CHAMBER_DATA,
-    COMPRESSOR_ACT,
     DRIVE_ACT,
     DRIVE_DATA,
     EDGE_DATA,
     LEADER_ACT,
     LEADER_DATA,
     N_USER,
+    RESTRICTION_ACT,
     RIGID,
     STORE_ACT,
     VALVE_ACT,
     VOLUME_DATA,
 )
-from afo_sim.physics import COMPRESSOR, FRICTIONS, FlowEdge, flow_edge
+from afo_sim.physics import COMPRESSOR, FRICTIONS, INERTIAL, FlowEdge, flow_edge
 
 AMBIENT_NAME, SUPPLY_NAME = flow_edge.AMBIENT, flow_edge.SUPPLY
 SIDES = ("inlet", "outlet")
@@ -53,6 +53,7 @@ class ValveParameters(Protocol):
 class CircuitValve:
     """A valve by its numbers: conductance [m³/(s·Pa)], critical pressure ratio [-], delays [s].
 
+    opening_ramp, closing_ramp : after its delay, from shut to open and back [s]
     bandwidth, dead_band : of a proportional valve [Hz], [-]
     """
 
@@ -62,6 +63,8 @@ class CircuitValve:
     closing_delay: float = 0.0
     bandwidth: float = 0.0
     dead_band: float = 0.0
+    opening_ramp: float = 0.0
+    closing_ramp: float = 0.0
 
     @property
     def row(self) -> Mapping[str, Any]:
@@ -137,6 +140,7 @@ class CircuitChamber:
     feed, exhaust : nodes before the inlet and behind the outlet
     port : node that the valves open into, where a tube leads on to the muscles; the chamber itself by default
     three_way : whether the outlet is the other way of the inlet valve, open while that is shut
+    wall_conductance_by_flow : by which the wall's grows with what flows in [J/(kg·K)]
     """
 
     name: str
@@ -150,6 +154,7 @@ class CircuitChamber:
     exhaust: str = AMBIENT_NAME
     port: str = ""
     three_way: bool = False
+    wall_conductance_by_flow: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -160,6 +165,7 @@ class CircuitVolume:
     wall_conductance : heat to the wall [W/K]
     start : gauge pressure that it begins with [Pa]
     start_as : chamber whose pressure it begins with instead; none by default
+    wall_conductance_by_flow : as of a chamber
     """
 
     name: str
@@ -167,6 +173,7 @@ class CircuitVolume:
     wall_conductance: float = 0.0
     start: float = 0.0
     start_as: str = ""
+    wall_conductance_by_flow: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -339,8 +346,8 @@ def _add_air_path(
         if each.valve is not None:
             add_states(spec, f"{prefix}valve_{each.name}", joint, len(VALVE_ACT), default)
             continue
-        running = len(COMPRESSOR_ACT) if each.law == COMPRESSOR else 0
-        add_states(spec, f"{prefix}restriction_{each.name}", joint, running, default)
+        states = len(RESTRICTION_ACT) if each.law in (COMPRESSOR, INERTIAL) else 0
+        add_states(spec, f"{prefix}restriction_{each.name}", joint, states, default)
 
 
 def circuit_data(circuit: Circuit) -> int:

@@ -1,4 +1,4 @@
-"""Valves and their pressure drives: a valve's two states, and coils from the pressure that is asked for."""
+"""Valves and their pressure drives: a valve's states, and coils from the pressure that is asked for."""
 
 from typing import Any
 
@@ -26,6 +26,7 @@ from afo_sim.physics import (
     pulse_edges,
     pulse_width,
     pulses,
+    ramped,
     register_jitable,
     seat_switches,
     two_point,
@@ -33,23 +34,31 @@ from afo_sim.physics import (
 
 
 @register_jitable
-def seat_of(m: Any, d: Any, i: int) -> tuple[float, float, float, float, float, float]:
-    """`seat_switches` of the valve actuator i in this step; of a proportional one its mean opening."""
-    u, j, adr = m.actuator_user, m.nuser_actuator * i, m.actuator_actadr[i]
-    armature, opening = d.act[adr + VALVE_ACT.armature], d.act[adr + VALVE_ACT.opening]
+def seat_of(m: Any, d: Any, i: int) -> tuple[float, float, float, float, float, float, float]:
+    """`seat_switches` of the valve actuator i in this step, and its opening at the end.
+
+    Of a proportional valve, or one with ramps, the first is its mean opening.
+    """
+    u, j, adr, step = m.actuator_user, m.nuser_actuator * i, m.actuator_actadr[i], m.opt.timestep
+    opening = d.act[adr + VALVE_ACT.opening]
     if u[j + VALVE_ROW.bandwidth] > 0.0:
         asked = beyond_dead_band(coil_of(m, d, i), u[j + VALVE_ROW.dead_band])
-        mean, end = proportional_opening(asked, opening, u[j + VALVE_ROW.bandwidth], m.opt.timestep)
-        return mean, NEVER, NEVER, end, end, 0.0
-    return seat_switches(
+        mean, end = proportional_opening(asked, opening, u[j + VALVE_ROW.bandwidth], step)
+        return mean, NEVER, NEVER, end, end, 0.0, end
+    seat, first, second, armature, end, coil = seat_switches(
         coil_of(m, d, i),
         d.act[adr + VALVE_ACT.coil],
-        armature,
-        opening,
+        d.act[adr + VALVE_ACT.armature],
+        d.act[adr + VALVE_ACT.seat],
         u[j + VALVE_ROW.opening_delay],
         u[j + VALVE_ROW.closing_delay],
-        m.opt.timestep,
+        step,
     )
+    up, down = u[j + VALVE_ROW.opening_ramp] / step, u[j + VALVE_ROW.closing_ramp] / step
+    if up + down > 0.0:
+        mean, reached = ramped(opening, seat, first, second, up, down)
+        return mean, NEVER, NEVER, armature, end, coil, reached
+    return seat, first, second, armature, end, coil, end
 
 
 @register_jitable
@@ -63,10 +72,11 @@ def coil_of(m: Any, d: Any, i: int) -> float:
 def valve_dyn(m: Any, d: Any, i: int, j: int) -> None:
     """Write the rates of the valve actuator i, whose row starts at j."""
     adr, step = m.actuator_actadr[i], m.opt.timestep
-    _, _, _, armature, opening, coil = seat_of(m, d, i)
+    _, _, _, armature, seat, coil, opening = seat_of(m, d, i)
     d.act_dot[adr + VALVE_ACT.armature] = (armature - d.act[adr + VALVE_ACT.armature]) / step
     d.act_dot[adr + VALVE_ACT.opening] = (opening - d.act[adr + VALVE_ACT.opening]) / step
     d.act_dot[adr + VALVE_ACT.coil] = (coil - d.act[adr + VALVE_ACT.coil]) / step
+    d.act_dot[adr + VALVE_ACT.seat] = (seat - d.act[adr + VALVE_ACT.seat]) / step
 
 
 FIRST, OFF, ON = 0.0, 1.0, 2.0  # stages of a drive

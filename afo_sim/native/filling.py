@@ -1,5 +1,6 @@
 """Parameters of a circuit into a compiled model, its first air, and whether its muscles pull."""
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import astuple
 
@@ -23,7 +24,7 @@ from afo_sim.native.install import assert_live, assert_rows
 from afo_sim.native.rows import muscle_row, row
 from afo_sim.native.scratch_data import scratch
 from afo_sim.native.state import air_at, gas_of, read_flows, write_air, write_rest
-from afo_sim.physics import laminar_slope
+from afo_sim.physics import INERTIAL, laminar_slope
 
 Values = dict[str, float]  # of a row, by name
 
@@ -67,7 +68,7 @@ def _nodes(circuit: Circuit, ids: CircuitIds, network: AirNetwork) -> dict[str, 
 
 def _steepness(circuit: Circuit, network: AirNetwork) -> dict[int, float]:
     """Largest slope of all flows at each numbered node, all open; as `air_step.fastest` has it."""
-    slopes = {each.name: each.steepest for each in circuit.restrictions}
+    slopes = {e.name: math.inf if e.law == INERTIAL else e.steepest for e in circuit.restrictions}
     for chamber in circuit.chambers:
         for side, valve in (("inlet", chamber.inlet), ("outlet", chamber.outlet)):
             row = valve.row
@@ -101,6 +102,7 @@ def fill_air_path(
             power=volume.volume**-gamma,
             volume=volume.volume,
             wall_conductance=volume.wall_conductance,
+            wall_conductance_by_flow=volume.wall_conductance_by_flow,
             userdata=data,
             **nodes[volume.name],
         )
@@ -131,6 +133,9 @@ def start_air_path(model: mujoco.MjModel, data: mujoco.MjData, gauge: Mapping[in
         return
     for store in _of_kind(model, slots.KIND_STORE):
         fill_store(model, data.act, store)
+    for i in _of_kind(model, slots.KIND_RESTRICTION):
+        if rows[i, slots.EDGE_ROW.law] == INERTIAL:  # its air is at rest
+            data.act[model.actuator_actadr[i] + slots.RESTRICTION_ACT.state] = 0.0
     for i in _of_kind(model, slots.KIND_VOLUME):
         at, gas = model.actuator_actadr[i], gas_of(model, i)
         as_chamber = int(rows[i, slots.VOLUME_ROW.start_as])
@@ -220,6 +225,7 @@ def _fill_chamber(
         outlet=ids.valves[f"{chamber.name}_outlet"],
         volume=chamber.tube_volume,
         wall_conductance=chamber.wall_conductance,
+        wall_conductance_by_flow=chamber.wall_conductance_by_flow,
         userdata=data,
         **nodes[chamber.name],
     )

@@ -14,6 +14,7 @@ from afo_sim.native.slots import (
     KIND_PASSIVE,
     KIND_RESTRICTION,
     KIND_SPASTIC,
+    KIND_STORE,
     KIND_VALVE,
     KIND_VOLUME,
     MARK,
@@ -25,11 +26,13 @@ from afo_sim.physics import LAWS, Braid
 # Numbers of a row that may be missing, and are then 0: the compiled model gives them later, or only some
 # parts of the kind have them.
 _LOSSES = {"damper", "friction", "friction_coefficients"}
-_SOME = {"bandwidth", "closing_delay", "coil", "dead_band", "follows", "law", "opening_delay", "parameters"}
+_TIMES = {"closing_delay", "closing_ramp", "opening_delay", "opening_ramp"}
+_SOME = {"bandwidth", "coil", "dead_band", "follows", "law", "parameters", *_TIMES}
 MAY_LACK = {
     KIND_MUSCLE: {"inverse_mass", "law_volume", "return_stiffness", "returning", *_LOSSES},
     KIND_CHAMBER: {"real_gas"},
     KIND_VOLUME: {"real_gas"},
+    KIND_STORE: {"wall_conductance_by_flow"},
     KIND_VALVE: _SOME,
     KIND_RESTRICTION: _SOME,
 }

@@ -14,7 +14,8 @@ a row. To compiled code they are constants. Nothing outside this package writes 
     chamber    air mass, σ = p V^γ, last volume, last pressure  flow, opening of each valve, volume, pressure
     muscle     –                                                of each leader: contraction, tension, rate, …
     drive      reading, integral, pulse, switches               coils of inlet and outlet
-    valve      armature, opening, coil                          –
+    valve      armature, opening, coil, seat                    –
+    line       flow                                             mean flow, flow at the step's end
     friction   states of the muscle's friction                  –
     leg muscle excitation, activation, fibre's length,          excitation, tension
                velocity, force, energy
@@ -46,7 +47,7 @@ from afo_sim.physics import (
 )
 
 RIGID = 1e6  # stiffness of a cable that is called rigid [N/m]: 0.5 mm at 500 N
-MARK = 2837.0  # tells this project's actuators from anybody else's; another number where the places move
+MARK = 2838.0  # tells this project's actuators from anybody else's; another number where the places move
 
 KIND_MUSCLE, KIND_CHAMBER, KIND_VALVE, KIND_PASSIVE, KIND_FRICTION = 1.0, 2.0, 3.0, 4.0, 5.0
 KIND_MOTOR, KIND_SPASTIC, KIND_PAD, KIND_NETWORK, KIND_DRIVE = 6.0, 7.0, 8.0, 9.0, 10.0
@@ -136,7 +137,7 @@ class AirRow(NamedTuple):
     """Of every node of the air, behind its own four numbers.
 
     volume : of a chamber without its muscles [m³]
-    wall_conductance : [W/K]
+    wall_conductance : [W/K], and by the flow into it [J/(kg·K)]
     following : actuator id of the next node; −1 for none
     number : in the network
     first_edge : actuator id of the first valve or restriction; of the node that leads, else −1
@@ -145,7 +146,7 @@ class AirRow(NamedTuple):
     gas_constant, heat_capacity_ratio : R [J/(kg·K)], γ [-]
     first_node : actuator id of the first chamber
     steepness : largest slope of the flows at the node by its pressure, all open [kg/(s·Pa)]; that of a flow
-        between two volumes counts twice
+        between two volumes counts twice; infinite where a line with inertia ends
     real_gas : of a store: R, c_v, b0, b1, c0, c1, whether it liquefies
     """
 
@@ -161,6 +162,7 @@ class AirRow(NamedTuple):
     heat_capacity_ratio: int
     first_node: int
     steepness: int
+    wall_conductance_by_flow: int
     real_gas: int
 
 
@@ -184,7 +186,8 @@ class AnchorBlock(NamedTuple):
 
 
 class ValveRow(NamedTuple):
-    """Of a valve: C [m³/(s·Pa)], b [-], dead times [s], [Hz], one more than its coil's place, or 0; [-]."""
+    """Of a valve: C [m³/(s·Pa)], b [-], dead times [s], [Hz], one more than its coil's place, or 0; [-];
+    ramps [s]."""
 
     conductance: int
     critical_ratio: int
@@ -193,6 +196,8 @@ class ValveRow(NamedTuple):
     bandwidth: int
     coil: int
     dead_band: int
+    opening_ramp: int
+    closing_ramp: int
 
 
 class EdgeRow(NamedTuple):
@@ -329,17 +334,20 @@ class StoreAct(NamedTuple):
 
 
 class ValveAct(NamedTuple):
-    """States of a valve: its armature, its seat, whether its coil was on at last."""
+    """States of a valve: its armature, how far it is open, whether its coil was on at last, and whether the
+    armature has come to the open seat, which the opening follows."""
 
     armature: int
     opening: int
     coil: int
+    seat: int
 
 
-class CompressorAct(NamedTuple):
-    """States of a compressor; the second is there because MuJoCo asks for two."""
+class RestrictionAct(NamedTuple):
+    """States of a compressor: whether it runs; of a line with inertia: its flow [kg/s]. The second is there
+    because MuJoCo asks for two."""
 
-    running: int
+    state: int
     unused: int
 
 
@@ -431,7 +439,7 @@ class VolumeData(NamedTuple):
 CHAMBER_ACT: ChamberAct = places(ChamberAct)
 STORE_ACT: StoreAct = places(StoreAct)
 VALVE_ACT: ValveAct = places(ValveAct)
-COMPRESSOR_ACT: CompressorAct = places(CompressorAct)
+RESTRICTION_ACT: RestrictionAct = places(RestrictionAct)
 LEADER_ACT: LeaderAct = places(LeaderAct)
 ANCHOR_ACT: AnchorAct = places(AnchorAct)
 DRIVE_ACT: DriveAct = places(DriveAct)
@@ -444,4 +452,4 @@ LEADER_DATA: LeaderData = places(LeaderData)
 ANCHOR_DATA: AnchorData = places(AnchorData)
 DRIVE_DATA: DriveData = places(DriveData)
 VOLUME_DATA: VolumeData = places(VolumeData)
-EDGE_DATA = 2  # results of a restriction: its mean flow and opening over the step
+EDGE_DATA = 2  # results of a restriction: mean flow and opening over the step; of a line its flow at the end

@@ -213,4 +213,4 @@ def write_valve(model: mujoco.MjModel, act: np.ndarray, valve: int, armature: fl
     """Set armature and opening of a valve's actuator in `act` (…, na) [-]; its coil is what opened it."""
     at = model.actuator_actadr[valve]
     act[..., at + VALVE_ACT.armature], act[..., at + VALVE_ACT.opening] = armature, opening
-    act[..., at + VALVE_ACT.coil] = opening
+    act[..., at + VALVE_ACT.coil] = act[..., at + VALVE_ACT.seat] = opening

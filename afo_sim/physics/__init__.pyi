@@ -15,6 +15,7 @@ from .driving import pulses as pulses
 from .driving import two_point as two_point
 from .flow_edge import AMBIENT as AMBIENT
 from .flow_edge import COMPRESSOR as COMPRESSOR
+from .flow_edge import INERTIAL as INERTIAL
 from .flow_edge import PILOTED as PILOTED
 from .flow_edge import QUICK_EXHAUST as QUICK_EXHAUST
 from .flow_edge import SUPPLY as SUPPLY
@@ -26,6 +27,8 @@ from .flow_edge import compressor_flow as compressor_flow
 from .flow_edge import compressor_runs as compressor_runs
 from .flow_edge import edge_flow as edge_flow
 from .flow_edge import edge_flows as edge_flows
+from .flow_edge import line as line
+from .flow_edge import line_flow as line_flow
 from .flow_edge import quick_exhaust as quick_exhaust
 from .flow_edge import regulator as regulator
 from .flow_edge import relief as relief
@@ -83,6 +86,7 @@ from .pneumatics import beyond_dead_band as beyond_dead_band
 from .pneumatics import chamber_pressure as chamber_pressure
 from .pneumatics import iso_6358_slope as iso_6358_slope
 from .pneumatics import laminar_slope as laminar_slope
+from .pneumatics import ramped as ramped
 from .pneumatics import seat_switches as seat_switches
 from .pneumatics import sigma_rate as sigma_rate
 from .pneumatics import valve_flow as valve_flow

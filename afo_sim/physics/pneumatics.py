@@ -296,6 +296,36 @@ def _travel(armature: float, on: float, share: float, opening: float, closing: f
 
 
 @register_jitable
+def ramped(
+    opening: float, seat: float, first: float, second: float, opening_ramp: float, closing_ramp: float
+) -> tuple[float, float]:
+    """Opening of a valve that follows its seat's switching at a steady pace over one step.
+
+    Parameters
+    ----------
+    opening : at the step's start, 0…1 [-]
+    seat, first, second : as `seat_switches` returns them
+    opening_ramp, closing_ramp : time from shut to open, and back [steps]
+
+    Returns
+    -------
+    (mean opening over the step, opening at its end) [-]
+    """
+    mean, begins = 0.0, 0.0
+    for switches in (first, second, NEVER):
+        share = min(switches, 1.0) - begins
+        if share > 0.0:
+            ramp = opening_ramp if seat > 0.5 else closing_ramp
+            travels, reached = abs(seat - opening) * ramp, seat
+            if not travels <= share:
+                travels, reached = share, opening + (2.0 * seat - 1.0) * share / ramp
+            mean += 0.5 * (opening + reached) * travels + seat * (share - travels)
+            opening, begins = reached, begins + share
+        seat = 1.0 - seat
+    return mean, opening
+
+
+@register_jitable
 def beyond_dead_band(asked: float, dead_band: float) -> float:
     """Opening that a proportional valve gives of the one that is asked for [-]: none within its dead band.
 

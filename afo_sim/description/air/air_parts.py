@@ -18,12 +18,14 @@ AMBIENT, SUPPLY = flow_edge.AMBIENT, flow_edge.SUPPLY  # nodes whose pressures a
 
 Gauge = Annotated[float, Quantity("Pa", at_least=0.0, at_most=5e6)]
 TubeLength = Annotated[float, Quantity("m", above=0.0, at_most=100.0)]
+ByFlow = Annotated[float, Quantity("J/(kg*K)", at_least=0.0, at_most=1e5)]
 Conductance = Annotated[float, Quantity("m^3/(s*Pa)", above=0.0, at_most=1e-6)]
 Ratio = Annotated[float, Quantity("", at_least=0.0, at_most=0.9)]
 Kind = Literal[
     "tube", "orifice", "throttle", "check_valve", "quick_exhaust", "silencer", "leak", "valve", "regulator"
 ]
 USUAL_RATIO = 0.3  # of a leak, whose shape nobody knows
+SHORTEST = 0.05  # tube whose air may have inertia: up to the longest time step it is resolved [m]
 
 
 class Volume(Described):
@@ -33,6 +35,8 @@ class Volume(Described):
     """Air volume."""
     wall_conductance: Annotated[float, Quantity("W/K", at_least=0.0, at_most=1e4)] = 0.0
     """Heat conductance from the air inside to the air outside; 0 is adiabatic."""
+    wall_conductance_by_flow: ByFlow = 0.0
+    """What the heat conductance grows by with the flow into it."""
     start_pressure: Gauge | None = None
     """Gauge pressure before the first step; what the supply's air brings it to without a valve by default,
     behind a regulator or a check valve less than the supply's, else none."""
@@ -65,6 +69,8 @@ class Restriction(Described):
     """Of a tube: a shipped name, or the path of a tube's TOML file or folder."""
     length: TubeLength | None = None
     """Of a tube: its length. Half of its air counts at each end."""
+    inertia: bool | None = None
+    """Of a tube: whether its air has inertia; without by default."""
     valve: Valve | None = None
     """Of a valve: a shipped name, or the path of a valve's TOML file or folder; timer or phases open it."""
     regulator: Regulator | None = None
@@ -107,6 +113,8 @@ class Restriction(Described):
         for name in part.needs:
             if getattr(self, name) is None:
                 raise refusal(f"is missing; {a_kind} needs it", ", ".join(part.needs), name)
+        if self.inertia:
+            require_inertia(self.length, "inertia", self.upstream, self.downstream)
         if self.upstream == self.downstream:
             raise refusal("leads back to where it comes from", "another node", "downstream")
         if self.downstream == AMBIENT and not part.to_ambient:
@@ -144,8 +152,18 @@ class AirPart:
         return self.feeds and self.both_ways
 
 
-def tube_edge(name: str, origin: str, end: str, tube: Tube, length: float) -> FlowEdge:
+def require_inertia(length: float | None, key: str, *ends: str) -> None:
+    """Refuse inertia of a tube that is too short, or whose end has no air of its own."""
+    if {AMBIENT, SUPPLY} & {*ends}:
+        raise refusal("ends where air has a given pressure", "a volume or a chamber at both ends", key)
+    if length is not None and length < SHORTEST:
+        raise refusal("is of a tube that is too short for it", f"a length of at least {SHORTEST:g} m", key)
+
+
+def tube_edge(name: str, origin: str, end: str, tube: Tube, length: float, inertia: bool = False) -> FlowEdge:
     """A length of a tube [m]."""
+    if inertia:
+        return flow_edge.line(name, origin, end, tube.bore, length)
     return FlowEdge(name, origin, end, tube.conductance(length), tube.critical_ratio(length))
 
 
@@ -188,7 +206,7 @@ def _plain(name: str, each: Restriction) -> Iterator[FlowEdge]:
 
 def _tube(name: str, each: Restriction) -> Iterator[FlowEdge]:
     assert each.tube is not None and each.length is not None
-    yield tube_edge(name, each.upstream, each.downstream, each.tube, each.length)
+    yield tube_edge(name, each.upstream, each.downstream, each.tube, each.length, bool(each.inertia))
 
 
 def _valve(name: str, each: Restriction) -> Iterator[FlowEdge]:
@@ -262,7 +280,7 @@ def _regulator_lines(each: Restriction) -> tuple[str, ...]:
 
 FLOW = ("conductance", "critical_ratio")
 PARTS: dict[str, AirPart] = {
-    "tube": AirPart(("tube", "length"), _tube, lines=_tube_lines, to_ambient=False),
+    "tube": AirPart(("tube", "length"), _tube, may_have=("inertia",), lines=_tube_lines, to_ambient=False),
     "orifice": AirPart(FLOW, _plain),
     "throttle": AirPart(
         (*FLOW, "check_conductance"),

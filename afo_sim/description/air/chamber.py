@@ -4,7 +4,14 @@ from typing import Annotated, Self
 
 from pydantic import model_validator
 
-from afo_sim.description.air.air_parts import AMBIENT, SUPPLY, QuickExhaust, TubeLength
+from afo_sim.description.air.air_parts import (
+    AMBIENT,
+    SUPPLY,
+    ByFlow,
+    QuickExhaust,
+    TubeLength,
+    require_inertia,
+)
 from afo_sim.description.air.tube import Tube
 from afo_sim.description.air.valve import Valve
 from afo_sim.description.quantity import Described, Quantity, refusal
@@ -27,6 +34,10 @@ class Chamber(Described):
     friction counts, and half of its air at each end."""
     tube_length: TubeLength | None = None
     """Length of that tube."""
+    tube_inertia: bool = False
+    """Whether the air in that tube has inertia."""
+    port_volume: Annotated[float, Quantity("m^3", at_least=0.0, at_most=1e-3)] = 0.0
+    """Volume beside the tube's own at its valves' end, such as a gauge's."""
     quick_exhaust: QuickExhaust | None = None
     """Quick exhaust between the tube and the muscles; what they give off goes to the ambient air there, and
     the outlet vents the tube alone."""
@@ -35,6 +46,8 @@ class Chamber(Described):
     named."""
     wall_conductance: Annotated[float, Quantity("W/K", at_least=0.0, at_most=1e4)]
     """Heat conductance from the air inside to the air outside; 0 is adiabatic."""
+    wall_conductance_by_flow: ByFlow = 0.0
+    """What the heat conductance grows by with the flow into the chamber, which stirs its air."""
 
     @property
     def three_way(self) -> bool:
@@ -64,6 +77,11 @@ class Chamber(Described):
         if (self.tube is None) != (self.tube_length is None):
             key = "tube" if self.tube is None else "tube_length"
             raise refusal("is missing: tube and tube_length belong together", "both, or neither", key)
+        for key in ("tube_inertia", "port_volume"):
+            if getattr(self, key) and self.tube is None:
+                raise refusal("is of a tube, and there is none", "tube and tube_length beside it", key)
+        if self.tube_inertia:
+            require_inertia(self.tube_length, "tube_inertia")
         if self.quick_exhaust is not None and self.tube is None:
             problem = "has no tube before it, whose pressure would switch it"
             raise refusal(problem, "tube and tube_length beside it", "quick_exhaust")

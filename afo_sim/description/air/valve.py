@@ -145,6 +145,7 @@ def _is_in(text: str, unit: str) -> bool:
     return True
 
 
+TIMES = ("opening_delay", "closing_delay", "opening_ramp", "closing_ramp")
 Delay = Annotated[float, Quantity("s", at_least=0.0, at_most=1.0)]
 WorkingPressure = Annotated[float, Quantity("Pa", at_least=-101_325.0, at_most=5e6)]
 
@@ -170,6 +171,10 @@ class Valve(Rated, Named):
     """On-delay, from the coil's current to the open valve; needed of a solenoid valve."""
     closing_delay: Delay = Field(default=None, validate_default=True)
     """Off-delay, from the end of the current to the shut valve; needed of a solenoid valve."""
+    opening_ramp: Delay = 0.0
+    """Time that a solenoid valve takes from shut to open after its opening delay."""
+    closing_ramp: Delay = 0.0
+    """Time that it takes from open to shut after its closing delay."""
     minimum_on_time: Delay | None = None
     """Shortest pulse that its maker answers for."""
     rated_switches: Annotated[float, Quantity("", above=0.0, at_most=1e12)] | None = None
@@ -195,7 +200,7 @@ class Valve(Rated, Named):
     def _is_one_kind_of_valve(self) -> Self:
         if self.bandwidth is None and self.dead_band is not None:
             raise refusal("is a proportional valve's, which has a bandwidth", "a bandwidth", "dead_band")
-        for key in ("opening_delay", "closing_delay") if self.bandwidth is not None else ():
+        for key in TIMES if self.bandwidth is not None else ():
             if getattr(self, key) > 0.0:
                 problem = "has no effect: a proportional valve follows with its bandwidth"
                 raise refusal(problem, "0 s, or no bandwidth", key)
@@ -219,8 +224,7 @@ class Valve(Rated, Named):
         row = {
             "conductance": self.conductance,
             "critical_ratio": self.critical_ratio,
-            "opening_delay": self.opening_delay,
-            "closing_delay": self.closing_delay,
+            **{key: getattr(self, key) for key in TIMES},
         }
         if self.bandwidth is None:
             return row
