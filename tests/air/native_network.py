@@ -16,7 +16,7 @@ from air.reference import AMBIENT, GAMMA, GAS, Edge, Fixed, Volume
 
 from afo_sim import native
 from afo_sim.native import slots, state
-from afo_sim.physics import FlowEdge, flow_edge
+from afo_sim.physics import INERTIAL, FlowEdge, flow_edge
 
 XML = """<mujoco><option timestep="{}" integrator="implicitfast"><flag autoreset="disable"/></option>
 <worldbody><body><joint name="slide" type="slide"/><geom size=".01" mass="1"/></body></worldbody></mujoco>"""
@@ -70,7 +70,7 @@ class NativeNetwork:
             valves, ends = {}, {"inlet": "supply", "outlet": "ambient"}
             for k, edge in enumerate(edges):
                 side = "inlet" if edge.end == name else "outlet" if edge.origin == name else None
-                if side and side not in valves and k not in taken and edge.cracking is None:
+                if side and side not in valves and k not in taken and edge.cracking is None and edge.inertance is None:
                     valves[side] = native.CircuitValve(edge.conductance, edge.critical)
                     ends[side] = edge.origin if side == "inlet" else edge.end
                     taken[k] = f"{name}_{side}"
@@ -105,6 +105,9 @@ class NativeNetwork:
 
     @staticmethod
     def _restriction(name: str, edge: Edge) -> FlowEdge:
+        if edge.inertance is not None:
+            parameters = (1.0 / edge.inertance,)
+            return FlowEdge(name, edge.origin, edge.end, edge.conductance, edge.critical, INERTIAL, parameters, 0.0)
         if edge.cracking is None:
             return FlowEdge(name, edge.origin, edge.end, edge.conductance, edge.critical)
         return flow_edge.check_valve(

@@ -41,6 +41,20 @@ def iso_flow(
     return flow if forwards else -flow
 
 
+def line_loss(
+    flow: float, p1: float, t1: float, p2: float, t2: float, conductance: float, critical: float
+) -> float:
+    """Pressure p1 − p2 that drives a flow through `iso_flow`'s restriction from the side that it leaves [Pa]."""
+    up, warm = (p1, t1) if flow > 0.0 else (p2, t2)
+    share = min(1.0, abs(flow) / (conductance * DENSITY * up * math.sqrt(WARMTH / warm)))
+    straight = math.sqrt(1.0 - ((LAMINAR - critical) / (1.0 - critical)) ** 2)
+    if share < straight:
+        ratio = 1.0 - (1.0 - LAMINAR) * share / straight
+    else:
+        ratio = critical + (1.0 - critical) * math.sqrt(1.0 - share * share)
+    return math.copysign(up * (1.0 - ratio), flow)
+
+
 # Closed forms of a rigid volume behind one choked restriction
 
 
@@ -113,6 +127,7 @@ class Edge:
     cracking, band : of a check valve [Pa]: it passes nothing back; its C grows linearly from 0 to all of it
         while the pressure difference goes from `cracking` to `cracking + band`; none of an open restriction
     law : flow by p1, T1, p2, T2 and opening, instead of ISO 6358
+    inertance : L/A of a line whose flow follows dṁ/dt = (p1 − p2 − loss)/(L/A) [1/m]; none without inertia
     """
 
     origin: str
@@ -125,6 +140,7 @@ class Edge:
     band: float | None = None  # as much as `cracking` by default
     law: Law | None = None
     laminar: float = LAMINAR
+    inertance: float | None = None
 
     def flow(self, time: float, p1: float, t1: float, p2: float, t2: float) -> float:
         """From origin to end [kg/s]."""
@@ -182,7 +198,7 @@ def network_reference(
     unit_mass, unit_energy = size.max(), size.max() * cv * WARMTH
     scale = np.concatenate(
         [size, size * cv * WARMTH, np.full(count, unit_energy)]
-        + [np.full(len(edges), unit) for unit in (unit_mass, unit_energy)]
+        + [np.full(len(edges), unit) for unit in (unit_mass, unit_energy, unit_mass)]
     )
     start = np.zeros(len(scale))
     start[:count] = 1.0
@@ -204,7 +220,11 @@ def network_reference(
         y, rate = scaled * scale, np.zeros(len(scale))
         for k, edge in enumerate(edges):
             (p1, t1), (p2, t2) = at(edge.origin, y), at(edge.end, y)
-            flow = edge.flow(time, p1, t1, p2, t2)
+            state = 3 * count + 2 * len(edges) + k
+            flow = edge.flow(time, p1, t1, p2, t2) if edge.inertance is None else y[state]
+            if edge.inertance is not None:
+                loss = line_loss(flow, p1, t1, p2, t2, edge.conductance, edge.critical)
+                rate[state] = (p1 - p2 - loss) / edge.inertance
             enthalpy = cp * flow * (t1 if flow >= 0.0 else t2)
             for name, sign in ((edge.origin, -1.0), (edge.end, 1.0)):
                 if name in place:
@@ -248,7 +268,7 @@ def network_reference(
         {name: energy[name] / (mass[name] * cv) for name in names},
         {name: y[2 * count + k] for name, k in place.items()},
         list(y[3 * count : 3 * count + len(edges)]),
-        list(y[3 * count + len(edges) :]),
+        list(y[3 * count + len(edges) : 3 * count + 2 * len(edges)]),
         calls,
     )
 

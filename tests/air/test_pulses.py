@@ -24,14 +24,23 @@ EVERY = [(c, ms, step) for c in TABLE for ms in PULSES for step in (1.0, 2.0)]
 
 @functools.cache
 def rise(
-    c: float, pulse: float, step: float, start: float = 10.0, on: float = 0.0, off: float = 0.0
+    c: float,
+    pulse: float,
+    step: float,
+    start: float = 10.0,
+    on: float = 0.0,
+    off: float = 0.0,
+    ramps: tuple[float, float] = (0.0, 0.0),
 ) -> float:
-    """Pressure [bar] that a coil's pulse [ms] adds to 30 ml behind one valve of delays [ms], in a run."""
+    """Pressure [bar] that a coil's pulse [ms] adds to 30 ml behind one valve of delays and ramps [ms], in a
+    run."""
     valve = {
         "conductance": f"{c} dm^3/(s*bar)",
         "critical_ratio": str(RATIO),
         "opening_delay": f"{on} ms",
         "closing_delay": f"{off} ms",
+        "opening_ramp": f"{ramps[0]} ms",
+        "closing_ramp": f"{ramps[1]} ms",
     }
     isothermal = {"volume": "30 ml", "wall_conductance": "1 kW/K"}
     sets = behind_valve(valve, isothermal, [[f"{start} ms", f"{start + pulse} ms"]], "80 ms")
@@ -76,6 +85,19 @@ def test_delays_cut_a_pulse(step: float) -> None:
         )
     for pulse in (2.0, 3.98):
         assert abs(rise(0.39, pulse, step, on=4.0, off=1.0)) < 1e-9
+
+
+@pytest.mark.parametrize("step", [0.5, 1.0, 3.0])
+@pytest.mark.parametrize("ramps", [(3.0, 2.0), (0.0, 5.0), (6.5, 0.0)])
+def test_ramps_open_a_pulse_in_part(step: float, ramps: tuple[float, float]) -> None:
+    """The volume is held at T0, so that its pressure follows from ∫ opening dt alone: of a trapezium."""
+    up, down = ramps
+    for pulse in (2.0, 3.9, 4.5, 6.0, 9.77, 20.0):
+        told = pulse - 3.0 if pulse >= 4.0 else 0.0  # time for which the seat is told to be open
+        reached = min(told / up, 1.0) if up > 0.0 else float(told > 0.0)
+        opened = told - reached * up + 0.5 * reached**2 * (up + down)
+        found = rise(0.39, pulse, step, on=4.0, off=1.0, ramps=ramps)
+        assert found == pytest.approx(solved(0.39, 1e-3 * opened), rel=0.002, abs=1e-9)
 
 
 def test_longer_pulses_bring_more_air() -> None:

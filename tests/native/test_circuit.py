@@ -70,8 +70,8 @@ def test_names_are_all_places_once() -> None:
     native.write_air(model, act, chamber, native.Air(5.0, 6.0, 7.0))
     native.write_valve(model, act, inlet, 8.0, 9.0)
     native.write_valve(model, act, outlet, 10.0, 11.0)
-    # a valve's coil is what opened it
-    assert sorted(act) == sorted([*map(float, range(1, 13)), 9.0, 11.0, 7.0 * 6.0**1.4])
+    # a valve's coil and seat are what opened it
+    assert sorted(act) == sorted([*map(float, range(1, 13)), *2 * (9.0, 11.0), 7.0 * 6.0**1.4])
     data = np.tile(np.arange(float(model.nuserdata)), (5, 1))
     air = native.read_air(model, np.tile(act, (5, 1)), data, chamber)
     assert air.mass.tolist() == [5.0] * 5
