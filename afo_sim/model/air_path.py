@@ -109,10 +109,8 @@ def _volumes(orthosis: Orthosis, pressure: float) -> Iterator[native.CircuitVolu
         if start is None:
             start = brought.get(name, 0.0)
         room = volume.volume + beside(orthosis, name)
-        by_flow = volume.wall_conductance_by_flow
-        yield native.CircuitVolume(
-            name, room, volume.wall_conductance, start, wall_conductance_by_flow=by_flow
-        )
+        walls = volume.wall_conductance, volume.wall_conductance_by_flow
+        yield native.CircuitVolume(name, room, walls[0], start, "", walls[1])
 
 
 def _brought(orthosis: Orthosis, pressure: float) -> dict[str, float]:

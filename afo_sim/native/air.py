@@ -141,8 +141,9 @@ def take_edges(m: Any, d: Any, j: int, s: Any) -> tuple[int, float]:
             s[e + EDGE.origin], s[e + EDGE.end] = u[q + EDGE_ROW.origin], u[q + EDGE_ROW.end]
             s[e + EDGE.law], s[e + EDGE.place], s[e + EDGE.opening] = law, u[q + EDGE_ROW.place], opening
             s[e + EDGE.first], s[e + EDGE.second] = first, second
-            s[e + EDGE.conductance] = u[q + VALVE_ROW.conductance]
-            s[e + EDGE.critical] = u[q + VALVE_ROW.critical_ratio]
+            c, b = u[q + VALVE_ROW.conductance], u[q + VALVE_ROW.critical_ratio]
+            s[e + EDGE.conductance], s[e + EDGE.critical] = c, b
+            s[e + EDGE.steepness] = u[q + EDGE_ROW.steepness]
             if law != TWO_WAY:
                 for k in range(4):
                     s[e + EDGE.parameters + k] = u[q + EDGE_ROW.parameters + k]
@@ -164,19 +165,6 @@ def switch(s: Any, edges: int, share: float) -> float:
             s[e + EDGE.first], s[e + EDGE.second] = s[e + EDGE.second], NEVER
         until = min(until, s[e + EDGE.first])
     return until
-
-
-@register_jitable
-def take_slopes(m: Any, j: int, s: Any, edges: int) -> None:
-    """Put the steepness, when open, of all that `take_edges` has put into the block there too."""
-    u = m.actuator_user
-    e, actuator = FIRST_EDGE, int(u[j + AIR_ROW.first_edge])
-    while actuator >= 0 and e < edges:
-        q = m.nuser_actuator * actuator
-        if s[e + EDGE.place] == u[q + EDGE_ROW.place]:
-            s[e + EDGE.steepness] = u[q + EDGE_ROW.steepness]
-            e += EDGE_NUMBERS
-        actuator = int(u[q + EDGE_ROW.following])
 
 
 @register_jitable
@@ -258,30 +246,16 @@ def rate_of(s: Any, n: int, gas: float, gamma: float) -> None:
     if s[n + NODE.kind] == OF_STORE:
         return
     power = s[n + NODE.sigma] / (s[n + NODE.mass] * gas * s[n + NODE.temperature])
-    heat = (gamma - 1.0) * wall_of(s, n) * (AMBIENT_TEMPERATURE - s[n + NODE.temperature])
+    wall = s[n + NODE.wall] + s[n + NODE.wall_by_flow] * s[n + NODE.inflow]
+    heat = (gamma - 1.0) * wall * (AMBIENT_TEMPERATURE - s[n + NODE.temperature])
     s[n + NODE.sigma_rate] = power * (gamma * gas * s[n + NODE.enthalpy] + heat)
-
-
-@register_jitable
-def wall_of(s: Any, n: int) -> float:
-    """Heat conductance to the wall of the node whose block starts at n, with the flow into it [W/K]."""
-    return s[n + NODE.wall] + s[n + NODE.wall_by_flow] * s[n + NODE.inflow]
 
 
 @register_jitable
 def flow_through(s: Any, e: int, a: int, b: int) -> float:
     """Mass flow of the restriction whose block starts at e, from the node at a to the node at b [kg/s]."""
-    return edge_flow(
-        s[e + EDGE.law],
-        s[a + NODE.pressure],
-        s[a + NODE.temperature],
-        s[b + NODE.pressure],
-        s[b + NODE.temperature],
-        s[e + EDGE.opening],
-        s[e + EDGE.conductance],
-        s[e + EDGE.critical],
-        s,
-        e + EDGE.parameters,
-        NODE.pressure,
-        NODE_NUMBERS,
-    )
+    p1, t1 = s[a + NODE.pressure], s[a + NODE.temperature]
+    p2, t2 = s[b + NODE.pressure], s[b + NODE.temperature]
+    law, opening, k = s[e + EDGE.law], s[e + EDGE.opening], e + EDGE.parameters
+    c, critical = s[e + EDGE.conductance], s[e + EDGE.critical]
+    return edge_flow(law, p1, t1, p2, t2, opening, c, critical, s, k, NODE.pressure, NODE_NUMBERS)

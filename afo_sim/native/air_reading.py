@@ -33,16 +33,6 @@ def leaders(model: mujoco.MjModel) -> list[int]:
     return found
 
 
-def nodes_of(model: mujoco.MjModel, leader: int) -> list[int]:
-    """Actuators of a network's nodes, in the order of their numbers from 2 on."""
-    return list(_chain(model, leader, AIR_ROW.first_node, AIR_ROW.following))
-
-
-def edges_of(model: mujoco.MjModel, leader: int) -> list[int]:
-    """Actuators of a network's valves and restrictions."""
-    return list(_chain(model, leader, AIR_ROW.first_edge, EDGE_ROW.following))
-
-
 def _chain(model: mujoco.MjModel, leader: int, first: int, following: int) -> Iterator[int]:
     """Actuators that hang together by a slot, which begins in another slot of the leader."""
     rows = model.actuator_user
@@ -84,10 +74,11 @@ def ways_of(model: mujoco.MjModel) -> list[Way]:
     found = []
     for leader in leaders(model):
         nodes = {AMBIENT: TO_AMBIENT, SUPPLY: TO_SUPPLY}
-        nodes |= dict(enumerate(nodes_of(model, leader), FIRST_NODE))
+        chain = _chain(model, leader, AIR_ROW.first_node, AIR_ROW.following)
+        nodes |= dict(enumerate(chain, FIRST_NODE))
         number = int(rows[leader, AIR_ROW.upstream])
         upstream = nodes[number] if number else NOWHERE
-        for edge in edges_of(model, leader):
+        for edge in _chain(model, leader, AIR_ROW.first_edge, EDGE_ROW.following):
             row = rows[edge]
             law, first = int(row[EDGE_ROW.law]), float(row[EDGE_ROW.parameters])
             found.append(
@@ -136,18 +127,12 @@ def write_content(model: mujoco.MjModel, act: np.ndarray, store: int, content: f
 
 def touching(model: mujoco.MjModel, node: int) -> list[tuple[int, float]]:
     """Valves and restrictions at a node's actuator, each with the sign of a flow into it."""
-    rows = model.actuator_user
-    number = rows[node, AIR_ROW.number]
-    found = []
-    for leader in leaders(model):
-        if node not in nodes_of(model, leader):
-            continue
-        for edge in edges_of(model, leader):
-            if rows[edge, EDGE_ROW.origin] == number:
-                found.append((edge, -1.0))
-            if rows[edge, EDGE_ROW.end] == number:
-                found.append((edge, 1.0))
-    return found
+    return [
+        (way.actuator, sign)
+        for way in ways_of(model)
+        for end, sign in ((way.origin, -1.0), (way.end, 1.0))
+        if end == node
+    ]
 
 
 class AirEnd(NamedTuple):
@@ -165,12 +150,12 @@ class AirEnd(NamedTuple):
 
 def ends_at_supply(model: mujoco.MjModel) -> list[AirEnd]:
     """What draws on a supply's set pressure, in all networks of a model."""
-    return _ends(model, SUPPLY, 1.0)
+    return _ends(model, TO_SUPPLY, 1.0)
 
 
 def ends_at_ambient(model: mujoco.MjModel) -> list[AirEnd]:
     """What vents into the ambient air; a compressor, which takes from it, is not among it."""
-    return [end for end in _ends(model, AMBIENT, -1.0) if not is_compressor(model, end.edge)]
+    return [end for end in _ends(model, TO_AMBIENT, -1.0) if not is_compressor(model, end.edge)]
 
 
 def is_compressor(model: mujoco.MjModel, edge: int) -> bool:
@@ -192,15 +177,10 @@ def read_node(model: mujoco.MjModel, act: np.ndarray, userdata: np.ndarray, node
     return Air(mass, volume, read_volume(model, userdata, node))
 
 
-def _ends(model: mujoco.MjModel, number: int, outward: float) -> list[AirEnd]:
-    rows = model.actuator_user
-    found = []
-    for leader in leaders(model):
-        members = dict(enumerate(nodes_of(model, leader), FIRST_NODE))
-        for edge in edges_of(model, leader):
-            a, b = int(rows[edge, EDGE_ROW.origin]), int(rows[edge, EDGE_ROW.end])
-            if a == number:
-                found.append(AirEnd(edge, outward, members.get(b, -1)))
-            elif b == number:
-                found.append(AirEnd(edge, -outward, members.get(a, -1)))
-    return found
+def _ends(model: mujoco.MjModel, given: int, outward: float) -> list[AirEnd]:
+    return [
+        AirEnd(way.actuator, sign, max(other, -1))
+        for way in ways_of(model)
+        for end, other, sign in ((way.origin, way.end, outward), (way.end, way.origin, -outward))
+        if end == given
+    ]

@@ -13,17 +13,7 @@ import math
 from typing import Any
 
 from afo_sim.common import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE
-from afo_sim.native.air import (
-    evaluate,
-    gas_in,
-    keep_powers,
-    state_of,
-    switch,
-    take_edges,
-    take_nodes,
-    take_slopes,
-    wall_of,
-)
+from afo_sim.native.air import evaluate, gas_in, keep_powers, state_of, switch, take_edges, take_nodes
 from afo_sim.native.air_block import (
     EDGE,
     EDGE_NUMBERS,
@@ -89,7 +79,6 @@ def air_dyn(m: Any, d: Any, j: int) -> None:
             return
         take_nodes(m, d, j, s)  # which it has moved
         evaluate(s, nodes, edges, 0.0, True, gas, gamma)
-    take_slopes(m, j, s, edges)
     for e in range(FIRST_EDGE, edges, EDGE_NUMBERS):
         s[e + EDGE.total] = 0.0
     share = 0.0
@@ -118,7 +107,7 @@ def calm(s: Any, nodes: int, step: float, gas: float, gamma: float) -> bool:
         mass = s[n + NODE.mass]
         if s[n + NODE.kind] == OF_STORE:
             return False
-        rate = gamma * gas * s[n + NODE.pressure] * s[n + NODE.steepness] + (gamma - 1.0) * wall_of(s, n)
+        rate = gamma * gas * s[n + NODE.pressure] * s[n + NODE.steepness] + (gamma - 1.0) * s[n + NODE.wall]
         if not step * rate <= SLOW * mass * gas:
             return False
         if not step * abs(s[n + NODE.mass_rate]) <= CHANGE * mass:
@@ -180,7 +169,7 @@ def fastest(s: Any, nodes: int, edges: int, gas: float, gamma: float) -> tuple[f
         change = max(change, share, abs(s[n + NODE.mass_rate] / mass))
         if s[n + NODE.kind] != OF_STORE:
             air = gamma * gas * s[n + NODE.temperature] * s[n + NODE.steepness] / s[n + NODE.volume]
-            rate = max(rate, air + (gamma - 1.0) * wall_of(s, n) / (mass * gas))
+            rate = max(rate, air + (gamma - 1.0) * s[n + NODE.wall] / (mass * gas))
     return rate, change, math.sqrt(ringing)
 
 

@@ -27,8 +27,6 @@ from .flow_edge import compressor_flow as compressor_flow
 from .flow_edge import compressor_runs as compressor_runs
 from .flow_edge import edge_flow as edge_flow
 from .flow_edge import edge_flows as edge_flows
-from .flow_edge import line as line
-from .flow_edge import line_flow as line_flow
 from .flow_edge import quick_exhaust as quick_exhaust
 from .flow_edge import regulator as regulator
 from .flow_edge import relief as relief
@@ -162,6 +160,7 @@ from .store import TRIPLE_TEMPERATURE as TRIPLE_TEMPERATURE
 from .store import saturation as saturation
 from .store import store_pressure as store_pressure
 from .store import store_temperature_rate as store_temperature_rate
+from .tube import line_flow as line_flow
 from .tube import sound_delay as sound_delay
 from .tube import tube_conductance as tube_conductance
 from .tube import tube_critical_ratio as tube_critical_ratio

@@ -7,7 +7,7 @@ QUICK_EXHAUST  a quick exhaust's way out, which a pilot shuts    `quick_exhaust`
 REGULATED      a pressure regulator with droop                   `regulator`
 RELIEF         a regulator's relief                              `relief`
 COMPRESSOR     a compressor that switches on and off             `compressor`
-INERTIAL           a tube whose air has inertia: its flow is a state `line`
+INERTIAL       a tube whose air has inertia: its flow is a state `line`
 """
 
 import dataclasses
@@ -18,15 +18,9 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, STANDARD_DENSITY
+from afo_sim.common import AMBIENT_PRESSURE, STANDARD_DENSITY
 from afo_sim.physics.jitable import register_jitable
-from afo_sim.physics.pneumatics import (
-    LAMINAR_RATIO,
-    iso_6358_flow,
-    iso_6358_flows,
-    laminar_slope,
-    valve_flow,
-)
+from afo_sim.physics.pneumatics import iso_6358_flow, iso_6358_flows, laminar_slope, valve_flow
 from afo_sim.physics.tube import tube_conductance, tube_critical_ratio
 
 TWO_WAY, ONE_WAY, QUICK_EXHAUST, REGULATED, RELIEF, COMPRESSOR, INERTIAL = 0, 1, 2, 3, 4, 5, 6
@@ -34,7 +28,6 @@ PILOTED = (QUICK_EXHAUST,)  # need the pressure of a third node, whose number is
 AMBIENT, SUPPLY = "ambient", "supply"  # nodes whose pressures are given
 LEAST_BAND = 500.0  # of a check valve without a spring: the pressure over which it opens [Pa]
 HIGHEST = 12e5  # pressure for which a check valve's steepness holds [Pa]
-CHOKED = 1e-6  # of 1 − (flow by choked flow)², below which a line's friction is no steeper [-]
 
 
 @register_jitable
@@ -96,9 +89,7 @@ def edge_flows(
     pilot: np.ndarray,
     opening: np.ndarray,
 ) -> np.ndarray:
-    """`edge_flow` for arrays, by another order of the same operations; a compressor's flow is left out.
-
-    A line's is its steady one.
+    """`edge_flow` for arrays, by another order of the same operations: no compressor's, a line's steady one.
 
     Parameters
     ----------
@@ -183,49 +174,6 @@ def compressor_flow(
     """
     share = (stall_pressure - pressure) / (stall_pressure - delivery_pressure)
     return STANDARD_DENSITY * delivery * max(0.0, share)
-
-
-@register_jitable
-def line_flow(
-    flow: float,
-    p1: float,
-    t1: float,
-    p2: float,
-    t2: float,
-    conductance: float,
-    critical: float,
-    push: float,
-) -> float:
-    """Mass flow of a line with inertia a short time later, under pressures that stay [kg/s].
-
-    (L/A) dṁ/dt = p1 − p2 − Δp_f(ṁ), |ṁ| ≤ ṁ* = C ρ0 p_up √(T0/T_up), by a linearly implicit step. Δp_f is the
-    inverse of `iso_6358_flow`, p_up (1 − b) (1 − √(1 − (ṁ/ṁ*)²)) and its linear end, so that the steady flow
-    is that of a tube without inertia.
-
-    Parameters
-    ----------
-    flow : ṁ from side 1 to side 2 [kg/s]
-    p1, t1, p2, t2 : absolute pressure [Pa] and temperature [K] at both ends
-    conductance, critical : C [m³/(s·Pa)], b [-]
-    push : time × A/L [s·m]
-
-    Source
-    ------
-    Newton's law for the air in the tube as one body: fluid inertance ρ L/A by volume flow, e.g. Beater,
-    Pneumatic Drives, Springer 2007 (from memory). Step: Rosenbrock's method of one stage with γ = 1/2.
-    """
-    forth = flow > 0.0 or (flow == 0.0 and p1 >= p2)
-    up, warm = (p1, t1) if forth else (p2, t2)
-    most = conductance * STANDARD_DENSITY * up * math.sqrt(AMBIENT_TEMPERATURE / warm)
-    y, x = min(abs(flow) / most, 1.0), (LAMINAR_RATIO - critical) / (1.0 - critical)
-    slope = (1.0 - LAMINAR_RATIO) / math.sqrt(1.0 - x * x)
-    lost = slope * y
-    if lost > 1.0 - LAMINAR_RATIO:
-        root = math.sqrt(max(1.0 - y * y, CHOKED))
-        lost, slope = (1.0 - critical) * (1.0 - root), (1.0 - critical) * y / root
-    left = p1 - p2 - (up * lost if forth else -up * lost)
-    flow += push * left / (1.0 + 0.5 * push * up * slope / most)
-    return min(max(flow, -most), most)
 
 
 @register_jitable
@@ -366,9 +314,9 @@ class FlowEdge:
 
 
 def line(name: str, origin: str, end: str, bore: float, length: float) -> FlowEdge:
-    """A tube whose air has inertia, by its inner diameter and length [m]."""
+    """A tube whose air has inertia, that of 5 cm at least, by its inner diameter and length [m]."""
     c, b = tube_conductance(bore, length), tube_critical_ratio(bore, length)
-    return FlowEdge(name, origin, end, c, b, INERTIAL, (0.25 * math.pi * bore**2 / length,), 0.0)
+    return FlowEdge(name, origin, end, c, b, INERTIAL, (0.25 * math.pi * bore**2 / max(length, 0.05),), 0.0)
 
 
 def check_valve(

@@ -299,17 +299,13 @@ def _travel(armature: float, on: float, share: float, opening: float, closing: f
 def ramped(
     opening: float, seat: float, first: float, second: float, opening_ramp: float, closing_ramp: float
 ) -> tuple[float, float]:
-    """Opening of a valve that follows its seat's switching at a steady pace over one step.
+    """Mean opening over one step, and at its end, of a valve that follows its seat at a steady pace [-].
 
     Parameters
     ----------
-    opening : at the step's start, 0…1 [-]
+    opening : at the step's start [-]
     seat, first, second : as `seat_switches` returns them
     opening_ramp, closing_ramp : time from shut to open, and back [steps]
-
-    Returns
-    -------
-    (mean opening over the step, opening at its end) [-]
     """
     mean, begins = 0.0, 0.0
     for switches in (first, second, NEVER):

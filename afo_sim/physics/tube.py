@@ -1,12 +1,15 @@
-"""A tube as a restriction of ISO 6358, its air volume and the time that sound takes through it."""
+"""A tube as a restriction of ISO 6358, its air's volume and inertia, the time that sound takes through it."""
 
 import math
 
-from afo_sim.common import AMBIENT_TEMPERATURE, GAS_CONSTANT, HEAT_CAPACITY_RATIO
+from afo_sim.common import AMBIENT_TEMPERATURE, GAS_CONSTANT, HEAT_CAPACITY_RATIO, STANDARD_DENSITY
+from afo_sim.physics.jitable import register_jitable
+from afo_sim.physics.pneumatics import LAMINAR_RATIO
 
 CONDUCTANCE = 0.029  # of the formula below [m³/(s·Pa·m²)]
 ENDS = 510.0  # what the two ends weigh in it, as a length [m^(−1/4)]
 RATIO = 474.0  # critical ratio by conductance and bore [s·Pa/m]
+CHOKED = 1e-6  # of 1 − (ṁ/ṁ*)², below which friction grows no steeper [-]
 
 
 def tube_conductance(bore: float, length: float) -> float:
@@ -88,3 +91,34 @@ def sound_delay(
     float : [s]
     """
     return length / math.sqrt(heat_capacity_ratio * gas_constant * temperature)
+
+
+@register_jitable
+def line_flow(
+    flow: float, p1: float, t1: float, p2: float, t2: float, conductance: float, critical: float, push: float
+) -> float:
+    """Mass flow of a line with inertia a short time later, under pressures that stay [kg/s].
+
+    (L/A) dṁ/dt = p1 − p2 − Δp_f(ṁ), |ṁ| ≤ ṁ* = C ρ0 p_up √(T0/T_up), by Rosenbrock's step of one stage, γ ½.
+    Newton's law for the tube's air as one body. Δp_f is the inverse of `iso_6358_flow`, p_up (1 − b)
+    (1 − √(1 − (ṁ/ṁ*)²)) and its linear end, so that the steady flow is a tube's without inertia.
+
+    Parameters
+    ----------
+    flow : ṁ from side 1 to side 2 [kg/s]
+    p1, t1, p2, t2 : absolute pressure [Pa] and temperature [K] at both sides
+    conductance, critical : C [m³/(s·Pa)], b [-]
+    push : time × A/L [s·m]
+    """
+    forth = flow > 0.0 or (flow == 0.0 and p1 >= p2)
+    up, warm = (p1, t1) if forth else (p2, t2)
+    most = conductance * STANDARD_DENSITY * up * math.sqrt(AMBIENT_TEMPERATURE / warm)
+    y, x = min(abs(flow) / most, 1.0), (LAMINAR_RATIO - critical) / (1.0 - critical)
+    slope = (1.0 - LAMINAR_RATIO) / math.sqrt(1.0 - x * x)
+    lost = slope * y
+    if lost > 1.0 - LAMINAR_RATIO:
+        root = math.sqrt(max(1.0 - y * y, CHOKED))
+        lost, slope = (1.0 - critical) * (1.0 - root), (1.0 - critical) * y / root
+    left = p1 - p2 - (up * lost if forth else -up * lost)
+    flow += push * left / (1.0 + 0.5 * push * up * slope / most)
+    return min(max(flow, -most), most)

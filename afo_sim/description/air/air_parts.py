@@ -25,7 +25,6 @@ Kind = Literal[
     "tube", "orifice", "throttle", "check_valve", "quick_exhaust", "silencer", "leak", "valve", "regulator"
 ]
 USUAL_RATIO = 0.3  # of a leak, whose shape nobody knows
-SHORTEST = 0.05  # tube whose air may have inertia: up to the longest time step it is resolved [m]
 
 
 class Volume(Described):
@@ -113,8 +112,8 @@ class Restriction(Described):
         for name in part.needs:
             if getattr(self, name) is None:
                 raise refusal(f"is missing; {a_kind} needs it", ", ".join(part.needs), name)
-        if self.inertia:
-            require_inertia(self.length, "inertia", self.upstream, self.downstream)
+        if self.inertia and {AMBIENT, SUPPLY} & {self.upstream, self.downstream}:
+            raise refusal("ends where air has no inertia", "a volume or a chamber at both ends", "inertia")
         if self.upstream == self.downstream:
             raise refusal("leads back to where it comes from", "another node", "downstream")
         if self.downstream == AMBIENT and not part.to_ambient:
@@ -150,14 +149,6 @@ class AirPart:
     def always_open(self) -> bool:
         """Whether air comes through both ways, whatever is switched."""
         return self.feeds and self.both_ways
-
-
-def require_inertia(length: float | None, key: str, *ends: str) -> None:
-    """Refuse inertia of a tube that is too short, or whose end has no air of its own."""
-    if {AMBIENT, SUPPLY} & {*ends}:
-        raise refusal("ends where air has a given pressure", "a volume or a chamber at both ends", key)
-    if length is not None and length < SHORTEST:
-        raise refusal("is of a tube that is too short for it", f"a length of at least {SHORTEST:g} m", key)
 
 
 def tube_edge(name: str, origin: str, end: str, tube: Tube, length: float, inertia: bool = False) -> FlowEdge:

@@ -4,14 +4,7 @@ from typing import Annotated, Self
 
 from pydantic import model_validator
 
-from afo_sim.description.air.air_parts import (
-    AMBIENT,
-    SUPPLY,
-    ByFlow,
-    QuickExhaust,
-    TubeLength,
-    require_inertia,
-)
+from afo_sim.description.air.air_parts import AMBIENT, SUPPLY, ByFlow, QuickExhaust, TubeLength
 from afo_sim.description.air.tube import Tube
 from afo_sim.description.air.valve import Valve
 from afo_sim.description.quantity import Described, Quantity, refusal
@@ -77,14 +70,9 @@ class Chamber(Described):
         if (self.tube is None) != (self.tube_length is None):
             key = "tube" if self.tube is None else "tube_length"
             raise refusal("is missing: tube and tube_length belong together", "both, or neither", key)
-        for key in ("tube_inertia", "port_volume"):
+        for key in ("tube_inertia", "port_volume", "quick_exhaust"):
             if getattr(self, key) and self.tube is None:
-                raise refusal("is of a tube, and there is none", "tube and tube_length beside it", key)
-        if self.tube_inertia:
-            require_inertia(self.tube_length, "tube_inertia")
-        if self.quick_exhaust is not None and self.tube is None:
-            problem = "has no tube before it, whose pressure would switch it"
-            raise refusal(problem, "tube and tube_length beside it", "quick_exhaust")
+                raise refusal("belongs to a tube, and has none", "tube and tube_length beside it", key)
         if self.tube is None and "tube_volume" not in self.model_fields_set:
             raise refusal("is missing", "the air between valves and muscles, or a tube", "tube_volume")
         return self
