@@ -35,7 +35,7 @@ from afo_sim.physics import (
 
 @register_jitable
 def seat_of(m: Any, d: Any, i: int) -> tuple[float, float, float, float, float, float, float]:
-    """`seat_switches` of the valve actuator i, or its mean opening where it is slow; its opening at the end."""
+    """`seat_switches` of the valve actuator i, or its mean opening if it is slow; its opening at the end."""
     u, j, adr, step = m.actuator_user, m.nuser_actuator * i, m.actuator_actadr[i], m.opt.timestep
     opening = d.act[adr + VALVE_ACT.opening]
     if u[j + VALVE_ROW.bandwidth] > 0.0:
