@@ -39,6 +39,7 @@ UNITS = {
     "N*m": ("1 N*m", 1e-9, 1e7),  # a grain of dust on a foot's length; a ship's shaft
     "N*m/kg": ("0.07 N*m/kg", 1e-9, 1e6),  # such a moment by a person's mass
     "J/kg": ("0.016 J/kg", 1e-9, 1e6),  # work of such a moment
+    "J/(kg*K)": ("200 J/(kg*K)", 1e-6, 1e9),  # no stirring; isothermal
     "J/K": ("8 J/K", 1e-9, 1e6),  # a microgram of steel; a ton of it
     "m^2": ("150 cm^2", 1e-14, 1e4),  # a hole of a tenth of a micrometre; a field
     "N*m*s/rad": ("0.5 N*m*s/rad", 1e-9, 1e9),  # such a moment by one radian a second

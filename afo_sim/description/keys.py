@@ -231,7 +231,7 @@ def field_at(key: str, scenario: Scenario) -> Field:
         return Field(key, "number", quantity.unit, annotation, value=value)
     if kind is int:
         return Field(key, "integer", "", annotation, value=value)
-    if kind is str or kind is pathlib.Path or get_origin(kind) is Literal:
+    if kind in (str, bool, pathlib.Path) or get_origin(kind) is Literal:
         return Field(key, "word", "", annotation, value=value)
     if kind in KINDS:
         return Field(key, "word", "", annotation, KINDS[kind])

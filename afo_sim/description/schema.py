@@ -341,6 +341,8 @@ def allowed(annotation: Any) -> str:
             return f"a list, each item {parts[0]}"
         count = {2: "two", 3: "three"}.get(len(parts), str(len(parts)))
         return f"{count} of: {parts[0]}" if len(set(parts)) == 1 else f"{count}: {'; '.join(parts)}"
+    if inner is bool:
+        return "true or false"
     if inner is int:
         words = (("ge", "at least"), ("le", "at most"))
         bounds = [f"{word} {getattr(m, name)}" for name, word in words for m in marks if hasattr(m, name)]
@@ -370,4 +372,6 @@ def shown(value: Any, annotation: Any = None) -> str:
         return f"[{', '.join(shown(item, item_type(annotation, k)) for k, item in enumerate(value))}]"
     if isinstance(value, float) and quantity is not None and quantity.unit:
         return amount(value, quantity.unit)
+    if isinstance(value, bool):
+        return str(value).lower()
     return f"{value:.12g}" if isinstance(value, float) else str(value)

@@ -37,7 +37,7 @@ from afo_sim.physics import (
 def seat_of(m: Any, d: Any, i: int) -> tuple[float, float, float, float, float, float, float]:
     """`seat_switches` of the valve actuator i, or its mean opening if it is slow; its opening at the end."""
     u, j, adr, step = m.actuator_user, m.nuser_actuator * i, m.actuator_actadr[i], m.opt.timestep
-    opening = d.act[adr + VALVE_ACT.opening]
+    opening, told = d.act[adr + VALVE_ACT.opening], d.act[adr + VALVE_ACT.seat]
     if u[j + VALVE_ROW.bandwidth] > 0.0:
         asked = beyond_dead_band(coil_of(m, d, i), u[j + VALVE_ROW.dead_band])
         mean, end = proportional_opening(asked, opening, u[j + VALVE_ROW.bandwidth], step)
@@ -46,7 +46,7 @@ def seat_of(m: Any, d: Any, i: int) -> tuple[float, float, float, float, float, 
         coil_of(m, d, i),
         d.act[adr + VALVE_ACT.coil],
         d.act[adr + VALVE_ACT.armature],
-        d.act[adr + VALVE_ACT.seat],
+        told + 0.0 * opening,  # a NaN stays one
         u[j + VALVE_ROW.opening_delay],
         u[j + VALVE_ROW.closing_delay],
         step,

@@ -133,7 +133,7 @@ REFUSED = [
     (
         {f"{C}quick_exhaust": WIDE | {"exhaust_conductance": "0.5 dm^3/(s*bar)"}},
         f"{C}quick_exhaust",
-        "no tube before it.*tube_length",
+        "belongs to a tube.*tube_length",
     ),
     ({f"{R}dorsiflexor": LEAK | {"upstream": "dorsiflexor"}}, f"{R}dorsiflexor", "chamber's name"),
     ({f"{V}dorsiflexor.volume": "1 ml"}, f"{V}dorsiflexor", "another node"),

@@ -217,7 +217,8 @@ def test_a_solenoid_valve_needs_its_delays() -> None:
 def test_an_exhaust_makes_three_ports_and_a_bandwidth_a_proportional_valve() -> None:
     plain = valve(cv=0.3)
     assert not plain.three_way and not plain.proportional
-    assert set(plain.row) == {"conductance", "critical_ratio", "opening_delay", "closing_delay"}
+    times = {f"{way}_{time}" for way in ("opening", "closing") for time in ("delay", "ramp")}
+    assert set(plain.row) == {"conductance", "critical_ratio", *times}
     three = valve(cv=0.3, exhaust={"critical_ratio": 0.2, "sonic_area": "2 mm^2"})
     assert three.three_way and three.exhaust is not None
     assert three.exhaust.conductance == pytest.approx(0.4 * UNIT)
