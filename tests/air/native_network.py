@@ -70,7 +70,8 @@ class NativeNetwork:
             valves, ends = {}, {"inlet": "supply", "outlet": "ambient"}
             for k, edge in enumerate(edges):
                 side = "inlet" if edge.end == name else "outlet" if edge.origin == name else None
-                if side and side not in valves and k not in taken and edge.cracking is None and edge.inertance is None:
+                open_both_ways = edge.cracking is None and edge.inertance is None
+                if side and side not in valves and k not in taken and open_both_ways:
                     valves[side] = native.CircuitValve(edge.conductance, edge.critical)
                     ends[side] = edge.origin if side == "inlet" else edge.end
                     taken[k] = f"{name}_{side}"
@@ -106,8 +107,8 @@ class NativeNetwork:
     @staticmethod
     def _restriction(name: str, edge: Edge) -> FlowEdge:
         if edge.inertance is not None:
-            parameters = (1.0 / edge.inertance,)
-            return FlowEdge(name, edge.origin, edge.end, edge.conductance, edge.critical, INERTIAL, parameters, 0.0)
+            law = INERTIAL, (1.0 / edge.inertance,), 0.0
+            return FlowEdge(name, edge.origin, edge.end, edge.conductance, edge.critical, *law)
         if edge.cracking is None:
             return FlowEdge(name, edge.origin, edge.end, edge.conductance, edge.critical)
         return flow_edge.check_valve(

@@ -44,7 +44,7 @@ def iso_flow(
 def line_loss(
     flow: float, p1: float, t1: float, p2: float, t2: float, conductance: float, critical: float
 ) -> float:
-    """Pressure p1 − p2 that drives a flow through `iso_flow`'s restriction from the side that it leaves [Pa]."""
+    """Pressure difference p1 − p2 that `iso_flow` needs for a flow, by the side that it leaves [Pa]."""
     up, warm = (p1, t1) if flow > 0.0 else (p2, t2)
     share = min(1.0, abs(flow) / (conductance * DENSITY * up * math.sqrt(WARMTH / warm)))
     straight = math.sqrt(1.0 - ((LAMINAR - critical) / (1.0 - critical)) ** 2)

@@ -2,13 +2,13 @@
 
 import dataclasses
 import functools
+import itertools
 import math
 
 import numpy as np
 import pytest
 from air.native_network import NativeNetwork, Stepped
 from air.reference import (
-    AMBIENT,
     BAR,
     GAMMA,
     GAS,
@@ -64,8 +64,8 @@ def rings(tube: Tube, step: float, difference: float = 1e-4) -> Stepped:
 
 @pytest.mark.parametrize("tube", TUBES)
 @pytest.mark.parametrize("step", [0.2 * MS, 1 * MS, 2 * MS])
-def test_a_line_between_two_volumes_rings_and_decays_as_two_helmholtz_resonators(tube: Tube, step: float) -> None:
-    """p1 − p2 follows s² + a R s + ω0² = 0, a = A/L, ω0² = a γ R T (1/V1 + 1/V2), R the friction's first slope."""
+def test_a_line_between_two_volumes_rings_as_a_helmholtz_resonator(tube: Tube, step: float) -> None:
+    """p1 − p2 follows s² + a r s + ω0² = 0, a = A/L, ω0² = a γ R T (1/V1 + 1/V2), r as friction begins."""
     found, (c, b), a = rings(tube, step), tube.eckersten(), tube.area / tube.length
     x = (0.98 - b) / (1.0 - b)
     rate = 0.5 * a * 0.02 / (math.sqrt(1.0 - x * x) * c * 1.185)
@@ -82,7 +82,7 @@ def test_a_line_between_two_volumes_rings_and_decays_as_two_helmholtz_resonators
     if step < 1 * MS:
         crossings = found.times[k] + step * difference[k] / (difference[k] - difference[k + 1])
         assert math.pi / np.diff(crossings).mean() == pytest.approx(damped, rel=0.01)
-        peaks = [np.abs(difference[i:j]).max() for i, j in zip(k, k[1:], strict=False)]
+        peaks = [np.abs(difference[i:j]).max() for i, j in itertools.pairwise(k)]
         decay = np.log(peaks[0] / peaks[-1]) / (crossings[-2] - crossings[0])
         assert decay == pytest.approx(rate, rel=0.03)
 
@@ -198,7 +198,13 @@ def test_heat_grows_with_what_flows_in(by_flow: float) -> None:
 # Descriptions
 
 INERTIA = "orthosis.chamber.dorsiflexor.tube_inertia"
-TO_FEED = {"kind": "tube", "tube": "pun_6x4", "upstream": "manifold", "downstream": "exhaust", "length": "1 m"}
+BETWEEN = {
+    "kind": "tube",
+    "tube": "pun_6x4",
+    "length": "1 m",
+    "upstream": "manifold",
+    "downstream": "exhaust",
+}
 
 
 @pytest.mark.parametrize(
@@ -216,9 +222,17 @@ def test_inertia_is_refused_where_there_is_none(sets: dict[str, object], field: 
     assert raised.value.field is not None and raised.value.field.endswith(field)
 
 
+def test_a_line_of_the_stand_is_that_of_a_description_but_for_the_shortest() -> None:
+    for length in (0.01, 0.05, 1.0):
+        found = flow_edge.line("x", "a", "b", 4e-3, length)
+        c, b = Tube(4e-3, length).eckersten()
+        assert (found.conductance, found.critical_ratio) == pytest.approx((c, b))
+        assert found.parameters == pytest.approx((math.pi / 4.0 * 4e-3**2 / max(length, 0.05),))
+
+
 def test_a_described_line_is_the_tube_with_inertia() -> None:
     sets = {"orthosis": "s1_waist", INERTIA: True, "orthosis.chamber.dorsiflexor.port_volume": "1.5 ml"}
-    sets |= {"orthosis.restriction.new": TO_FEED | {"inertia": True}}
+    sets |= {"orthosis.restriction.new": BETWEEN | {"inertia": True}}
     plain = circuit_of(load("scenario", "seated", {"orthosis": "s1_waist"}).orthosis)
     found = circuit_of(load("scenario", "seated", sets).orthosis)
     before, after = ({r.name: r for r in circuit.restrictions} for circuit in (plain, found))
@@ -234,7 +248,8 @@ def test_a_described_line_is_the_tube_with_inertia() -> None:
 
 def test_a_run_rings_where_its_tube_has_inertia() -> None:
     """S1's dorsiflexor on a wide valve and 1 m of tube: as much air in the end, and an overshoot before."""
-    sets = {"orthosis": "s1_waist", "duration": "0.6 s", "timer": {"period": "0.6 s", "dorsiflexor": {"inlet": [["50 ms", "80 ms"]]}}}
+    timer = {"period": "0.6 s", "dorsiflexor": {"inlet": [["50 ms", "80 ms"]]}}
+    sets: dict[str, object] = {"orthosis": "s1_waist", "duration": "0.6 s", "timer": timer}
     sets |= {f"orthosis.chamber.dorsiflexor.{side}": "mha2" for side in ("inlet", "outlet")}
     plain, found = afo.run("seated", sets), afo.run("seated", sets | {INERTIA: True})
     ends = [run["chamber/dorsiflexor/mass"][-1] for run in (plain, found)]
