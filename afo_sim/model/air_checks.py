@@ -250,7 +250,7 @@ def _short(drive: Drive, orthosis: Orthosis, name: str) -> Iterator[str]:
 def _bang_bang(drive: Drive, rate: float, scenario: Scenario, name: str) -> Iterator[str]:
     """An open valve moves the pressure on until it is shut; it must not come to where the other opens."""
     chamber = scenario.orthosis.chamber[name]
-    shuts = max(chamber.inlet.closing_delay, chamber.vent.closing_delay)
+    shuts = max(valve.closing_delay + valve.closing_ramp for valve in (chamber.inlet, chamber.vent))
     late = shuts + scenario.timestep  # it is looked at once a step
     swing = rate * (late + drive.filter_time)
     if swing > drive.dead_band + drive.releases_at:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from air.native_network import NativeNetwork, Stepped
 from air.reference import (
+    AMBIENT,
     BAR,
     GAMMA,
     GAS,
@@ -28,7 +29,8 @@ import afo_sim as afo
 from afo_sim import native
 from afo_sim.common import InputError
 from afo_sim.description import load
-from afo_sim.model import circuit_of
+from afo_sim.model import check_air, circuit_of
+from afo_sim.model.air_path import least_volume
 from afo_sim.native import slots
 from afo_sim.physics import INERTIAL, flow_edge, line_flow
 
@@ -244,6 +246,22 @@ def test_a_described_line_is_the_tube_with_inertia() -> None:
     assert after["new"].law == INERTIAL and after["plantarflexor_tube"] == before["plantarflexor_tube"]
     rooms = [{v.name: v.volume for v in c.volumes}["dorsiflexor_valve_end"] for c in (plain, found)]
     assert rooms == pytest.approx([0.5 * area, 0.5 * area + 1.5 * ML])
+
+
+def test_a_time_step_is_judged_by_the_ring_where_that_is_slower_than_friction() -> None:
+    """ω = √(A/L γ R T/V) of the muscles' least volume, beside heat (γ − 1) hA T/(p V)."""
+    both = {f"orthosis.chamber.{name}.tube_inertia": True for name in ("dorsiflexor", "plantarflexor")}
+    plain, inertial = (
+        load("scenario", "seated", {"orthosis": "s1_waist"} | sets).orthosis for sets in ({}, both)
+    )
+    rates = []
+    for name, chamber in inertial.chamber.items():
+        volume = least_volume(inertial, name)
+        ring = math.sqrt(math.pi / 4.0 * 2.5e-3**2 * GAMMA * GAS * WARMTH / volume)
+        rates.append(ring + (GAMMA - 1.0) * chamber.wall_conductance * WARMTH / (AMBIENT * volume))
+    number = check_air(inertial, 1e-3)[0]
+    assert number == pytest.approx(1e-3 * max(rates), rel=1e-6)
+    assert number < 0.8 * check_air(plain, 1e-3)[0]
 
 
 def test_a_run_rings_where_its_tube_has_inertia() -> None:
