@@ -54,6 +54,7 @@ class CircuitValve:
     """A valve by its numbers: conductance [m³/(s·Pa)], critical pressure ratio [-], delays [s].
 
     opening_ramp, closing_ramp : after its delay, from shut to open and back [s]
+    threshold, hold_decay, hold_pressure : as of `description.air.Valve` [-], [s], [Pa]
     bandwidth, dead_band : of a proportional valve [Hz], [-]
     """
 
@@ -65,6 +66,9 @@ class CircuitValve:
     dead_band: float = 0.0
     opening_ramp: float = 0.0
     closing_ramp: float = 0.0
+    threshold: float = 0.0
+    hold_decay: float = 0.0
+    hold_pressure: float = 0.0
 
     @property
     def row(self) -> Mapping[str, Any]:

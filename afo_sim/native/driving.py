@@ -1,5 +1,6 @@
 """Valves and their pressure drives: a valve's states, and coils from the pressure that is asked for."""
 
+import math
 from typing import Any
 
 from afo_sim.common import AMBIENT_PRESSURE
@@ -12,10 +13,12 @@ from afo_sim.native.slots import (
     DRIVE_ACT,
     DRIVE_DATA,
     DRIVE_ROW,
+    KIND_CHAMBER,
     PWM,
     REGULATOR,
     VALVE_ACT,
     VALVE_ROW,
+    VOLUME_DATA,
 )
 from afo_sim.physics import (
     NEVER,
@@ -47,8 +50,9 @@ def seat_of(m: Any, d: Any, i: int) -> tuple[float, float, float, float, float, 
         d.act[adr + VALVE_ACT.coil],
         d.act[adr + VALVE_ACT.armature],
         told + 0.0 * opening,  # a NaN stays one
-        u[j + VALVE_ROW.opening_delay],
+        u[j + VALVE_ROW.opening_delay] + hold(m, d, j),
         u[j + VALVE_ROW.closing_delay],
+        u[j + VALVE_ROW.threshold],
         step,
     )
     up, down = u[j + VALVE_ROW.opening_ramp] / step, u[j + VALVE_ROW.closing_ramp] / step
@@ -56,6 +60,23 @@ def seat_of(m: Any, d: Any, i: int) -> tuple[float, float, float, float, float, 
         mean, reached = ramped(opening, seat, first, second, up, down)
         return mean, NEVER, NEVER, armature, end, coil, reached
     return seat, first, second, armature, end, coil, end
+
+
+@register_jitable
+def hold(m: Any, d: Any, j: int) -> float:
+    """Time for which what holds a valve shut against the pressure before it decays, row at j [s].
+
+    A force that decays as e^(−t/τ) from F0 = A p0 gives way to A p after t = τ ln(p0/p).
+    """
+    u, before = m.actuator_user, int(m.actuator_user[j + VALVE_ROW.before])
+    if before < 0 or not u[j + VALVE_ROW.hold_decay] > 0.0:
+        return 0.0
+    q = m.nuser_actuator * before
+    place = int(u[q + AIR_ROW.userdata]) + (
+        CHAMBER_DATA.pressure if u[q + 1] == KIND_CHAMBER else VOLUME_DATA.pressure
+    )
+    gauge = max(d.userdata[place] - AMBIENT_PRESSURE, 1.0)
+    return u[j + VALVE_ROW.hold_decay] * max(math.log(u[j + VALVE_ROW.hold_pressure] / gauge), 0.0)
 
 
 @register_jitable

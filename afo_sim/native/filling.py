@@ -37,8 +37,16 @@ def air_rows(circuit: Circuit, ids: CircuitIds) -> tuple[dict[str, Values], dict
         nodes |= _nodes(circuit, ids, network)
         known = ids.valves | ids.restrictions
         following = [*(known[key] for key in [*network.edges][1:]), -1]
+        at = ids.chambers | ids.volumes
+        before = {number: at.get(name, -1) for name, number in network.numbers.items()}
         edges |= {
-            key: {"origin": origin, "end": end, "following": after, "tank": -1}
+            key: {
+                "origin": origin,
+                "end": end,
+                "following": after,
+                "tank": -1,
+                "before": before.get(origin, -1),
+            }
             for (key, (origin, end)), after in zip(network.edges.items(), following, strict=True)
         }
     return nodes, edges

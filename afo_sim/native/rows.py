@@ -27,6 +27,7 @@ from afo_sim.physics import LAWS, Braid
 # parts of the kind have them.
 _LOSSES = {"damper", "friction", "friction_coefficients"}
 _TIMES = {"closing_delay", "closing_ramp", "opening_delay", "opening_ramp"}
+_TIMES |= {"threshold", "hold_decay", "hold_pressure"}
 _SOME = {"bandwidth", "coil", "dead_band", "follows", "law", "parameters", *_TIMES}
 MAY_LACK = {
     KIND_MUSCLE: {"inverse_mass", "law_volume", "return_stiffness", "returning", *_LOSSES},

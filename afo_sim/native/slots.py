@@ -47,7 +47,7 @@ from afo_sim.physics import (
 )
 
 RIGID = 1e6  # stiffness of a cable that is called rigid [N/m]: 0.5 mm at 500 N
-MARK = 2838.0  # tells this project's actuators from anybody else's; another number where the places move
+MARK = 2839.0  # tells this project's actuators from anybody else's; another number where the places move
 
 KIND_MUSCLE, KIND_CHAMBER, KIND_VALVE, KIND_PASSIVE, KIND_FRICTION = 1.0, 2.0, 3.0, 4.0, 5.0
 KIND_MOTOR, KIND_SPASTIC, KIND_PAD, KIND_NETWORK, KIND_DRIVE = 6.0, 7.0, 8.0, 9.0, 10.0
@@ -187,7 +187,7 @@ class AnchorBlock(NamedTuple):
 
 class ValveRow(NamedTuple):
     """Of a valve: C [m³/(s·Pa)], b [-], dead times [s], [Hz], one more than its coil's place, or 0; [-];
-    ramps [s]."""
+    ramps [s], [-], [s], [Pa], actuator id of the node that it lets air out of; −1 for none."""
 
     conductance: int
     critical_ratio: int
@@ -198,6 +198,10 @@ class ValveRow(NamedTuple):
     dead_band: int
     opening_ramp: int
     closing_ramp: int
+    threshold: int
+    hold_decay: int
+    hold_pressure: int
+    before: int
 
 
 class EdgeRow(NamedTuple):

@@ -164,4 +164,5 @@ from .tube import line_flow as line_flow
 from .tube import sound_delay as sound_delay
 from .tube import tube_conductance as tube_conductance
 from .tube import tube_critical_ratio as tube_critical_ratio
+from .tube import tube_heat as tube_heat
 from .tube import tube_volume as tube_volume

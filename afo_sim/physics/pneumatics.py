@@ -231,13 +231,16 @@ def seat_switches(
     opening: float,
     opening_delay: float,
     closing_delay: float,
+    threshold: float,
     timestep: float,
 ) -> tuple[float, float, float, float, float, float]:
     """A solenoid valve over one step: the instants at which its seat switches, and its states at the end.
 
     The armature travels to the open seat at 1/opening delay while the coil is on, and back at 1/closing
     delay while it is off; the seat follows when it arrives. So the opening answers after a dead time, and a
-    pulse that is shorter does nothing. A coil that was on is switched off within the step where it is on for
+    pulse that is shorter does nothing. With a threshold the seat opens and shuts as the armature passes it,
+    on its way to the end of its stroke: a pulse that ends before that holds the seat open the longer, the
+    longer it was. A coil that was on is switched off within the step where it is on for
     a share of it; one that was off is switched on. So a pulse, or a gap, within one step lies at its end.
 
     Parameters
@@ -245,7 +248,8 @@ def seat_switches(
     coil : share of the step for which the coil is on, clamped to 0…1 [-]
     was_on : whether it was on at the end of the step before, 1 or 0
     armature, opening : states, 0…1; the seat is open or shut [-]
-    opening_delay, closing_delay : dead times [s]
+    opening_delay, closing_delay : dead times, of a coil that stays [s]
+    threshold : share of the stroke at which the seat opens and shuts, below 1; 0 for its two ends [-]
     timestep : [s]
 
     Returns
@@ -265,15 +269,16 @@ def seat_switches(
     on = 1.0 if was_on > 0.5 else 0.0
     turn = coil if on == 1.0 else 1.0 - coil  # share at which the coil switches
     end, first, second = seat, NEVER, NEVER
+    up, down = opening_delay / timestep, closing_delay / timestep  # of a whole stroke
+    if threshold > 0.0:
+        up, down = up / threshold, down / (1.0 - threshold)
     if not turn <= 0.0:
-        armature, first = _travel(armature, on, turn, opening_delay / timestep, closing_delay / timestep)
+        armature, first = _travel(armature, on, turn, up, down, threshold)
         if first < NEVER:
             end, first = on, (first if end != on else NEVER)
     if not turn >= 1.0:
         on = 1.0 - on
-        armature, second = _travel(
-            armature, on, 1.0 - turn, opening_delay / timestep, closing_delay / timestep
-        )
+        armature, second = _travel(armature, on, 1.0 - turn, up, down, threshold)
         if second < NEVER:
             end, second = on, (turn + second if end != on else NEVER)
     if first == NEVER:
@@ -284,15 +289,21 @@ def seat_switches(
 
 
 @register_jitable
-def _travel(armature: float, on: float, share: float, opening: float, closing: float) -> tuple[float, float]:
-    """Armature after a share of a step under a coil that stays, and the share after which it arrives.
+def _travel(
+    armature: float, on: float, share: float, up: float, down: float, threshold: float
+) -> tuple[float, float]:
+    """Armature after a share of a step under a coil that stays, and the share after which the seat switches.
 
-    Units: opening, closing: delays [steps].
+    Units: up, down: times of a whole stroke [steps].
     """
-    wait = (1.0 - armature) * opening if on == 1.0 else armature * closing
-    if wait <= share + RESTING:
-        return on, wait
-    return (armature + share / opening if on == 1.0 else armature - share / closing), NEVER
+    left, stroke, passed = (1.0 - armature, up, 1.0 - threshold) if on == 1.0 else (armature, down, threshold)
+    if threshold <= 0.0:
+        passed = 0.0
+    wait = max((left - passed) * stroke, 0.0)
+    reached = on
+    if not left * stroke <= share + RESTING:
+        reached = armature + share / stroke if on == 1.0 else armature - share / stroke
+    return reached, (wait if wait <= share + RESTING else NEVER)
 
 
 @register_jitable

@@ -152,3 +152,19 @@ def test_pulses_are_told_from_the_delay_alone() -> None:
     valve = load("valve", "mha2")  # 2 ms
     assert "does not open" in too_short("x", valve, 1.99e-3)
     assert too_short("x", valve, 2.0e-3) == ""
+
+
+@pytest.mark.parametrize("width", [30.0, 40.0, 60.0])
+def test_a_hold_that_decays_opens_the_sooner_the_higher_the_pressure(width: float) -> None:
+    """τ = 20 ms and p0 = 36 bar: 35.8 ms at 6 bar, 49.7 at 3; choked and isothermal, ṗ = −C ρ0 R T p/V."""
+    valve = {"conductance": "0.05 dm^3/(s*bar)", "critical_ratio": str(RATIO), "opening_delay": "0 s"}
+    valve |= {"closing_delay": "0 s", "hold_decay": "20 ms", "hold_pressure": "36 bar"}
+    for start in (6.0, 3.0):
+        volume = {"volume": "30 ml", "wall_conductance": "1 kW/K", "start_pressure": f"{start} bar"}
+        sets = behind_valve(valve, volume, [["10 ms", f"{10.0 + width} ms"]], "120 ms")
+        sets["orthosis.restriction.i"] |= {"upstream": "v", "downstream": "ambient"}
+        end = afo.run("seated", sets | {"timestep": "1 ms"})["volume/v/pressure"][-1] / BAR
+        opened = 1e-3 * max(width - 20.0 * np.log(36.0 / start), 0.0)
+        rate = 0.05e-8 * DENSITY * GAS * WARM / VOLUME
+        expected = (start + AMBIENT / BAR) * np.exp(-rate * opened) - AMBIENT / BAR
+        assert end == pytest.approx(expected, abs=1e-3), start

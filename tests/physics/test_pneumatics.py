@@ -310,9 +310,11 @@ def test_adiabatic_venting_expands_isentropically():
 # A solenoid valve: armature, seat and coil, one step at a time as the engine takes them
 
 
-def _opening(coil, opening_delay, closing_delay, timestep, armature=0.0, opening=0.0, switches=None):
+def _opening(
+    coil, opening_delay, closing_delay, timestep, armature=0.0, opening=0.0, switches=None, threshold=0.0
+):
     """Mean opening over each step, for a list of coil commands; its coil was what opened it."""
-    out, on, delays = [], opening, (opening_delay, closing_delay)
+    out, on, delays = [], opening, (opening_delay, closing_delay, threshold)
     for k, command in enumerate(coil):
         start, first, second, armature, opening, on = seat_switches(
             command, on, armature, opening, *delays, timestep
@@ -386,29 +388,42 @@ def test_a_switch_faster_than_the_armature_moves_nothing():
 
 def test_a_valve_at_rest_rests():
     for seat in (0.0, 1.0):
-        assert seat_switches(*[seat] * 4, 4e-3, 4e-3, 1e-3) == (seat, NEVER, NEVER, seat, seat, seat)
+        assert seat_switches(*[seat] * 4, 4e-3, 4e-3, 0.0, 1e-3) == (seat, NEVER, NEVER, seat, seat, seat)
 
 
+@pytest.mark.parametrize("threshold", [0.0, 0.3])
 @pytest.mark.parametrize("delays", [(0.0, 0.0), (0.4e-3, 0.7e-3), (3.3e-3, 0.0), (5e-3, 2.6e-3)])
-def test_the_seat_switches_at_its_own_time(delays):
+def test_the_seat_switches_at_its_own_time(delays, threshold):
     # Against an armature followed in continuous time from one event to the next, through pulses and gaps
     # of one to six steps that begin anywhere.
     step, random = 1e-3, np.random.default_rng(1)
     edges = np.cumsum(random.uniform(1.0, 6.0, 400)) * step
     expected, place, seat = [], 0.0, 0.0
+    strokes = (delays[0] / (threshold or 1.0), delays[1] / (1.0 - threshold))
     for k, (begin, end) in enumerate(itertools.pairwise([0.0, *edges])):
-        aim, delay = float(k % 2), delays[1 - k % 2]
+        aim, delay = float(k % 2), strokes[1 - k % 2]
         arrives = begin + abs(aim - place) * delay
-        if arrives <= end and seat != aim:
+        passes = begin + max((2.0 * aim - 1.0) * ((threshold or aim) - place), 0.0) * delay
+        if passes <= end and seat != aim:
             seat = aim
-            expected.append(arrives)
+            expected.append(passes)
         place = aim if arrives <= end else place + (2.0 * aim - 1.0) * (end - begin) / delay
     starts = np.arange(int(edges[-1] / step)) * step
     on = np.minimum(edges[1::2, None], starts + step) - np.maximum(edges[::2, None], starts)
     found = []
-    _opening(np.maximum(on, 0.0).sum(axis=0) / step, *delays, step, switches=found)
+    on = np.maximum(on, 0.0).sum(axis=0) / step
+    _opening(on, *delays, step, switches=found, threshold=threshold)
     count = len(found)
     assert count > 50 and found == pytest.approx(expected[:count], abs=1e-9)
+
+
+def test_a_short_pulse_opens_for_longer_than_its_excess_over_the_threshold():
+    """Armature up in 10 ms, back in 20 ms, seat at 0.2 of it: open for (w − 2 ms)(1 + 20/10)."""
+    for width in (1.9e-3, 3e-3, 5e-3, 9e-3):
+        coil = np.clip(width / 1e-3 - np.arange(60), 0.0, 1.0)
+        # the last share of a coil that was on lies at the step's start
+        open_for = 1e-3 * _opening(coil, 2e-3, 16e-3, 1e-3, threshold=0.2).sum()
+        assert open_for == pytest.approx(max(width - 2e-3, 0.0) * 3.0, abs=1e-12), width
 
 
 # Every kernel
@@ -445,7 +460,7 @@ def test_nan_comes_out(kernel, arguments):
 def test_closed_valve_hides_no_nan():
     assert np.isnan(valve_flow(np.nan, 293.15, 1e5, 293.15, 0.0, 1e-8, 0.3))
     for valve in ((np.nan, 0.0, 0.0, 0.0), (0.0, 0.0, np.nan, 0.0), (1.0, 1.0, 0.0, np.nan)):
-        assert np.isnan(seat_switches(*valve, 4e-3, 4e-3, 1e-3)[4])
+        assert np.isnan(seat_switches(*valve, 4e-3, 4e-3, 0.0, 1e-3)[4])
 
 
 def test_no_muscle_is_shorter_than_nothing():

@@ -145,7 +145,7 @@ def _is_in(text: str, unit: str) -> bool:
     return True
 
 
-TIMES = ("opening_delay", "closing_delay", "opening_ramp", "closing_ramp")
+TIMES = ("opening_delay", "closing_delay", "opening_ramp", "closing_ramp", "threshold", "hold_decay")
 Delay = Annotated[float, Quantity("s", at_least=0.0, at_most=1.0)]
 WorkingPressure = Annotated[float, Quantity("Pa", at_least=-101_325.0, at_most=5e6)]
 
@@ -175,6 +175,14 @@ class Valve(Rated, Named):
     """Time that a solenoid valve takes from shut to open after its opening delay."""
     closing_ramp: Delay = 0.0
     """Time that it takes from open to shut after its closing delay."""
+    threshold: Annotated[float, Quantity("", at_least=0.0, at_most=0.95)] = 0.0
+    """Share of the armature's stroke at which the seat opens and shuts, so that a pulse shorter than the
+    stroke opens it for a time; without it the seat opens at the stroke's end and shuts at its start."""
+    hold_decay: Delay = 0.0
+    """Time constant with which what holds it shut decays against the pressure before it: the opening delay
+    grows by hold_decay · ln(hold_pressure/pressure)."""
+    hold_pressure: Annotated[float, Quantity("Pa", at_least=0.0, at_most=5e7)] = 0.0
+    """Gauge pressure that what holds it shut withstands at first."""
     minimum_on_time: Delay | None = None
     """Shortest pulse that its maker answers for."""
     rated_switches: Annotated[float, Quantity("", above=0.0, at_most=1e12)] | None = None
@@ -224,7 +232,7 @@ class Valve(Rated, Named):
         row = {
             "conductance": self.conductance,
             "critical_ratio": self.critical_ratio,
-            **{key: getattr(self, key) for key in TIMES},
+            **{key: getattr(self, key) for key in (*TIMES, "hold_pressure")},
         }
         if self.bandwidth is None:
             return row
