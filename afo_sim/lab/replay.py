@@ -1,18 +1,24 @@
-"""A measured log of a bench replayed in the stand's rig: through its valves, or under its pressure."""
+"""A measured log of a bench replayed in the stand's rig: through its valves, or under its pressure.
+
+No input of a prediction may derive from the channel that is predicted. Where one does, the log says so
+(`fed`), and the error of that channel is marked.
+"""
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
-from scipy.optimize import least_squares
+from scipy.optimize import OptimizeResult
 
 from afo_sim import native
 from afo_sim.common import GRAVITY, InputError, Notice, unknown
 from afo_sim.description import Muscle, load
-from afo_sim.lab.bench_log import BENCH, BenchLog, read_bench_log
-from afo_sim.lab.identifiability import intervals
+from afo_sim.lab.bench_log import BENCH, TIMES, VALVE, BenchLog, read_bench_log
+from afo_sim.lab.identifiability import Believed, memory, refused
+from afo_sim.lab.solution import FitParameter, FitProblem, Solution, believed, verdict
 from afo_sim.lab.stand_plan import Kind, Laboratory, StandPlan, force_at
 from afo_sim.lab.stand_rig import Rows, roll
 from afo_sim.lab.stand_table import Comparison
@@ -20,13 +26,37 @@ from afo_sim.lab.stand_trial import COLUMNS, complete, limits_left
 from afo_sim.physics import crossing
 
 STEP = 5e-4  # of a replay [s]: a pulse of 10 ms has twenty
-FLOW = ("conductance", "critical_ratio")
-FITTED = (*FLOW, *(f"outlet_{name}" for name in FLOW), "tube_volume", "wall_conductance", "supply")
-FITTED += ("free_contraction", "blocked_force")
-REACH = 1e3  # factor about its start within which a number is searched
+FIT_STEP = 2e-3  # of a fit's replays [s]: valves switch within a step
 CARRIAGE = 1e-3  # what a spring draws beside half the muscle [kg]
 QUIET = 5e-3  # of the span of pressure that a quiet sample changes by in 0.1 s
-FIT_POINTS = 400  # of a channel that a fit compares
+FIT_POINTS = 4000  # of a channel that a fit compares
+DIFFERENCE = (
+    0.01  # of a fit's slopes: 1 % of a setting, or a fifty-hundredth of its range where that begins at zero
+)
+# What can be fitted: the physical range that a search keeps to [SI], and the unit for people's eyes.
+_DELAY, _FLOW, _RATIO = (0.0, 0.06, "ms"), (1e-10, 1e-7, "dm^3/(s*bar)"), (0.0, 0.6, "")
+FITTED: dict[str, tuple[float, float, str]] = {
+    **{f"{way}{key}": _DELAY for way in ("", "outlet_") for key in ("lag", *TIMES)},
+    **{f"{way}threshold": (0.02, 0.9, "") for way in ("", "outlet_")},
+    **{f"{way}hold_pressure": (1e5, 1e7, "bar") for way in ("", "outlet_")},
+    **{f"{way}conductance": _FLOW for way in ("", "outlet_")},
+    **{f"{way}critical_ratio": _RATIO for way in ("", "outlet_")},
+    "leak_conductance": (1e-14, 1e-9, "dm^3/(s*bar)"),
+    "tube_volume": (1e-7, 2e-4, "ml"),
+    "gauge_volume": (1e-7, 1e-4, "ml"),
+    "line_bore": (1e-3, 0.012, "mm"),
+    "line_length": (0.05, 10.0, "m"),
+    "wall_conductance": (1e-3, 5.0, "W/K"),
+    "wall_conductance_by_flow": (0.0, 2000.0, "J/(kg*K)"),
+    "supply": (5e4, 1.2e6, "bar"),
+    "start": (-2.0, 2.0, "ms"),
+    "free_contraction": (0.02, 0.4, "%"),
+    "blocked_force": (1.0, 2e4, "N"),
+    "end_loss": (0.0, 0.06, "mm"),
+    "mounting_offset": (-0.02, 0.02, "mm"),
+    "mounting_stiffness": (1e4, 1e9, "N/mm"),
+    "dead_band": (0.0, 1e5, "bar"),
+}
 Laid = Mapping[str, Any] | None  # keys and values
 
 
@@ -67,8 +97,10 @@ class Replay:
     @property
     def rows(self) -> list[list[str]]:
         """Of each channel its name, RMS error and that over the largest measurement [%], to print."""
-        found = self.errors.items()
-        return [[k, f"{e.rms:.4g} {COLUMNS[k][0]}", f"{100.0 * e.share:.3g}"] for k, e in found]
+        return [
+            [k + ", fed" * (k in self.log.fed), f"{e.rms:.4g} {COLUMNS[k][0]}", f"{100.0 * e.share:.3g}"]
+            for k, e in self.errors.items()
+        ]
 
     @property
     def loops(self) -> dict[str, float]:
@@ -86,24 +118,35 @@ def replay(log: Any, muscle: Any = None, *, sets: Laid = None, bench: Laid = Non
     plan = _plan(read, _muscle(read, muscle, sets))
     whole = complete(plan, 0, roll(plan)[0])
     predicted = {name: np.interp(read.time, whole["time"], each) for name, each in whole.items()}
+    return Replay(read, plan, predicted, _compared(plan, predicted), tuple(limits_left(plan, (whole,))))
+
+
+def _compared(plan: ReplayPlan, predicted: Rows) -> dict[str, Comparison]:
+    """The measured channels beside the predicted ones; what drives the bench is none."""
     given = {"time", "inlet", "outlet", *(["pressure"] if plan.valve is None else [])}
     given |= {"contraction", "length"} if plan.held else set()
-    none = np.zeros(len(read.time), int)
-    errors = {
-        name: Comparison(name, none, read.time, measured, predicted[name], 0)
-        for name, measured in read.columns.items()
-        if name not in given
-    }
-    return Replay(read, plan, predicted, errors, tuple(limits_left(plan, (whole,))))
+    time, measured = plan.log.time, plan.log.columns.items()
+    alike = np.zeros(len(time), int), time
+    return {k: Comparison(k, *alike, y, predicted[k], 0) for k, y in measured if k not in given}
 
 
-def _muscle(log: BenchLog, muscle: Any, sets: Laid) -> Any:
+def _muscle(log: BenchLog, muscle: Any, sets: Laid) -> Muscle:
     """The muscle, with what the log says of it, and with what is laid over that."""
+    bench = log.bench
     names = ("total_length", "free_contraction", "blocked_force")
-    given = {key: f"{log.bench[key]!r} {BENCH[key]}".strip() for key in names if key in log.bench}
+    given = {key: f"{bench[key]!r} {BENCH[key]}".strip() for key in names if key in bench}
+    if "law" in bench:
+        given["law"] = bench["law"]
+    if "dead_band" in bench:
+        band = f"{bench['dead_band']!r} Pa"
+        given |= {"friction": "maxwell_slip", "frictions.maxwell_slip.dead_band": band}
     source = _needed(log, "muscle", "dmsp_10") if muscle is None else muscle
     source = source.model_dump(mode="json") if isinstance(source, Muscle) else source
-    return load("muscle", source, given | dict(sets or {}))
+    found: Muscle = load("muscle", source, given | dict(sets or {}))
+    if lost := bench.get("end_loss", 0.0):
+        whole = found.blocked_force or force_at(found, 0.0, found.test_pressure)
+        found = found.with_values(blocked_force=whole * (1.0 - lost / found.total_length))
+    return found
 
 
 def _needed(log: BenchLog, key: str, example: str) -> Any:
@@ -118,14 +161,15 @@ def shortened(log: BenchLog, muscle: Muscle) -> np.ndarray | None:
     known = log.bench | log.columns
     kappa = known.get("contraction")
     if "length" in known:
-        kappa = (muscle.total_length - known["length"]) / muscle.nominal_length
+        shorter = muscle.total_length - known["length"] - log.bench.get("mounting_offset", 0.0)
+        kappa = shorter / muscle.nominal_length
     return None if kappa is None else np.broadcast_to(kappa, log.time.shape)
 
 
 def _plan(log: BenchLog, muscle: Muscle) -> ReplayPlan:
     bench, pressure = log.bench, log.columns["pressure"]
     inlet, outlet = _valves(log) if "supply" in bench else (None, None)
-    first, top = max(float(pressure[0]), 0.0), bench.get("supply", float(pressure.max()))
+    first, top = log.first_pressure, bench.get("supply", float(pressure.max()))
     hung, spring = {"load", "spring"} & bench.keys(), bench.get("spring", 0.0)
     weight = GRAVITY * bench.get("load", CARRIAGE) if hung else math.nan
 
@@ -135,9 +179,8 @@ def _plan(log: BenchLog, muscle: Muscle) -> ReplayPlan:
     start: Any = crossing(excess, (), -0.5, 0.7, 52) if hung else shortened(log, muscle)
     if start is None:
         _needed(log, "length", "28 cm")
-    laboratory = Laboratory(
-        **{key: bench[key] for key in ("tube_volume", "wall_conductance") if key in bench}
-    )
+    surroundings = {each.name for each in fields(Laboratory)} - {"supply", "valve", "timestep"}
+    laboratory = Laboratory(**{key: bench[key] for key in surroundings & bench.keys()})
     ends = np.array([top]), np.array([[first, top]]), np.array([[np.min(start), np.max(start)]])
     step = bench.get("timestep", STEP)
     one = np.array([weight]), np.array([spring]), np.array([first])
@@ -148,14 +191,14 @@ def _plan(log: BenchLog, muscle: Muscle) -> ReplayPlan:
 
 
 def _valves(log: BenchLog) -> tuple[native.CircuitValve, native.CircuitValve]:
-    """Inlet and outlet: a shipped valve, or one without delays, with the flow that the bench states."""
+    """Inlet and outlet: a shipped valve, or one with the flow and the delays that the bench states."""
     bench = log.bench
     if "valve" in bench:
         known = dict(load("valve", bench["valve"]).row)
     else:
         known = {"conductance": _needed(log, "conductance", "0.3 dm^3/(s*bar)"), "critical_ratio": 0.3}
-    inlet = known | {name: bench[name] for name in FLOW if name in bench}
-    outlet = inlet | {name: bench[f"outlet_{name}"] for name in FLOW if f"outlet_{name}" in bench}
+    inlet = known | {name: bench[name] for name in VALVE if name in bench}
+    outlet = inlet | {name: bench[f"outlet_{name}"] for name in VALVE if f"outlet_{name}" in bench}
     return native.CircuitValve(**inlet), native.CircuitValve(**outlet)
 
 
@@ -174,39 +217,119 @@ def loop_width(time: np.ndarray, pressure: np.ndarray, force: np.ndarray) -> flo
     return float(np.median(gaps)) if len(gaps) else math.nan
 
 
+def greatest(logs: Sequence[BenchLog]) -> dict[tuple[Any, str], float]:
+    """Greatest measured value by muscle and channel, by which errors are divided."""
+    found: dict[tuple[Any, str], float] = {}
+    for log in logs:
+        for name, values in log.columns.items():
+            key = log.muscle_key, name
+            found[key] = max(found.get(key, 1e-12), float(np.abs(values).max()))
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class ReplayProblem(FitProblem):
+    """Settings of bench and muscle, one value for all logs, and the channels that they are fitted to."""
+
+    logs: tuple[BenchLog, ...]
+    free: tuple[FitParameter, ...]
+    channels: tuple[str, ...] = ()
+    muscle: Any = None
+    sets: Laid = None
+
+    @property
+    def options(self) -> Mapping[str, Any]:
+        """Of scipy's least_squares."""
+        return {"jac": self.slopes, "xtol": 1e-4, "ftol": 1e-5, "max_nfev": 40}
+
+    def errors(self, x: np.ndarray) -> list[np.ndarray]:
+        """Errors over the largest measurement of that muscle, by log and channel."""
+        sizes = greatest(self.logs)
+
+        def of(log: BenchLog) -> Iterator[np.ndarray]:
+            read = log.stated(self.values(x))
+            plan = _plan(read, _muscle(read, self.muscle, self.sets))
+            rows = roll(plan)[0]
+            rows["length"] = plan.muscle.nominal_length * (1.0 - rows["contraction"])
+            found = _compared(plan, {key: np.interp(read.time, rows["time"], y) for key, y in rows.items()})
+            for name in self.channels or found:
+                one, every = found[name], max(len(read.time) // FIT_POINTS, 1)
+                yield one.error[::every] / sizes[log.muscle_key, name]
+
+        with ThreadPoolExecutor(2) as threads:
+            return [each for found in threads.map(lambda log: [*of(log)], self.logs) for each in found]
+
+    def residuals(self, x: np.ndarray) -> np.ndarray:
+        """All errors, one log after the other."""
+        return np.concatenate(self.errors(x))
+
+    def slopes(self, x: np.ndarray) -> np.ndarray:
+        """Differences over `DIFFERENCE`, away from the nearer bound."""
+        here, (lower, upper) = self.residuals(x), self.bounds
+        steps = np.diag(np.where(x - lower < upper - x, DIFFERENCE, -DIFFERENCE))
+        return np.column_stack([(self.residuals(x + step) - here) / step.sum() for step in steps])
+
+    def memory(self, best: OptimizeResult) -> float:
+        """Correlation of neighbouring errors [-]."""
+        return memory(self.errors(best.x), float(np.sum(best.fun**2)))
+
+
+@dataclass(frozen=True, eq=False)
+class ReplayFit(Believed):
+    """Settings that were fitted to logs [SI], with the reasons where a log does not tell them."""
+
+    solution: Solution
+    verdict: tuple[Notice, ...]
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Of the settings [SI]."""
+        return self.solution.values
+
+    @property
+    def intervals(self) -> dict[str, tuple[float, float] | None]:
+        """95 % intervals [SI]; None where they are refused."""
+        lacking, names = refused(self.verdict), self.solution.problem.names
+        return {n: None if n in lacking else self.solution.interval(k) for k, n in enumerate(names)}
+
+    @property
+    def lines(self) -> list[str]:
+        """Each setting with its interval or the reason for none, to print."""
+        found = []
+        for p in self.solution.problem.free:
+            ends, value = self.intervals[p.name], p.text(self.values[p.name])
+            told = f"95 % {p.text(ends[0])} to {p.text(ends[1])}" if ends else self.reason(p.name)
+            found.append(f"{p.name} = {value} ({told})")
+        return found
+
+
 def fit_replay(
     logs: Sequence[Any],
     names: Sequence[str],
     channels: Sequence[str] = (),
     *,
     bench: Laid = None,
-    **others: Any,
-) -> tuple[dict[str, float], dict[str, float]]:
-    """Fit numbers of bench and muscle to logs by least squares, one value for all of them."""
+    muscle: Any = None,
+    sets: Laid = None,
+) -> ReplayFit:
+    """Fit settings of bench and muscle to logs by least squares, one value for all of them.
+
+    A search begins at a setting's stated value, else in the middle of its physical range or at zero, and
+    keeps to the range.
+    """
     for name in names:
         if name not in FITTED:
             raise unknown(name, FITTED, field="fit", problem="cannot be fitted to a log of a bench")
-    read = [read_bench_log(log).stated(bench or {}) for log in logs]
-    start = np.array([float(_needed(read[0], name, "a first estimate")) for name in names])
-
-    def values(x: np.ndarray) -> dict[str, float]:
-        return dict(zip(names, (start * np.exp(x - 1.0)).tolist(), strict=True))
-
-    def residuals(x: np.ndarray) -> np.ndarray:
-        parts = []
-        for one in (replay(log, bench=values(x), **others) for log in read):
-            for name in channels or one.errors:
-                found = one.errors[name]
-                every = max(len(found.x) // FIT_POINTS, 1)
-                parts.append(found.error[::every] / max(float(np.abs(found.measured).max()), 1e-12))
-        return np.concatenate(parts)
-
-    highest = [0.9 / each if "ratio" in name else REACH for name, each in zip(names, start, strict=True)]
-    bounds = 1.0 - math.log(REACH), 1.0 + np.log(highest)
-    tolerances = {"diff_step": 0.01, "xtol": 1e-4, "ftol": 1e-5, "max_nfev": 40}
-    best = least_squares(residuals, np.ones(len(names)), bounds=bounds, **tolerances)
-    square = float(np.sum(best.fun**2))
-    memory = min(max(float(np.sum(best.fun[1:] * best.fun[:-1])) / max(square, 1e-300), 0.0), 0.999)
-    freedom = max(len(best.fun) * (1.0 - memory) / (1.0 + memory) - len(names), 1.0)
-    half, _ = intervals(best.jac, square / freedom, freedom)
-    return values(best.x), dict(zip(names, np.exp(np.minimum(half, 99.0)).tolist(), strict=True))
+    read = [read_bench_log(log).stated({"timestep": FIT_STEP} | dict(bench or {})) for log in logs]
+    free, start = [], {}
+    for name in names:
+        low, high, shown = FITTED[name]
+        logarithmic = low > 0.0
+        middle = math.sqrt(low * high) if logarithmic else 0.0
+        start[name] = min(max(float(read[0].bench.get(name, middle)), low), high)
+        size = start[name] if logarithmic else 0.02 * (high - low)
+        ends = (low, high, low, high)
+        free.append(FitParameter(name, BENCH[name] or "", shown, *ends, size, logarithmic=logarithmic))
+    problem = ReplayProblem(tuple(read), tuple(free), tuple(channels), muscle, sets)
+    solution = believed(problem, problem.search(problem.at(start)))
+    return ReplayFit(solution, tuple(verdict(solution)))

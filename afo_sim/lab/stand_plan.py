@@ -38,7 +38,12 @@ class Laboratory:
     supply : gauge pressure that no test goes beyond [Pa]; the muscle's own limit by default
     valve : solenoid valve that fills and vents it in `step`, and feeds it in `release` where given
     tube_volume : between valve and muscle [m³]
+    line_bore, line_length : of a line whose air has inertia, from the gauge to the muscle [m]; 0 for none
+    gauge_volume : of the gauge at the valves' end of that line [m³]
+    leak_conductance : free air that the muscle loses, by its gauge pressure [m³/(s·Pa)]
     wall_conductance : heat to the wall [W/K]
+    wall_conductance_by_flow : by which that grows with what flows in [J/(kg·K)]
+    mounting_stiffness : of frame and hook [N/m]; by default they hardly give
     timestep : [s]; by default 2 ms, for `step` 1 ms, for `release` 0.1 ms, or less where the braid needs it
     """
 
@@ -46,6 +51,12 @@ class Laboratory:
     valve: Valve | None = None
     tube_volume: float = 4e-6
     wall_conductance: float = 0.5
+    wall_conductance_by_flow: float = 0.0
+    line_bore: float = 4e-3
+    line_length: float = 0.0
+    gauge_volume: float = 0.0
+    leak_conductance: float = 0.0
+    mounting_stiffness: float | None = None
     timestep: float | None = None
 
 

@@ -10,13 +10,16 @@ actuators as everywhere.
   mountain as planned. No muscle can disturb it.
 * A *load*: a weight on the carriage, with its inertia; the carriage has that of half the muscle.
 * A *spring* holds the carriage; with the frame in series it is as stiff as planned, from rest length on.
-* Frame and hook give by `MOUNTING` between muscle and carriage. The muscle's own contraction is recorded.
+* Frame and hook give by `MOUNTING` between muscle and carriage, or as stated. The muscle's own contraction is
+  recorded; it is the one that is planned, but with a stated mounting, which belongs to the measured length.
 """
 
 import copy
 import os
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -28,19 +31,21 @@ from afo_sim.common import (
     GAS_CONSTANT,
     GRAVITY,
     HEAT_CAPACITY_RATIO,
+    STANDARD_DENSITY,
     InputError,
 )
 from afo_sim.lab.stand_plan import StandPlan
 from afo_sim.model import get_state
-from afo_sim.physics import laminar_slope
+from afo_sim.physics import flow_edge, laminar_slope, tube_heat, tube_volume
 from afo_sim.simulation import Case, Moment, Policy, Recipe, Rollout, roll_out
 
 MOUNTAIN = 1e15  # inertia of a carriage whose length is prescribed [kg]: moved 1e-12 m/s² by 1 kN
 REGULATOR_RATIO = 0.3  # critical pressure ratio of the regulator's valve [-]
 AIR_LIMIT = 1.0  # of rate × time step of the stand's air, so that its readings are exact beside a sensor's
 REGULATOR_NUMBER = 0.6  # rate × time step of the regulator: wide, and well below the limit of 1
-MUSCLE, CHAMBER = "muscle", "stand"  # names in the circuit
+MUSCLE, CHAMBER, GAUGE = "muscle", "stand", "gauge"  # names in the circuit
 MOUNTING = 1e7  # stiffness of frame and hook [N/m]: 0.1 mm under 1 kN
+CELLS = 4  # of a line: its air rings and carries waves of half a cell
 BLOCK = 40_000  # steps of all simulations together that are in memory at once
 INPUTS = int(mujoco.mjtState.mjSTATE_CTRL | mujoco.mjtState.mjSTATE_QFRC_APPLIED)
 
@@ -57,6 +62,7 @@ class Rig:
     chamber: int
     inlet: int
     outlet: int
+    gauge: int
 
 
 def _build_rig(plan: StandPlan) -> Rig:
@@ -82,8 +88,9 @@ def _build_rig(plan: StandPlan) -> Rig:
     option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
     model = spec.compile()
     ids = native.fill_circuit(model, circuit)
-    valves = (ids.valves[f"{CHAMBER}_{name}"] for name in ("inlet", "outlet"))
-    return Rig(model, ids.muscles[MUSCLE], ids.chambers[CHAMBER], *valves)
+    inlet, outlet = (ids.valves[f"{CHAMBER}_{name}"] for name in ("inlet", "outlet"))
+    chamber = ids.chambers[CHAMBER]
+    return Rig(model, ids.muscles[MUSCLE], chamber, inlet, outlet, ids.volumes.get(GAUGE, chamber))
 
 
 def _circuit_of(plan: StandPlan) -> native.Circuit:
@@ -91,16 +98,44 @@ def _circuit_of(plan: StandPlan) -> native.Circuit:
     laboratory = plan.laboratory
     # as wide as the time step allows: the chamber follows within a few steps
     wide = REGULATOR_NUMBER / plan.timestep / (_per_slope(plan) * laminar_slope(1.0, REGULATOR_RATIO))
-    valve = native.CircuitValve(wide, REGULATOR_RATIO) if plan.valve is None else plan.valve
+    valve: Any = native.CircuitValve(wide, REGULATOR_RATIO) if plan.valve is None else plan.valve
     room, wall = laboratory.tube_volume, laboratory.wall_conductance
-    chamber = native.CircuitChamber(CHAMBER, "slide", room, wall, valve, plan.outlet or valve)
-    muscle = native.CircuitMuscle(MUSCLE, (MUSCLE,), plan.muscle.row, 0.0, CHAMBER, MOUNTING)
-    return native.Circuit((muscle,), (chamber,))
+    stirred = laboratory.wall_conductance_by_flow
+    volumes, edges, port = [], [], ""
+    if laboratory.line_length > 0.0:  # the valves open into the gauge's volume, and a line leads on in cells
+        port, bore, length = GAUGE, laboratory.line_bore, laboratory.line_length / CELLS
+        cell, (still, by_flow) = tube_volume(bore, length), tube_heat(bore, length)
+        room += 0.5 * cell
+        spaces = [laboratory.gauge_volume + 0.5 * cell, *[cell] * (CELLS - 1)]
+        nodes = [GAUGE, *(f"cell_{k}" for k in range(1, CELLS))]
+        volumes = [
+            native.CircuitVolume(node, space, still, 0.0, CHAMBER, by_flow)
+            for node, space in zip(nodes, spaces, strict=True)
+        ]
+        # each with the friction of its share of the whole: C goes with 1/√L where the flow is slow
+        whole = flow_edge.line("", "", "", bore, laboratory.line_length)
+        wide = CELLS**0.5 * whole.conductance
+        edges = [
+            replace(
+                flow_edge.line(f"of_{a}", a, b, bore, length),
+                conductance=wide,
+                critical_ratio=whole.critical_ratio,
+            )
+            for a, b in pairwise([*nodes, CHAMBER])
+        ]
+    if laboratory.leak_conductance > 0.0:
+        c = laboratory.leak_conductance  # measured leaks follow the gauge pressure, and no orifice
+        edges.append(flow_edge.relief("leak", CHAMBER, c, 0.0, limit=0.0, per_excess=c * STANDARD_DENSITY))
+    chamber = native.CircuitChamber(
+        CHAMBER, "slide", room, wall, valve, plan.outlet or valve, port=port, wall_conductance_by_flow=stirred
+    )
+    muscle = native.CircuitMuscle(MUSCLE, (MUSCLE,), plan.muscle.row, 0.0, CHAMBER, _mounting(plan))
+    return native.Circuit((muscle,), (chamber,), volumes=tuple(volumes), restrictions=tuple(edges))
 
 
 def _require_stable(plan: StandPlan) -> None:
     """Refuse a time step that is too long for the air between valves."""
-    if plan.valve is None:
+    if plan.valve is None or plan.laboratory.line_length > 0.0:  # behind a line the parts of a step suffice
         return
     step, valves = plan.timestep, (plan.valve, plan.outlet or plan.valve)
     slope = sum(laminar_slope(each.conductance, each.critical_ratio) for each in valves)
@@ -118,14 +153,20 @@ def _per_slope(plan: StandPlan) -> float:
     return HEAT_CAPACITY_RATIO * GAS_CONSTANT * AMBIENT_TEMPERATURE / volume
 
 
+def _mounting(plan: StandPlan) -> float:
+    return plan.laboratory.mounting_stiffness or MOUNTING
+
+
 def _hook(plan: StandPlan, k: int) -> np.ndarray:
     """Coordinates of the slide [m] at which the muscle of a curve has its two contractions."""
     contraction = plan.contraction[k]
-    if plan.held:
+    if plan.held and plan.laboratory.mounting_stiffness is not None:
+        force = np.zeros(2)
+    elif plan.held:
         force = plan.muscle.force(plan.pressure[k, 1], contraction=contraction)
     else:
         force = plan.carried(k, contraction)
-    found: np.ndarray = contraction * plan.muscle.nominal_length - force / MOUNTING
+    found: np.ndarray = contraction * plan.muscle.nominal_length - force / _mounting(plan)
     return found
 
 
@@ -146,8 +187,8 @@ def _loaded(rig: Rig, plan: StandPlan, k: int) -> mujoco.MjModel:
         return rig.model
     model = copy.copy(rig.model)
     model.body_mass[1] = plan.load[k] / GRAVITY
-    model.jnt_stiffness[0] = plan.spring[k] / (1.0 - plan.spring[k] / MOUNTING)
-    model.qpos_spring[0] = -plan.load[k] / MOUNTING
+    model.jnt_stiffness[0] = plan.spring[k] / (1.0 - plan.spring[k] / _mounting(plan))
+    model.qpos_spring[0] = -plan.load[k] / _mounting(plan)
     # or the slide would keep the inertia it was compiled with
     mujoco.mj_setConst(model, mujoco.MjData(model))
     native.fill_inverse_masses(model)
@@ -198,9 +239,11 @@ def _columns(rig: Rig, plan: StandPlan, time: np.ndarray, rollout: Rollout) -> R
     air = native.read_air(rig.model, rows["act"], rows["userdata"], rig.chamber)
     own = native.read_own(rig.model, rows["userdata"], rig.muscle)
     inlet, outlet, volume = native.read_flows(rig.model, rows["userdata"], rig.chamber)
+    gauge = native.read_node(rig.model, rows["act"], rows["userdata"], rig.gauge).absolute_pressure
     return {
         "time": time,
-        "pressure": air.absolute_pressure - AMBIENT_PRESSURE,
+        "pressure": gauge - AMBIENT_PRESSURE,
+        "muscle_pressure": air.absolute_pressure - AMBIENT_PRESSURE,
         "contraction": own.contraction,
         "contraction_rate": own.rate,
         "force": 0.0 - rows["actuator_force"][:, rig.muscle],

@@ -41,7 +41,7 @@ from afo_sim.metrics import Metric, highest_mean
 COLUMNS = {
     "time": ("s", "from the start of the test"),
     "branch": ("", "0 is the first way up, 1 down, and so on"),
-    "pressure": ("Pa", "gauge, in the muscle"),
+    "pressure": ("Pa", "gauge, in the muscle; where a line leads to it, at the line's other end"),
     "contraction": ("", "(L0 - L)/L0, shorter is positive"),
     "length": ("m", "active braid length"),
     "velocity": ("m/s", "lengthening positive"),
@@ -168,7 +168,7 @@ def complete(plan: StandPlan, k: int, rows: Rows) -> Rows:
         "branch": plan.branch(rows["time"]),
         "length": length * (1.0 - rows["contraction"]),
         "velocity": -length * rows["contraction_rate"],
-        "static_force": plan.muscle.force(rows["pressure"], contraction=rows["contraction"]),
+        "static_force": plan.muscle.force(rows["muscle_pressure"], contraction=rows["contraction"]),
         "load": plan.carried(k, rows["contraction"]),
     }
     return {name: columns[name] for name in COLUMNS}

@@ -8,6 +8,7 @@ from afo_sim.physics.pneumatics import LAMINAR_RATIO
 
 CONDUCTANCE = 0.029  # of the formula below [m³/(s·Pa·m²)]
 ENDS = 510.0  # what the two ends weigh in it, as a length [m^(−1/4)]
+CONDUCTIVITY = 0.0257  # of air's heat at 20 °C [W/(m·K)]
 RATIO = 474.0  # critical ratio by conductance and bore [s·Pa/m]
 CHOKED = 1e-6  # of 1 − (ṁ/ṁ*)², below which friction grows no steeper [-]
 
@@ -70,6 +71,29 @@ def tube_volume(bore: float, length: float) -> float:
     bore, length : d, L [m]
     """
     return 0.25 * math.pi * bore * bore * length
+
+
+def tube_heat(bore: float, length: float) -> tuple[float, float]:
+    """Heat conductance from a tube's air to its wall, at rest and what it grows by with the flow.
+
+    hA = 3.66 π k L + c_p |ṁ| λ L/(2 d), λ = 0.0062 d^(−1/4)
+
+    Parameters
+    ----------
+    bore, length : d, L [m], as in `tube_conductance`
+
+    Returns
+    -------
+    at rest [W/K], by flow [J/(kg·K)]
+
+    Source
+    ------
+    Nusselt number 3.66 of laminar flow in a tube whose wall keeps its temperature; Reynolds' analogy between
+    heat and friction, St = λ/8, with the friction of `tube_conductance` (textbook results, from memory).
+    """
+    heat_capacity = HEAT_CAPACITY_RATIO / (HEAT_CAPACITY_RATIO - 1.0) * GAS_CONSTANT
+    by_flow = heat_capacity * 0.0062 * bore**-0.25 * length / (2.0 * bore)
+    return 3.66 * math.pi * CONDUCTIVITY * length, by_flow
 
 
 def sound_delay(

@@ -145,8 +145,11 @@ def test_a_fit_finds_the_bench_that_made_a_log_and_predicts_another() -> None:
         "force [N]": made.predicted["force"],
     }
     del seen["pressure [bar]"]
-    values, factors = fit_replay([seen], ["tube_volume", "free_contraction"], bench={"tube_volume": "20 ml"})
-    assert max(factors.values()) < 1.02
+    fit = fit_replay([seen], ["tube_volume", "free_contraction"], bench={"tube_volume": "20 ml"})
+    values = fit.values
+    assert fit.identifiable
+    for name, ends in fit.intervals.items():
+        assert ends is not None and ends[1] - ends[0] < 0.04 * values[name]
     assert values["tube_volume"] == pytest.approx(15e-6, rel=0.02)
     assert values["free_contraction"] == pytest.approx(0.18, rel=0.02)
     truth = replay(pulsed(tube_volume="15 ml", free_contraction="0.18", contraction="0.08"))
@@ -191,6 +194,21 @@ def test_the_command_writes_measured_beside_predicted(tmp_path: pathlib.Path, ca
     assert code == 0 and "blocked_force = " in printed and "held out" in printed
     assert "--law" in call(capsys, "stand", "replay", log, "--law", "bolen_2026")[2]
     assert "no such" in call(capsys, "stand", "replay", tmp_path / "none.csv")[2]
+
+
+def test_a_setting_that_the_log_does_not_tell_has_no_interval() -> None:
+    """A stiff frame moves no pressure; the volume is within its interval, the gauge's noise given."""
+    made = replay(pulsed(tube_volume="15 ml"))
+    noise = np.random.default_rng(5).normal(0.0, 300.0, 601)
+    seen = pulsed(tube_volume="20 ml") | {"pressure [Pa]": made.predicted["pressure"] + noise}
+    del seen["pressure [bar]"]
+    fit = fit_replay([seen], ["mounting_stiffness", "tube_volume"], ["pressure"])
+    assert fit.intervals["mounting_stiffness"] is None and not fit.identifiable
+    low, high = fit.intervals["tube_volume"]
+    assert low < 15e-6 < high and high - low < 1e-6
+    assert [(notice.code, notice.data["names"]) for notice in fit.verdict] == [
+        ("vague", ("mounting_stiffness",))
+    ]
 
 
 OF_20 = {  # fitted to the pressures of the four logs of the 20 cm muscle, and to nothing else; SI
