@@ -25,40 +25,80 @@ HELD = {
     20: (18.2, 17.45, 16.7, 15.95),
     30: (28.1, 26.875, 25.65, 24.425),
 }  # [cm]
+APART = 0.05  # at least, between passes [ms]
+EVEN = 12  # passes on either side over which they are even
 ZERO, FIRST = 8180.0, 0.008  # reading of the gauge without air [Pa], time before the first pulse [s]
 
 
-def festo_10(folder: pathlib.Path, cut: int, kink: str) -> dict[str, Any]:
-    """A 10 mm muscle held at a length, filled and vented by pulses; openings as its own gauge shows them.
+def festo_10(folder: pathlib.Path, cut: int, kink: str, openings: str = "loop") -> dict[str, Any]:
+    """A 10 mm muscle held at a length, filled and vented by pulses, whose commands were not recorded.
 
-    The gauge stands on the valves' side: it jumps as a valve opens and falls back as it shuts. The commands
-    were not recorded, and openings of 5 to 15 ms were sampled every 1.9 ms; so rows are put in where the
-    reading crosses a share of its first rise, and where it has lost one of it.
+    openings : where they come from
+        loop   the rig's published program and the time stamps; nothing of the gauge
+        width  the program's instants, with one width a file, the mean that the gauge shows
+        gauge  rows are put in where the reading crosses a share of its first rise, and where it has lost one of it
     """
     with gzip.open(folder / "aarl_festo10_isometric" / "show" / f"10mm_{cut}cm_{kink}_Test9.csv.gz") as file:
-        force, pressure, time, state = np.loadtxt(file, delimiter=",").T
-    rises = np.concatenate([[True], np.diff(time) > 0.0])
-    force, pressure, time, state = (each[rises] for each in (force, pressure, time, state))
-    force, pressure = force - np.median(force[time < FIRST]), 1e3 * pressure - ZERO
-    spans = {k: list(_openings(time, pressure, k)) for k in (1, 2)}
-    edges = np.ravel([*spans[1], *spans[2]])
-    whole = np.unique(np.concatenate([time, edges]))
-    coils = {name: np.zeros(len(whole)) for name in ("inlet", "outlet")}
-    for name, k in (("inlet", 1), ("outlet", 2)):
-        for start, end in spans[k]:
-            coils[name][(whole >= start) & (whole < end)] = 1.0
+        force, pressure, stamp, state = np.loadtxt(file, delimiter=",").T
+    force, pressure = force - np.median(force[stamp < FIRST]), 1e3 * pressure - ZERO
     rest, free = RESTS[cut]
-    return {
-        "time [s]": whole,
-        "pressure [Pa]": np.interp(whole, time, pressure),
-        "force [N]": np.interp(whole, time, force),
-        **coils,
+    log = {
         "muscle": "dmsp_10",
         "source": SOURCE,
         "total_length": f"{rest} cm",
         "free_contraction": f"{1.0 - free / rest:.6f}",
         "length": f"{HELD[cut][KINKS.index(kink)]} cm",
     }
+    time = passes(stamp)
+    inlet, outlet = commands(stamp, state)
+    if openings == "loop":
+        columns = {"pressure [Pa]": pressure, "force [N]": force, "inlet": inlet, "outlet": outlet}
+        return {"time [s]": time, **columns} | log
+    rises = np.concatenate([[True], np.diff(stamp) > 0.0])
+    spans = [list(_openings(stamp[rises], pressure[rises], kind)) for kind in (1, 2)]
+    if openings == "width":
+        for k, on in enumerate((inlet, outlet)):
+            begins = time[np.flatnonzero(np.diff(on, prepend=0.0) > 0.0)]
+            width = float(np.mean(np.diff(spans[k])))
+            spans[k] = [(begin, begin + width) for begin in begins]
+    whole = np.unique(np.concatenate([time, *map(np.ravel, spans)]))
+    columns = {"pressure [Pa]": pressure, "force [N]": force}
+    columns = {name: np.interp(whole, time, each) for name, each in columns.items()}
+    for name, each in zip(("inlet", "outlet"), spans, strict=True):
+        columns[name] = sum(((whole >= a) & (whole < b)).astype(float) for a, b in each)
+    fed = {
+        "gauge": "pressure (openings read off the gauge)",
+        "width": "pressure (mean width read off the gauge)",
+    }
+    return {"time [s]": whole, **columns, "fed": fed[openings]} | log
+
+
+def passes(stamp: np.ndarray) -> np.ndarray:
+    """When each pass of the rig's program began [s], from its own stamps of whole milliseconds.
+
+    The clock of its board advances by 1.024 ms and skips three of 128 values, so that it is right in the mean;
+    passes follow each other evenly but the first dozen, which fill the serial buffer.
+    """
+    value = np.rint(1e3 * stamp).astype(int)
+    skipped = np.flatnonzero(np.bincount(value % 128, minlength=128) == 0)
+    tick = 1.024 * (value - value // 128 * len(skipped) - np.searchsorted(skipped, value % 128, side="right"))
+    found, place = tick + 0.512, np.arange(len(tick))
+    for k in range(EVEN, len(tick)):
+        near = slice(max(EVEN, k - EVEN), k + EVEN + 1)
+        x, y = place[near] - place[near].mean(), tick[near] + 0.512
+        found[k] = y.mean() + (k - place[near].mean()) * (x @ y) / (x @ x)
+    found = np.clip(found, tick, tick + 1.024)
+    return 1e-3 * (np.maximum.accumulate(found - APART * place) + APART * place)
+
+
+def commands(stamp: np.ndarray, state: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Whether the coils are on from each pass on: the rig's published program (ValvePWM_mod.ino).
+
+    Filling, the inlet is on while the stamp modulo 500 ms is at most 5 ms; venting, the outlet, which is open
+    without current, while it is more than 450 ms. The widths are the program's own, alike in all files.
+    """
+    phase, filling = np.rint(1e3 * stamp).astype(int) % 500, state < 1.5
+    return (filling & (phase <= 5)) * 1.0, (~filling & (phase > 450)) * 1.0
 
 
 def _openings(time: np.ndarray, pressure: np.ndarray, kind: int) -> Iterator[tuple[float, ...]]:
@@ -92,9 +132,18 @@ def festo_20(folder: pathlib.Path, number: int) -> dict[str, Any]:
     time, pressure = np.loadtxt(path, delimiter=",", skiprows=1).T
     rises = np.concatenate([[True], np.diff(time) > 0.0])
     time, gauge = time[rises], 1e3 * (pressure[rises] - pressure[0])
-    known = {"muscle": "dmsp_20", "source": f"{SOURCE}; supply: the last readings, contraction 0 assumed"}
-    known |= {"contraction": "0", "supply": f"{np.median(gauge[-15:]):.0f} Pa"}
+    known = {"muscle": "dmsp_20", "source": f"{SOURCE}; contraction 0 assumed", "contraction": "0"}
     return {"time [s]": time, "pressure [Pa]": gauge, "inlet": np.ones(len(time))} | known
+
+
+def leak(folder: pathlib.Path, number: int) -> dict[str, Any]:
+    """A 20 mm muscle that was filled and shut, and leaks; by the laboratory's later calibration of the gauge."""
+    path = folder / "aarl_festo20_fill_leak" / "show" / f"leak{number}.csv"
+    time, valve, raw = np.loadtxt(path, delimiter=",", skiprows=1).T
+    shut = valve < 0.5
+    gauge = 1e3 * (0.7654 * raw[shut] - 18.609) - ZERO
+    known = {"muscle": "dmsp_20", "source": f"{SOURCE}; contraction 0 assumed", "contraction": "0"}
+    return {"time [s]": 1e-3 * time[shut], "pressure [Pa]": gauge, "inlet": np.zeros(shut.sum())} | known
 
 
 def write(log: dict[str, Any], path: pathlib.Path) -> None:
@@ -117,9 +166,13 @@ def main() -> None:
         folder.mkdir(parents=True, exist_ok=True)
     for cut in RESTS:
         for kink in KINKS:
-            write(festo_10(given.folder, cut, kink), tens / f"{cut}cm_{kink}.csv")
+            for openings in ("loop", "width", "gauge"):
+                log = festo_10(given.folder, cut, kink, openings)
+                write(log, tens / f"{openings}_{cut}cm_{kink}.csv")
     for number in (2, 5, 7):
         write(festo_20(given.folder, number), twenties / f"fill{number}.csv")
+    for number in (1, 4):
+        write(leak(given.folder, number), twenties / f"leak{number}.csv")
 
 
 if __name__ == "__main__":

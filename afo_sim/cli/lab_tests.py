@@ -128,15 +128,14 @@ def _replay(test: _Test) -> None:
             raise InputError("is nothing that replay takes", field=given[0], allowed="--bench or --set")
         check_folder(test.out)
         names = [name.strip() for name in test.fit.split(",") if name.strip()]
-        fitted, factor = fit_replay(test.muscles[:1], names, bench=bench, sets=sets) if names else ({}, {})
+        fit = fit_replay(test.muscles[:1], names, bench=bench, sets=sets) if names else None
+        fitted = fit.values if fit else {}
         found = [replay(log, bench=bench | fitted, sets=sets) for log in test.muscles]
         files = write_replays(found, test.out)
     shares = [[one.log.file.name, *row] for one in found for row in one.rows]
     print_table("replayed", ["log", "channel", "RMS error", "of the largest [%]"], shares)
-    for name, value in fitted.items():
-        print(
-            f"fitted to the first log: {name} = {value:.4g} (SI), 95 % within a factor of {factor[name]:.3g}"
-        )
+    for line in fit.lines if fit else ():
+        print(f"fitted to the first log: {line}")
     if fitted and len(found) > 1:
         print("the other logs were held out")
     for one in found:
@@ -422,7 +421,10 @@ def _ledger(
         from afo_sim.lab import air_log, bench_sets
         from afo_sim.lab import ledger as lab
 
-        rows = [*(lab.ledger(report) if worn else ()), *(bench_sets.bench(data) if bench else ())]
+        rows = lab.ledger(report) if worn else []
+        benches: list[bench_sets.BenchRow] = []
+        if bench and data is not None:
+            benches, rows = [*bench_sets.bench(data, report)], [*rows, *bench_sets.loops(data)]
         if air is not None:
             air_log.air_row(air, (0.0, 0.0, 0.0))  # refuse the file before drawing
             from afo_sim.study.python_calls import uncertainty
@@ -431,10 +433,16 @@ def _ledger(
             if "air_per_stride" not in bands:
                 raise InputError("uses no air", field="--scenario", value=scenario)
             rows.append(air_log.air_row(air, bands["air_per_stride"]["quantiles"]))
-    values = [asdict(row) | {"verdict": row.verdict} for row in rows]
+    values = [asdict(row) | {"verdict": row.verdict} for row in benches]
+    values += [asdict(row) | {"verdict": row.verdict} for row in rows]
     if as_json:
         print(json.dumps(values, ensure_ascii=False, indent=1))
         return
-    print_table("predicted and measured", list(lab.HEADER), lab.table(rows))
+    if bench:
+        print_table("benches", list(bench_sets.HEADER), [row.cells for row in benches])
+        print("\n".join(dict.fromkeys(line for row in benches for line in row.lines)))
+        print("" if data else bench_sets.absent())
+    if rows:
+        print_table("predicted and measured", list(lab.HEADER), lab.table(rows))
     sources = dict.fromkeys(f"{row.device}: {row.source}" for row in rows)
     print("\n".join([*(lab.summary(rows) if worn else ()), "", *sources]))

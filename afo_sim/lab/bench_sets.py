@@ -1,80 +1,266 @@
-"""Rows of others' recordings, as logs of `afo-sim stand replay`. The rules, written before any result:
+"""Recordings of benches beside what is predicted of them. The rules, written before any result:
 
-error    RMS of prediction less measurement over the muscle's greatest measured value, as band of the best
-         file, all files, the worst file; agrees where that of all is within its limit, else disagrees
-fitted   on every second file, the error of the others; to each file alone where its length is not known
-loop     muscles held at one share of their free contraction: mean, 90 % interval, the ledger's verdict
+error     RMS of prediction less measurement over the greatest value measured on that muscle [%]
+halves    settings are fitted to the logs that are shown; the others, or each log's second half, are held out
+fed       an input that derives from the predicted channel: its error is shown, and is no prediction's
+verdict   agrees where the error held out is within its limit, else disagrees; or fed
+simpler   the same halves by a model without physics: a time constant for each valve, force linear in pressure
+          and contraction
+
+A folder of logs is described by its `bench.toml`; of recordings that are known here the package has one.
 """
 
+import fnmatch
+import functools
+import itertools
 import pathlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
+from pydantic import BaseModel, ValidationError
+from pydantic import Field as Option
+from scipy.optimize import least_squares
 
-from afo_sim.common import InputError
+from afo_sim.common import InputError, assets, nearest_name
+from afo_sim.description import PROBLEMS
 from afo_sim.lab.bench_log import BenchLog, read_bench_log
 from afo_sim.lab.identifiability import rms
-from afo_sim.lab.ledger import LEVELS, LedgerRow
-from afo_sim.lab.replay import fit_replay, replay
+from afo_sim.lab.ledger import LEVELS, VERDICTS, LedgerRow
+from afo_sim.lab.replay import fit_replay, greatest, replay
 
-Numbers = dict[str, float]
-VALVE = {"conductance": 2e-9, "critical_ratio": 0.3}  # [SI]: assumed of valves that nobody names
-# Folder → what is predicted, limit of each channel's error [%], what is assumed of the bench, what is fitted.
-BENCH: dict[str, list[tuple[str, Numbers, Numbers, str]]] = {
-    "aarl_festo10_isometric": [
-        ("static", {"force": 4.0}, {}, "blocked_force"),
-        ("pulses,", {"pressure": 2.0, "force": 3.0}, VALVE | {"supply": 6.2e5}, "conductance"),
-    ],
-    "aarl_festo20_fill_leak": [("fills,", {"pressure": 1.5}, VALVE, "conductance")],
-    "pamy_acrkn": [],
-}
-FIRST = {"blocked_force": 400.0}  # where a fit begins [N]
-ABSENT = "not in this package; give --data FOLDER of logs"
+SECOND, LATER = "every second log", "second half of each log"  # that are held out; or a pattern of names
+HEADER = ("bench", "predicted", "nothing fitted", "shown", "held out", "simpler", "limit", "verdict")
+EXAMPLE = '[[predict]] with what = "pulses", fit = ["conductance"], limits = { pressure = 3 }'
 
 
-def bench(data: pathlib.Path | None = None) -> list[LedgerRow]:
-    """Rows of each set of `BENCH`, where `data` has a folder of its logs; InputError where it has none."""
-    logs = {n: [read_bench_log(f) for f in sorted(data.glob(f"{n}/*.csv"))] if data else [] for n in BENCH}
-    if data and not any(logs.values()):
-        allowed = f"what scripts/bench_logs.py writes: folders of logs, {', '.join(BENCH)}"
-        raise InputError("has no logs of the recordings", field="--data", value=str(data), allowed=allowed)
-    found: list[LedgerRow] = []
-    for name, each in BENCH.items():
-        rows = [row for one in each if logs[name] for row in _rows(logs[name], *one)]
-        found += [*rows, *_loops(logs[name])] or [LedgerRow(name, "recordings", source=ABSENT)]
-    return found
+class Prediction(BaseModel, frozen=True, extra="forbid"):
+    """What is predicted of some logs: settings given, settings fitted, errors that are allowed [%]."""
+
+    what: str
+    logs: str = "*.csv"
+    held_out: str = SECOND
+    given: dict[str, str] = {}
+    fit: tuple[str, ...] = ()
+    fit_to: tuple[str, ...] = ()
+    limits: dict[str, float] = Option(min_length=1)
 
 
-def _rows(logs: list[BenchLog], what: str, limits: Numbers, given: Numbers, name: str) -> Iterator[LedgerRow]:
-    """Errors with nothing fitted, and with one number fitted."""
-    alone = len(logs) < 2 or "length" not in logs[0].bench
-    groups = [([log], [log]) for log in logs] if alone else [(logs[::2], logs[1::2])]
-    fits = [(fit_replay(seen, [name], [*limits][:1], bench=FIRST | given)[0], rest) for seen, rest in groups]
-    fitted = [(given | values, log) for values, rest in fits for log in rest]
-    device, source = logs[0].file.parent.name, logs[0].bench.get("source", "")
-    source += f"; assumed: {', '.join(given) or 'nothing'}"
-    for text, settings in (("nothing", [(given, log) for log in logs]), (name, fitted)):
-        runs = [replay(log, bench=bench) for bench, log in settings]
-        for channel, limit in limits.items():
-            full = [(log.bench.get("total_length"), log.columns[channel].max()) for log in logs]
-            sizes = [max(x for of, x in full if of == run.log.bench.get("total_length")) for run in runs]
-            errors = 100.0 * np.array([run.errors[channel].rms for run in runs]) / sizes
-            band = errors.min(), rms(errors), errors.max()
-            quantity = f"{what} {channel}, {text} fitted, limit {limit:g}"
-            yield LedgerRow(device, quantity, "%", band, source=source, limit=limit)
+class Bench(BaseModel, frozen=True, extra="forbid"):
+    """A folder of logs: where they come from, and what is predicted of them."""
+
+    description: str = ""
+    source: str = ""
+    predict: tuple[Prediction, ...] = Option(min_length=1)
 
 
-def _loops(logs: list[BenchLog]) -> Iterator[LedgerRow]:
-    """Widths of loops under the measured pressure."""
-    loops = dict[float, list[Numbers]]()
-    for log in logs:
-        if {"length", "total_length", "free_contraction"} <= log.bench.keys():
+@dataclass(frozen=True)
+class BenchRow:
+    """Errors of one channel [%]: best, of all, and worst log held out; those of each log by its half."""
+
+    bench: str
+    what: str
+    channel: str
+    limit: float
+    nothing: float
+    shown: float
+    held_out: tuple[float, float, float]
+    simpler: float
+    fed: bool
+    fitted: tuple[str, ...]
+    logs: dict[str, dict[str, float]]
+    source: str = ""
+
+    @property
+    def verdict(self) -> str:
+        """One of VERDICTS, or fed, by the module's rule."""
+        return "fed" if self.fed else VERDICTS[int(self.held_out[1] > self.limit)]
+
+    @property
+    def lines(self) -> Iterator[str]:
+        """Which log belongs to which half, and what was fitted, to print."""
+        for half, errors in self.logs.items():
+            yield f"{self.bench}, {self.what}: {half}: {', '.join(errors)}"
+        yield from (f"{self.bench}, {self.what}: {line}" for line in self.fitted)
+
+    @property
+    def cells(self) -> list[str]:
+        """Its cells under HEADER."""
+        low, middle, high = self.held_out
+        numbers = f"{self.nothing:.3g}", f"{self.shown:.3g}", f"{middle:.3g} ({low:.2g} to {high:.2g})"
+        ends = f"{self.simpler:.3g}", f"{self.limit:g}", self.verdict
+        return [self.bench, f"{self.what} {self.channel} [%]", *numbers, *ends]
+
+
+Part = tuple[BenchLog, np.ndarray]  # a log, and its rows that are judged
+Predict = Callable[[BenchLog], Mapping[str, np.ndarray]]
+
+
+def bench(data: pathlib.Path, report: Callable[[int, int], None] | None = None) -> Iterator[BenchRow]:
+    """Rows of each folder of logs in `data`, or of itself; InputError where it has none."""
+    folders = [each for each in (data, *sorted(data.glob("*/"))) if any(each.glob("*.csv"))]
+    if not folders:
+        raise InputError("has no logs", field="--data", value=str(data), allowed="folders of CSV files")
+    known = [(folder, one) for folder in folders for one in read_bench(folder).predict]
+    for done, (folder, one) in enumerate(known):
+        if report is not None:
+            report(done, len(known))
+        yield from _rows(folder, one)
+
+
+def absent() -> str:
+    """Which recordings are known, where none are given."""
+    files = sorted((assets.folder("models") / "benches").glob("*.toml"))
+    known = [f"{file.stem}: {assets.read_toml(file)['source']}" for file in files]
+    return "\n".join(["give --data FOLDER of logs; known here:", *known])
+
+
+def read_bench(folder: pathlib.Path) -> Bench:
+    """The description of a folder of logs: its own, or the package's."""
+    own, shipped = folder / "bench.toml", assets.folder("models") / "benches" / f"{folder.name}.toml"
+    file = own if own.is_file() else shipped
+    if not file.is_file():
+        raise InputError("has no description", file=own, allowed=f"{EXAMPLE}; see docs/stand.md")
+    try:
+        return Bench.model_validate(assets.read_toml(file))
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        field, problem = ".".join(map(str, first["loc"])), PROBLEMS.get(first["type"], first["msg"])
+        near = nearest_name(str(first["loc"][-1]), [*Bench.model_fields, *Prediction.model_fields])
+        raise InputError(problem, file=file, field=field, nearest=near) from None
+
+
+def _rows(folder: pathlib.Path, one: Prediction) -> Iterator[BenchRow]:
+    logs = [read_bench_log(file) for file in sorted(folder.glob(one.logs))]
+    sizes, fitted, errors = greatest(logs), list[str](), dict[tuple[str, ...], float]()
+    for halves in _halves(logs, one.held_out):
+        seen = [
+            replace(log, columns={key: each[rows] for key, each in log.columns.items()})
+            for log, rows in halves["shown"]
+        ]
+        values: dict[str, float] = {}
+        if one.fit:
+            fit = fit_replay(seen, one.fit, one.fit_to or [*one.limits][:1], bench=one.given)
+            values, fitted = fit.values, [*fitted, *fit.lines]
+        predictors: dict[str, Predict] = {
+            "nothing": functools.partial(_replayed, bench=one.given),
+            "fitted": functools.partial(_replayed, bench=one.given | values),
+            "simpler": simple_model(seen, one.given),
+        }
+        for half, parts in halves.items():
+            for (log, rows), (kind, predict) in itertools.product(parts, predictors.items()):
+                predicted = predict(log)
+                for channel in one.limits:
+                    missed = rms((predicted[channel] - log.columns[channel])[rows])
+                    share = 100.0 * missed / sizes[log.muscle_key, channel]
+                    errors[channel, half, kind, log.file.stem] = share
+    for channel, limit in one.limits.items():
+
+        def of(half: str, kind: str, channel: str = channel) -> dict[str, float]:
+            return {key[3]: x for key, x in errors.items() if key[:3] == (channel, half, kind)}
+
+        held = np.array([*of("held out", "fitted").values()])
+        nothing, simpler = (
+            rms(np.array([*of("held out", kind).values()])) for kind in ("nothing", "simpler")
+        )
+        yield BenchRow(
+            folder.name,
+            one.what,
+            channel,
+            limit,
+            nothing,
+            rms(np.array([*of("shown", "fitted").values()])),
+            (float(held.min()), rms(held), float(held.max())),
+            simpler,
+            any(channel in log.fed for log in logs),
+            tuple(fitted),
+            {half: of(half, "fitted") for half in ("shown", "held out")},
+            logs[0].bench.get("source", ""),
+        )
+
+
+def _replayed(log: BenchLog, bench: Mapping[str, Any]) -> Mapping[str, np.ndarray]:
+    return replay(log, bench=bench).predicted
+
+
+def _halves(logs: list[BenchLog], held_out: str) -> Iterator[dict[str, list[Part]]]:
+    """Logs that are shown and held out, with the rows that count; each log's halves one after the other."""
+    if held_out == LATER:
+        for log in logs:
+            early = np.arange(len(log.time)) < len(log.time) // 2
+            yield {"shown": [(log, early)], "held out": [(log, ~early)]}
+        return
+    halves: dict[str, list[Part]] = {"shown": [], "held out": []}
+    for k, log in enumerate(logs):
+        out = k % 2 == 1 if held_out == SECOND else fnmatch.fnmatch(log.file.name, held_out)
+        halves["held out" if out else "shown"].append((log, np.ones(len(log.time), bool)))
+    if not all(halves.values()):
+        names = ", ".join(log.file.name for log in logs)
+        allowed = f"{SECOND}, {LATER}, or a pattern that leaves some of {names}"
+        raise InputError("leaves no half", field="held_out", value=held_out, allowed=allowed)
+    yield halves
+
+
+def simple_model(seen: Sequence[BenchLog], given: Mapping[str, str]) -> Predict:
+    """A model without physics: time constants of valves and leak, force linear in pressure and contraction.
+
+    Open, the inlet moves the pressure towards one value and the outlet towards none; without a supply the
+    pressure is measured.
+    """
+    step = 2e-3
+
+    def pressure(log: BenchLog, x: np.ndarray) -> np.ndarray:
+        log = log.stated(given)
+        if "supply" not in log.bench:
+            return log.columns["pressure"]
+        time = np.arange(0.0, max(log.time[-1], step) + step, step)
+        inlet, outlet = (step * coil for coil in log.coils(time[:-1], step))
+        found = [log.first_pressure]
+        filled, kept = 1.0 - np.exp(-inlet * x[1]), np.exp(-outlet * x[2] - step * x[3])
+        for share, left in zip(filled, kept, strict=True):
+            found.append(left * (found[-1] + share * (x[0] - found[-1])))
+        return np.interp(log.time, time, found)
+
+    def terms(log: BenchLog, gauge: np.ndarray) -> np.ndarray:
+        held = log.bench | log.columns
+        kappa = np.broadcast_to(held["length" if "length" in held else "contraction"], gauge.shape)
+        free = 1.0 - kappa / log.bench["total_length"] if "length" in held else kappa
+        return np.column_stack([np.ones_like(gauge), gauge, free, gauge * free])
+
+    top = max(float(log.columns["pressure"].max()) for log in seen)
+    start = np.array([top, 1.0, 1.0, 1e-2])
+    if any("supply" in log.stated(given).bench for log in seen):
+
+        def missed(x: np.ndarray) -> np.ndarray:
+            return np.concatenate([(pressure(log, x) - log.columns["pressure"])[::10] / top for log in seen])
+
+        start = least_squares(missed, start, x_scale=start, bounds=(0.0, np.inf)).x
+    forces = [log for log in seen if "force" in log.columns]
+    slopes = np.zeros(4)
+    if forces:
+        rows = np.concatenate([terms(log, log.columns["pressure"]) for log in forces])
+        measured = np.concatenate([log.columns["force"] for log in forces])
+        slopes = np.linalg.lstsq(rows, measured, rcond=None)[0]
+
+    def predict(log: BenchLog) -> dict[str, np.ndarray]:
+        gauge = pressure(log, start)
+        return {"pressure": gauge, "force": np.maximum(terms(log, gauge) @ slopes, 0.0)}
+
+    return predict
+
+
+def loops(data: pathlib.Path) -> Iterator[LedgerRow]:
+    """Widths of loops under the measured pressure, of muscles held at one share of their free contraction."""
+    found = dict[tuple[str, float], list[dict[str, float]]]()
+    for file in sorted(data.glob("**/*.csv")):
+        log = read_bench_log(file)
+        if {"length", "total_length", "free_contraction"} <= log.bench.keys() and "force" in log.columns:
             share = (1.0 - log.bench["length"] / log.bench["total_length"]) / log.bench["free_contraction"]
             if np.isfinite(list((widths := replay(log).loops).values())).all():
-                loops.setdefault(round(share, 2), []).append(widths)
-    for share, each in loops.items():
+                found.setdefault((file.parent.name, round(share, 2)), []).append(widths)
+    for (device, share), each in found.items():
         width, none = (np.array([one[side] for one in each]) for side in ("measured", "predicted"))
         error = round(2.92 * width.std(ddof=1) / 3.0**0.5, 2) if len(each) == 3 else None  # Student's t
         text, band = f"loop at {share:.0%} of free contraction", (*np.quantile(none, LEVELS),)
-        device, source = logs[0].file.parent.name, logs[0].bench.get("source", "")
-        yield LedgerRow(device, text, "N", band, round(width.mean(), 2), error, source)
+        yield LedgerRow(device, text, "N", band, round(width.mean(), 2), error)
