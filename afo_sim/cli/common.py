@@ -176,9 +176,8 @@ def check_side(side: str | None) -> None:
 def check_changed(choice: str, dry_run: bool) -> None:
     """Refuse a way to deal with changes that there is not, or that a dry run would not stop at saying."""
     if choice not in (choices := ("refuse", "restart", "continue")):
-        raise InputError(
-            "is not a valid choice", field="--if-changed", value=choice, allowed=", ".join(choices)
-        )
+        allowed = ", ".join(choices)
+        raise InputError("is not a valid choice", field="--if-changed", value=choice, allowed=allowed)
     if dry_run and choice != "refuse":
         problem = "would change the folder, which --dry-run does not"
         raise InputError(problem, field="--if-changed", value=choice, allowed="one of the two")

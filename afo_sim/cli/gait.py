@@ -90,9 +90,8 @@ def gait_import_command(trial: Trial) -> None:
     if trial.out is None or trial.out.suffix.lower() != ".csv":
         shown = None if trial.out is None else str(trial.out)
         problem = "is missing: the file to write" if trial.out is None else "is not a CSV file"
-        raise InputError(
-            problem, field="out", value=shown, allowed="a name ending in .csv, such as my_walk.csv"
-        )
+        allowed = "a name ending in .csv, such as my_walk.csv"
+        raise InputError(problem, field="out", value=shown, allowed=allowed)
     if trial.walker is None:
         meaning = (
             "healthy (a sound leg, which a described patient then weakens) or patient (the patient's own "

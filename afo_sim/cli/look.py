@@ -31,9 +31,8 @@ def view(
     moment = None if at is None else quantity("--at", at, "s")
     hertz = None if rate is None else hertz_of(rate)
     if picture is not None and picture.suffix.lower() != ".png":
-        raise InputError(
-            "is not a PNG file", field="--screenshot", value=str(picture), allowed="a name ending in .png"
-        )
+        allowed = "a name ending in .png"
+        raise InputError("is not a PNG file", field="--screenshot", value=str(picture), allowed=allowed)
     with tempfile.TemporaryDirectory() as scratch, progress("reading the run"):
         from afo_sim.common import check_writable, replacing
 

@@ -46,12 +46,8 @@ def check_files(files: Iterable[Path], *, force: bool) -> None:
     """Refuse to replace files that nobody said to replace."""
     for file in files:
         if file.exists() and not force:
-            raise InputError(
-                "is there already",
-                field="out",
-                value=str(file),
-                allowed="--force, which replaces it, or another name",
-            )
+            allowed = "--force, which replaces it, or another name"
+            raise InputError("is there already", field="out", value=str(file), allowed=allowed)
 
 
 def check_run_folder(folder: Path, scenario: Mapping[str, Any], *, force: bool = False) -> None:

@@ -177,9 +177,8 @@ def replay(
 def _part(text: str) -> tuple[int, int]:
     found = re.fullmatch(r"(\d+)/(\d+)", text)
     if found is None or not 1 <= int(found[1]) <= int(found[2]):
-        raise InputError(
-            "is not a valid part", field="--part", value=text, allowed="K/N with 1 ≤ K ≤ N, such as 3/20"
-        )
+        allowed = "K/N with 1 ≤ K ≤ N, such as 3/20"
+        raise InputError("is not a valid part", field="--part", value=text, allowed=allowed)
     return int(found[1]), int(found[2])
 
 

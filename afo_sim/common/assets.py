@@ -169,12 +169,8 @@ def checks_of(scenario: str) -> pathlib.Path:
     """The checks file that a shipped scenario carries."""
     path = folder("models") / "checks" / f"{scenario}.toml"
     if not path.is_file():
-        raise InputError(
-            "this scenario carries no checks",
-            field="checks",
-            value=scenario,
-            allowed="a checks file, named on the command line",
-        )
+        allowed = "a checks file, named on the command line"
+        raise InputError("this scenario carries no checks", field="checks", value=scenario, allowed=allowed)
     return path
 
 

@@ -62,11 +62,9 @@ def read_table(file: pathlib.Path, example: str) -> Table:
     for number, line in numbered[1:]:
         cells = _cells(file, number, line)
         if len(cells) != len(titles):
-            raise InputError(
-                f"line {number} has {len(cells)} values where the header names {len(titles)}",
-                file=file,
-                allowed="a point for decimals, and commas between the values only",
-            )
+            problem = f"line {number} has {len(cells)} values where the header names {len(titles)}"
+            allowed = "a point for decimals, and commas between the values only"
+            raise InputError(problem, file=file, allowed=allowed)
         rows.append((number, cells))
     return Table(file, titles, tuple(rows), facts)
 

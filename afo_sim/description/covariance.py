@@ -120,12 +120,9 @@ class FitCovariance(Described):
         """Values of the parameters, distributed normally with this covariance."""
         deviates = np.asarray(normals, dtype=float)
         if deviates.ndim != 2 or deviates.shape[1] != len(self.parameters):
-            raise InputError(
-                "does not go with the covariance",
-                field="normals",
-                value=f"of shape {deviates.shape}",
-                allowed=f"of shape (n, {len(self.parameters)}), a column for each parameter",
-            )
+            problem = "does not go with the covariance"
+            allowed = f"of shape (n, {len(self.parameters)}), a column for each parameter"
+            raise InputError(problem, field="normals", value=f"of shape {deviates.shape}", allowed=allowed)
         values, vectors = np.linalg.eigh(np.array(self.correlation))
         root = (vectors * np.sqrt(np.maximum(values, 0.0))) @ vectors.T
         steps = deviates @ root * np.array(self.standard_errors)

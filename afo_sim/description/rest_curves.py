@@ -238,10 +238,9 @@ def _over(function: Callable[..., float], *arguments: np.ndarray) -> _Found:
         together = np.broadcast_arrays(*arguments)
     except ValueError:
         shapes = " and ".join(str(a.shape) for a in arguments)
-        raise InputError(
-            f"the arguments have shapes that do not broadcast: {shapes}",
-            allowed="one value, equal shapes, or a column as pressures[:, np.newaxis] beside a row",
-        ) from None
+        problem = f"the arguments have shapes that do not broadcast: {shapes}"
+        allowed = "one value, equal shapes, or a column as pressures[:, np.newaxis] beside a row"
+        raise InputError(problem, allowed=allowed) from None
     flat = [function(*map(float, each)) for each in zip(*(a.flat for a in together), strict=True)]
     return np.array(flat).reshape(together[0].shape) if together[0].ndim else flat[0]
 

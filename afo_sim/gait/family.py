@@ -60,12 +60,9 @@ def family_of(file: pathlib.Path) -> tuple[tuple[str, GaitCycle], ...]:
         family = read_header(pathlib.Path(file)).get(_FAMILY)
     if not family:
         known = sorted(name for name, other in _families(folder, stamp).items() if other)
-        raise InputError(
-            "is of no family, so that it has no other speed",
-            file=file,
-            field=_FAMILY,
-            allowed="a stride with a line '# family: …'" + (f", such as {', '.join(known)}" if known else ""),
-        )
+        problem = "is of no family, so that it has no other speed"
+        allowed = "a stride with a line '# family: …'" + (f", such as {', '.join(known)}" if known else "")
+        raise InputError(problem, file=file, field=_FAMILY, allowed=allowed)
     return _members(folder, family, stamp)
 
 

@@ -398,6 +398,5 @@ def draw(
 def refuse_leg(leg: str | None, field: str = "leg") -> None:
     """Refuse a leg where an air path is drawn, which has none."""
     if leg is not None:
-        raise InputError(
-            "has no effect: the air path is the orthosis' own", field=field, value=leg, allowed="no leg"
-        )
+        problem = "has no effect: the air path is the orthosis' own"
+        raise InputError(problem, field=field, value=leg, allowed="no leg")

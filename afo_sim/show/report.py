@@ -191,9 +191,8 @@ def write_report(
     first = folders[0] if folders[0].is_dir() else folders[0].parent
     target = out or first / NAME
     if target.suffix.lower() not in _SUFFIXES or target.is_dir():
-        raise InputError(
-            "is not an HTML file", field="out", value=str(target), allowed="a name ending in .html"
-        )
+        allowed = "a name ending in .html"
+        raise InputError("is not an HTML file", field="out", value=str(target), allowed=allowed)
     file, both = first / BOTH_JSON, None
     try:
         both = read_json(file) if len(folders) == 1 and file.is_file() else None
@@ -220,12 +219,8 @@ def _named_sides(affected: str | None) -> dict[str, str]:
 def read_runs(folders: Sequence[pathlib.Path], labels: Sequence[str] = ()) -> list[RunView]:
     """The runs of folders, each with a name of its own and a colour; errors as in `write_report`."""
     if len(folders) > len(RUNS):
-        raise InputError(
-            "are too many runs for one report",
-            field="folders",
-            value=len(folders),
-            allowed=f"1 to {len(RUNS)}",
-        )
+        problem = "are too many runs for one report"
+        raise InputError(problem, field="folders", value=len(folders), allowed=f"1 to {len(RUNS)}")
     places = [folder.resolve() for folder in folders]
     for k, place in enumerate(places):
         if place in places[:k]:

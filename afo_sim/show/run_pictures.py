@@ -98,9 +98,8 @@ def report(runs: Runs, out: str | os.PathLike[str] = "report.html") -> pathlib.P
     from afo_sim.show.report import write_report
 
     if not isinstance(out, str | os.PathLike):
-        raise InputError(
-            "is no name of a file", field="out", value=out, allowed="a path; several runs in a list or dict"
-        )
+        allowed = "a path; several runs in a list or dict"
+        raise InputError("is no name of a file", field="out", value=out, allowed=allowed)
     with _folders(runs) as folders:
         return write_report(folders, pathlib.Path(out))
 
@@ -127,9 +126,8 @@ def view(runs: Runs) -> None:
     try:
         require_display()
     except InputError:
-        raise InputError(
-            "there is no display here to open the viewer on; draw with figure or report"
-        ) from None
+        problem = "there is no display here to open the viewer on; draw with figure or report"
+        raise InputError(problem) from None
     with _folders(runs) as folders, tempfile.TemporaryDirectory() as scratch:
         path = pathlib.Path(scratch) / RERUN
         if len(folders) == 1:

@@ -271,9 +271,8 @@ def _check_rows(model: mujoco.MjModel, run: Run) -> None:
     """Refuse parameters that stand in other places than this package's callbacks read them at."""
     try:
         if model.nuser_actuator != native.N_USER:
-            raise CallbackError(
-                f"its actuators have {model.nuser_actuator} parameters instead of {native.N_USER}"
-            )
+            problem = f"its actuators have {model.nuser_actuator} parameters instead of {native.N_USER}"
+            raise CallbackError(problem)
         native.assert_rows(model)
     except CallbackError as error:
         raise InputError(

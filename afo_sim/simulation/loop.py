@@ -129,9 +129,8 @@ class Loop:
     def __init__(self, built: Built, controller: Controller, rate: float, time_limit: float = TIME_LIMIT):
         if not callable(controller):
             allowed = "a function of what is seen, or an object that can be called with it"
-            raise InputError(
-                "is not a valid controller", field="controller", value=controller, allowed=allowed
-            )
+            problem = "is not a valid controller"
+            raise InputError(problem, field="controller", value=controller, allowed=allowed)
         limit: Any = time_limit  # whatever the caller's annotations say
         if not (isinstance(limit, numbers.Real) and float(limit) > 0.0):
             allowed = "a number above 0 [s]; infinite for none"

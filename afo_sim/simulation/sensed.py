@@ -104,9 +104,8 @@ def checked_seed(seed: int | None, plus: int = 0) -> int:
     if seed is None:
         return 0
     if isinstance(seed, bool) or not isinstance(seed, Integral) or not 0 <= seed < SEEDS:
-        raise InputError(
-            "is not a valid seed", field="seed", value=seed, allowed=f"a whole number, 0 to {SEEDS - 1}"
-        )
+        allowed = f"a whole number, 0 to {SEEDS - 1}"
+        raise InputError("is not a valid seed", field="seed", value=seed, allowed=allowed)
     return (int(seed) + plus) % SEEDS
 
 

@@ -175,12 +175,8 @@ def save(document: Document, folder: str | os.PathLike[str]) -> pathlib.Path:
     before = target / SCENARIO
     saved = before.is_file() and without_digests(read_text(before)).startswith(_MARK)
     if target.exists() and any(target.iterdir()) and not saved:  # someone's own work
-        raise InputError(
-            "holds files of something else",
-            field="folder",
-            value=str(target),
-            allowed="a new or saved folder",
-        )
+        allowed = "a new or saved folder"
+        raise InputError("holds files of something else", field="folder", value=str(target), allowed=allowed)
     kept = document.variants
     named = {SCENARIO: ("", document.design)} | {
         _VARIANT.format(slot): (f"{_NAMED}{one.name}\n", one.design) for slot, one in kept.items()
@@ -201,12 +197,8 @@ def opened(source: str) -> Document:
         base = str(folder / SCENARIO)
     document = Document(Design(base))
     if not document.design.scenario.walking:
-        raise InputError(
-            "sits: the studio is for walking",
-            field="scenario",
-            value=source,
-            allowed="such as walk-dropfoot-afo",
-        )
+        allowed = "such as walk-dropfoot-afo"
+        raise InputError("sits: the studio is for walking", field="scenario", value=source, allowed=allowed)
     for slot in VARIANTS:
         if base != source and (file := folder / _VARIANT.format(slot)).is_file():
             name = check_text(read_text(file), file).partition(f"{_MARK}\n{_NAMED}")[2].partition("\n")[0]

@@ -339,9 +339,8 @@ def serve(
     try:
         listening = socket.create_server(("127.0.0.1", port))
     except OSError as error:
-        raise InputError(
-            f"cannot be used ({error})", field="port", value=port, allowed="0 for any free one"
-        ) from error
+        allowed = "0 for any free one"
+        raise InputError(f"cannot be used ({error})", field="port", value=port, allowed=allowed) from error
     address = f"http://127.0.0.1:{listening.getsockname()[1]}/{studio.token}/"
 
     def run(browser: bool) -> None:

@@ -72,9 +72,8 @@ def cases_of(plan: Plan, most: int = MOST) -> Cases:
     for case in plan.keep:
         if case >= len(cases):
             allowed = f"0 to {len(cases) - 1}"
-            raise InputError(
-                "there is no such case", file=plan.file, field="keep", value=case, allowed=allowed
-            )
+            problem = "there is no such case"
+            raise InputError(problem, file=plan.file, field="keep", value=case, allowed=allowed)
     for case in _telling(cases):  # so that what is wrong shows before the first is run
         try:
             load("scenario", plan.scenario, cases.sets(case))

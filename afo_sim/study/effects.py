@@ -253,9 +253,8 @@ def effects(
     description = description.set(sets) if sets else description
     if not description.walking or not description.orthosis.muscle:
         missing = "does not walk" if not description.walking else "has no muscles: there is nothing to change"
-        raise InputError(
-            missing, field="scenario", value=description.name, allowed="walking with an orthosis"
-        )
+        allowed = "walking with an orthosis"
+        raise InputError(missing, field="scenario", value=description.name, allowed=allowed)
     walk = recording or run_at_step(description)
     if walk.scenario != with_person(description).resolved():
         raise InputError("is of another scenario", field="recording", value=walk.scenario["name"])

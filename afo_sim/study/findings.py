@@ -93,13 +93,8 @@ def _blocks(results: Results, metric: str) -> np.ndarray:
     """The metric, one row for each base sample (N, 2d + 2)."""
     size = _block_size(results)
     if results.design != _DESIGN:
-        raise InputError(
-            "Sobol' indices need a sweep of another design",
-            file=results.folder,
-            field="design",
-            value=results.design,
-            allowed=_DESIGN,
-        )
+        problem = "Sobol' indices need a sweep of another design"
+        raise InputError(problem, file=results.folder, field="design", value=results.design, allowed=_DESIGN)
     if results.unfinished or len(results) % size:
         raise InputError(
             f"Sobol' indices need every case of the sweep, and {len(results)} of {results.planned} are here",

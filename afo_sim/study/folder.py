@@ -51,9 +51,8 @@ class FolderKind:
         try:
             manifest = read_json(path)
         except FileNotFoundError:
-            raise InputError(
-                f"there is no {self.name} here ({self.manifest} is missing)", file=folder
-            ) from None
+            problem = f"there is no {self.name} here ({self.manifest} is missing)"
+            raise InputError(problem, file=folder) from None
         except (OSError, ValueError) as error:
             raise InputError(f"is damaged: {error}", file=path, allowed=allowed) from None
         whole = isinstance(manifest, dict) and all(

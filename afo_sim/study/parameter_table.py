@@ -96,9 +96,8 @@ class ParameterReader:
     def _check_name(self) -> None:
         if not self.name.isascii() or not self.name.isidentifier() or keyword.iskeyword(self.name):
             allowed = "letters, digits and _, a letter first; no word of Python's such as and, from, not"
-            raise InputError(
-                "is not a valid name for a column", file=self.file, field=self._at(""), allowed=allowed
-            )
+            problem = "is not a valid name for a column"
+            raise InputError(problem, file=self.file, field=self._at(""), allowed=allowed)
         if not is_free(self.name):
             problem = "is the name of another column of the results"
             raise InputError(problem, file=self.file, field=self._at(""), allowed="a name of its own")

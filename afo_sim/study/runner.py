@@ -140,12 +140,9 @@ def _check_room(store: Store) -> None:
     )
     free = shutil.disk_usage(store.folder).free
     if needed > free:
-        raise InputError(
-            f"the results need about {needed / 1e9:.2g} GB, and the disk has {free / 1e9:.2g} GB left",
-            field="out",
-            value=str(store.folder),
-            allowed="a folder with more room, or fewer cases",
-        )
+        problem = f"the results need about {needed / 1e9:.2g} GB, and the disk has {free / 1e9:.2g} GB left"
+        allowed = "a folder with more room, or fewer cases"
+        raise InputError(problem, field="out", value=str(store.folder), allowed=allowed)
 
 
 def _bytes(store: Store, cases: int) -> float:

@@ -150,11 +150,9 @@ class Store:
                 SWEEP.part(self.folder, chunk).unlink(missing_ok=True)
             if damaged:
                 many = f"{len(damaged)} of {self.jobs.count} chunks"
-                raise InputError(
-                    f"{many} are damaged or of another sweep, and were taken away",
-                    file=self.folder,
-                    allowed="the same command again, which computes them anew",
-                )
+                problem = f"{many} are damaged or of another sweep, and were taken away"
+                allowed = "the same command again, which computes them anew"
+                raise InputError(problem, file=self.folder, allowed=allowed)
 
     @contextmanager
     def _beside_others(self) -> Iterator[None]:

@@ -230,9 +230,8 @@ def _check_count(file: pathlib.Path, written: SweepFile) -> None:
     joint = written.design == _UNCERTAINTY
     counted = joint or written.design in _RANDOM
     if not joint and not written.parameters:
-        raise InputError(
-            "is missing", file=file, field="parameters", allowed="a table [parameters.NAME] for each"
-        )
+        allowed = "a table [parameters.NAME] for each"
+        raise InputError("is missing", file=file, field="parameters", allowed=allowed)
     if joint and written.spreads is None:
         problem = f"is missing: the design {written.design!r} needs it"
         raise InputError(problem, file=file, field="spreads", allowed='such as "usual"')
@@ -271,9 +270,8 @@ def _parameters(file: pathlib.Path, written: SweepFile, base: Scenario) -> tuple
         for name, parameter in tables.items():
             if parameter.values is not None:
                 problem = "is stated by the file's column"
-                raise InputError(
-                    problem, file=file, field=f"parameters.{name}.values", allowed="values or file"
-                )
+                allowed = "values or file"
+                raise InputError(problem, file=file, field=f"parameters.{name}.values", allowed=allowed)
         rows = values_of(file, written.file, tables)
         tables = {
             name: parameter.model_copy(update={"values": rows[name]}) if name in rows else parameter
@@ -290,9 +288,8 @@ def _parameters(file: pathlib.Path, written: SweepFile, base: Scenario) -> tuple
             problem = "there is no list of values"
             if lengths:
                 problem = "the parameters' lists of values differ in length"
-            raise InputError(
-                problem, file=file, field="parameters", value=each or None, allowed="alike, row by row"
-            )
+            allowed = "alike, row by row"
+            raise InputError(problem, file=file, field="parameters", value=each or None, allowed=allowed)
     return found
 
 
@@ -306,12 +303,8 @@ def check_keys(file: pathlib.Path, parameters: tuple[Parameter, ...], sets: Mapp
                 if path[: len(other)] == other or other[: len(path)] == path:
                     how = "what lies within" if len(path) > len(other) else "all of what"
                     how = "what" if path == other else how
-                    raise InputError(
-                        f"sets {how} {name!r} sets already ({written})",
-                        file=file,
-                        field=f"parameters.{parameter.name}.key",
-                        value=key,
-                    )
+                    problem = f"sets {how} {name!r} sets already ({written})"
+                    raise InputError(problem, file=file, field=f"parameters.{parameter.name}.key", value=key)
             taken[path] = (parameter.name, key)
     for key in sets:
         if _parts(key) in taken:
@@ -373,9 +366,8 @@ def parameter_tables(parameters: Mapping[str, Any]) -> dict[str, dict[str, Any]]
         if isinstance(values, Span):
             values = values.table()
         elif isinstance(values, str):
-            raise InputError(
-                "is one text, not a list", field=key, value=values, allowed=f"[{values!r}], or span(…)"
-            )
+            allowed = f"[{values!r}], or span(…)"
+            raise InputError("is one text, not a list", field=key, value=values, allowed=allowed)
         elif not isinstance(values, Mapping):
             values = {"values": tuple(values.tolist() if hasattr(values, "tolist") else values)}
         found[names.get(key, key)] = dict(values) if _has_key(values) else {"key": key, **values}

@@ -107,9 +107,8 @@ def prepared(scenario: str | os.PathLike[str] | Scenario, sets: Mapping[str, Any
         read = read.set({"timestep": f"{1e3 * TIMESTEP:g} ms"})
     if read.timestep > LONGEST or abs(TICK / read.timestep - round(TICK / read.timestep)) > 1e-6:
         allowed = "a whole part of 10 ms, at most 2 ms"
-        raise InputError(
-            "is not taken by a responding walker", field="timestep", value=read.timestep, allowed=allowed
-        )
+        problem = "is not taken by a responding walker"
+        raise InputError(problem, field="timestep", value=read.timestep, allowed=allowed)
     begun = read.start.chambers.items() if read.start is not None else ()
     short = next((name for name, way in begun if (way.fill_time or FILLED) < FILLED), None)
     for key, has, allowed in (

@@ -112,12 +112,8 @@ class _Seen:
 
     def __getitem__(self, column: str) -> float:
         if column not in self.values:
-            raise InputError(
-                "is not a column that a responding walker gives a controller",
-                field="column",
-                value=column,
-                allowed=", ".join(self.values),
-            )
+            problem = "is not a column that a responding walker gives a controller"
+            raise InputError(problem, field="column", value=column, allowed=", ".join(self.values))
         return self.values[column]
 
     def rows(self, column: str) -> np.ndarray:

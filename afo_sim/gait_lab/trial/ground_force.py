@@ -201,20 +201,15 @@ def _refuse_no_contact(
     side, (start, end) = motion.side, motion.time[[0, -1]]
     names = ", ".join(plate.name for plate in plates)
     if not foreign:
-        raise InputError(
-            f"no foot stands on a plate ({names}): the greatest upward force is {strongest:.3g} N",
-            allowed=f"one above {_SURE:g} N, in newtons and in the motion's axes",
-        )
+        problem = f"no foot stands on a plate ({names}): the greatest upward force is {strongest:.3g} N"
+        raise InputError(problem, allowed=f"one above {_SURE:g} N, in newtons and in the motion's axes")
     spans = ", ".join(f"plate {c.plate} from {c.start:.2f} to {c.end:.2f} s" for c in foreign[:6])
     if not any(c.start < end and c.end > start for c in foreign):
         seen = f"nobody stands on a plate while the motion is known, {start:.2f} to {end:.2f} s ({spans})"
         raise InputError(seen, field="time", allowed="motion and forces of one trial, by one clock")
-    raise InputError(
-        f"no contact has its centre of pressure under the {side} foot throughout ({spans})",
-        field="side",
-        value=side,
-        allowed=f"a plate that carries this foot alone, in the motion's axes; or one of {names} alone",
-    )
+    problem = f"no contact has its centre of pressure under the {side} foot throughout ({spans})"
+    allowed = f"a plate that carries this foot alone, in the motion's axes; or one of {names} alone"
+    raise InputError(problem, field="side", value=side, allowed=allowed)
 
 
 def stands_there(

@@ -47,11 +47,9 @@ def find_legs(
         unused = _unused_choices(trial, choices, by_model=False)
         legs = {side: _with(leg, *unused) for side, leg in legs.items()}
         return _require_side(legs, trial, choices), None
-    raise InputError(
-        "no file holds the leg's motion",
-        file=", ".join(str(file) for file in trial.files),
-        allowed=f"joint angles ({', '.join(_ANGLES)}) in a .mot or .sto, or markers in a .trc, .c3d or .csv",
-    )
+    problem = "no file holds the leg's motion"
+    allowed = f"joint angles ({', '.join(_ANGLES)}) in a .mot or .sto, or markers in a .trc, .c3d or .csv"
+    raise InputError(problem, file=", ".join(str(file) for file in trial.files), allowed=allowed)
 
 
 def _by_model(

@@ -89,11 +89,9 @@ def find_leg(model: OpenSimModel, side: str) -> ModelLeg:
         elif segment != "toes":
             missing.append(f"{segment} ({names[0]}{'' if segment == 'pelvis' else '_' + side[0]})")
     if missing:
-        raise InputError(
-            f"has no {side} leg: no body for {', '.join(missing)}",
-            file=model.file,
-            allowed=f"bodies named as OpenSim's gait models have them; there are {', '.join(model.bodies)}",
-        )
+        problem = f"has no {side} leg: no body for {', '.join(missing)}"
+        allowed = f"bodies named as OpenSim's gait models have them; there are {', '.join(model.bodies)}"
+        raise InputError(problem, file=model.file, allowed=allowed)
     hip, knee, ankle = (
         _joint(model, bodies[a], bodies[b])
         for a, b in (("pelvis", "thigh"), ("thigh", "shank"), ("shank", "foot"))

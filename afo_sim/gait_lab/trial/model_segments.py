@@ -100,11 +100,9 @@ def fitted_leg(
     lost = [segment for segment in segments[1:] if not segment.found.any()]
     if lost:
         there, missing = (", ".join(names) or "none" for names in (lost[0].local, lost[0].missing))
-        raise InputError(
-            f"shows too little of the {lost[0].name}: seen {there}; missing {missing}",
-            file=markers.file,
-            allowed=f"three points off a line, centres of its joints counted, named as in {model.file.name}",
-        )
+        problem = f"shows too little of the {lost[0].name}: seen {there}; missing {missing}"
+        allowed = f"three points off a line, centres of its joints counted, named as in {model.file.name}"
+        raise InputError(problem, file=markers.file, allowed=allowed)
     upper = (pelvis, leg.hip.proximal) if pelvis.found.any() else (thigh, leg.hip.distal)
     places = {"hip": upper, "knee": (shank, leg.knee.distal), "ankle": (foot, leg.ankle.distal)}
     places |= {"heel": (foot, leg.foot.heel), "toe": (foot, leg.foot.toe)}

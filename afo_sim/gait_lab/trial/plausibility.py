@@ -213,11 +213,9 @@ def _pressure(cycle: GaitCycle, last: float, first: float) -> list[Notice]:
         return []
     place = (cycle.cop_x + cycle.ankle_x)[on] - cycle.ankle_x[cycle.foot_flat()].mean()
     if np.ptp(place) < _TRAVEL:
-        raise InputError(
-            f"the centre of pressure stays within {1e3 * np.ptp(place):.0f} mm all through stance",
-            field="plate",
-            allowed="one that moves along the foot, by some 15 cm; are its places metres under mm?",
-        )
+        problem = f"the centre of pressure stays within {1e3 * np.ptp(place):.0f} mm all through stance"
+        allowed = "one that moves along the foot, by some 15 cm; are its places metres under mm?"
+        raise InputError(problem, field="plate", allowed=allowed)
     behind, ahead = last - place, place - first
     share = float(np.mean((behind > 0.0) | (ahead > 0.0)))
     if share <= _OUTSIDE and np.mean(behind > 0.0) <= _BEHIND:

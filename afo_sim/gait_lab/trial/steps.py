@@ -38,11 +38,9 @@ def find_steps(
     strides: list[RecordedStride] = []
     notices: list[Notice] = []
     if not trial.plates:
-        raise InputError(
-            "no file holds ground forces, and without them no ankle moment is known",
-            file=", ".join(file.name for file in trial.files),
-            allowed="columns such as ground_force_vx, _vy, _px in a .mot, or a C3D with force plates",
-        )
+        problem = "no file holds ground forces, and without them no ankle moment is known"
+        allowed = "columns such as ground_force_vx, _vy, _px in a .mot, or a C3D with force plates"
+        raise InputError(problem, file=", ".join(file.name for file in trial.files), allowed=allowed)
 
     def force(side: str) -> GroundForce:
         return foot_force(trial.plates, motions[side], legs, frame, choices)

@@ -154,10 +154,8 @@ def _span(body: Heading) -> tuple[tuple[float, float] | None, list[Notice]]:
         circle = "the walk turns by {turn:.0f} deg a stride, on a circle of radius {radius:.1f} m"
         if turn > _TURN_LIMIT:
             seen = circle.format(turn=turn, radius=radius)
-            raise InputError(
-                f"{seen}: no plane shows a stride's leg angles within 1 deg",
-                allowed=f"a walk that turns by at most {_TURN_LIMIT:.0f} deg a stride",
-            )
+            allowed = f"a walk that turns by at most {_TURN_LIMIT:.0f} deg a stride"
+            raise InputError(f"{seen}: no plane shows a stride's leg angles within 1 deg", allowed=allowed)
         error = _LEAN - math.degrees(math.atan(math.tan(math.radians(_LEAN)) * math.cos(body.off)))
         text = f"{circle}: a leg that leans {{lean:.0f}} deg is seen up to {{error:.1f}} deg wrong"
         warnings.append(Notice("walk-turns", text, turn=turn, radius=radius, lean=_LEAN, error=error))
@@ -272,12 +270,9 @@ def _belt_speed_of(
     if given is None:
         return found, warnings
     if given and not found:
-        raise InputError(
-            "the feet stand still on the ground",
-            field="belt_speed",
-            value=given,
-            allowed="none of a walk overground, or where the belt's travel is added already",
-        )
+        problem = "the feet stand still on the ground"
+        allowed = "none of a walk overground, or where the belt's travel is added already"
+        raise InputError(problem, field="belt_speed", value=given, allowed=allowed)
     if abs(given - found) > _BELT_ERROR * found:
         text = (
             "belt_speed = {given:.3g} m/s is taken, but the standing foot moves at {found:.3g} m/s "

@@ -119,9 +119,8 @@ def require_time(folders: Sequence[pathlib.Path], moment: float) -> None:
     """Refuse a time [s] at which none of the runs is recorded."""
     last = max((source.n_row - 1) / source.rate for source in map(from_folder, folders))
     if not 0.0 <= moment <= last:
-        raise InputError(
-            "is outside the run", field="at", value=f"{moment:g} s", allowed=f"0 s to {last:g} s"
-        )
+        allowed = f"0 s to {last:g} s"
+        raise InputError("is outside the run", field="at", value=f"{moment:g} s", allowed=allowed)
 
 
 TIMELINE = "sim_time"

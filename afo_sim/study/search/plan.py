@@ -217,9 +217,8 @@ def _limit_table(file: pathlib.Path, number: int, text: str) -> dict[str, Any]:
     found = re.fullmatch(r"\s*(\w+)\s*(>=|<=)\s*(.+?)(?:\s+in\s+([\d.]+)\s*%)?\s*", text)
     if found is None:
         example = "toe_clearance >= 10 mm in 95 %"
-        raise InputError(
-            "is not a valid limit", file=file, field=f"limits[{number}]", value=text, allowed=example
-        )
+        problem = "is not a valid limit"
+        raise InputError(problem, file=file, field=f"limits[{number}]", value=text, allowed=example)
     metric, sign, bound, share = found.groups()
     table: dict[str, Any] = {"metric": metric, "at_least" if sign == ">=" else "at_most": bound}
     return table | ({"share": float(share) / 100.0} if share else {})
@@ -284,9 +283,8 @@ def _patients(file: pathlib.Path, base: dict[str, Any], written: PatientsTable, 
         for parameter in found.parameters:
             if parameter.name in (p.name for p in designs.parameters):
                 field = f"parameters.{parameter.name}"
-                raise InputError(
-                    "is the name of a searched parameter, too", file=file, field=field, allowed="another name"
-                )
+                problem = "is the name of a searched parameter, too"
+                raise InputError(problem, file=file, field=field, allowed="another name")
         check_keys(file, (*designs.parameters, *found.parameters), {})
         return found
     except InputError as error:

@@ -119,9 +119,8 @@ def read_requirements(
 def _read(text: str, chamber: str) -> Requirement:
     found = re.fullmatch(r"\s*(\w+)\s*(>=|<=|≥|≤)\s*(.+?)\s*", str(text))
     if found is None:
-        raise InputError(
-            "is not a valid limit", field="limit", value=text, allowed=f'a metric and a bound: "{_EXAMPLE}"'
-        )
+        allowed = f'a metric and a bound: "{_EXAMPLE}"'
+        raise InputError("is not a valid limit", field="limit", value=text, allowed=allowed)
     metric, sign, bound = found.groups()
     metric = _OF_CHAMBER[metric].format(chamber) if metric in _OF_CHAMBER else metric
     row = words(metric)

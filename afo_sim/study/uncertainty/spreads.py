@@ -162,9 +162,8 @@ def _check(file: pathlib.Path, name: str, table: SpreadTable) -> None:
     if table.fit is not None:
         parts = table.fit.split(".")
         if len(parts) != 4 or (parts[:2], parts[3]) != (["orthosis", "muscle"], "type"):
-            raise wrong(
-                "is not a place of a muscle", "fit", "orthosis.muscle.*.type, or one group's name for *"
-            )
+            problem = "is not a place of a muscle"
+            raise wrong(problem, "fit", "orthosis.muscle.*.type, or one group's name for *")
         for option in ("distribution", "skew", "at_least", "at_most", *_EVERY_WIDTH):
             if getattr(table, option) is not None:
                 raise wrong("does not go with fit, which has the fit's own covariance", option, "scale")
@@ -176,9 +175,8 @@ def _check(file: pathlib.Path, name: str, table: SpreadTable) -> None:
     allowed = _WIDTHS[table.distribution]
     if len(given) != 1 or given[0] not in allowed:
         option = next((one for one in given if one not in allowed), allowed[0])
-        raise wrong(
-            f"does not go with {table.distribution}, which takes one width", option, " or ".join(allowed)
-        )
+        problem = f"does not go with {table.distribution}, which takes one width"
+        raise wrong(problem, option, " or ".join(allowed))
     if (table.skew is not None) != (table.distribution == "pearson3"):
         raise wrong("goes with pearson3, and pearson3 with a skew", "skew")
     if table.distribution == "pearson3" and (table.at_least, table.at_most) != (None, None):
