@@ -269,7 +269,7 @@ def print_table(
         rows = [row[:droppable] + row[droppable + 1 :] for row in rows]
     columns = [[name, *cells] for name, *cells in zip(header, *rows, strict=True)]
     whole = [max(map(len, column)) for column in columns]
-    least = [max(map(_longest_word, column)) for column in columns]
+    least = [max(max(map(len, cell.split()), default=0) for cell in column) for column in columns]
     for k in range(len(header)):
         if k == 0 and (whole_names or len(header) == 2):
             least[k] = whole[k]
@@ -309,7 +309,3 @@ def _widths(block: list[int], least: list[int], whole: list[int], room: int) -> 
         widths[k] += more
         spare -= more
     return [widths[k] for k in block]
-
-
-def _longest_word(cell: str) -> int:
-    return max(map(len, cell.split()), default=0)

@@ -104,17 +104,7 @@ def print_version(asked: bool) -> None:
 
 
 def run(app: typer.Typer, received: Sequence[int] = ()) -> int:
-    """Run a command line.
-
-    Parameters
-    ----------
-    app : its commands
-    received : signals so far; what they have raised may have become another error on its way
-
-    Returns
-    -------
-    int : the exit code
-    """
+    """Run a command line; what signals `received` have raised may have become another error on its way."""
     warnings.formatwarning = lambda text, *_, **__: f"warning: {text}\n"
     try:
         for word in sys.argv[1:]:

@@ -41,7 +41,11 @@ class Program:
     def run(self) -> NoReturn:
         """Run the command of `sys.argv`, and exit."""
         try:
-            self._install_handlers()
+            sys.excepthook = lambda kind, error, trace: os._exit(self._final_message(error))
+            sys.unraisablehook = self._swallowed
+            for number in (signal.SIGINT, signal.SIGTERM):
+                if signal.getsignal(number) is not signal.SIG_IGN:  # as nohup wants it
+                    signal.signal(number, self._stop)
             _open_streams()
             if "video" not in sys.argv:  # MuJoCo would start a Python to look for what opens windows
                 os.environ.setdefault("MUJOCO_GL", "disable")
@@ -53,13 +57,6 @@ class Program:
             code = self._final_message(error)
         self.finished = True
         sys.exit(_STOPPED + self.received[0] if self.received and code else code)
-
-    def _install_handlers(self) -> None:
-        sys.excepthook = lambda kind, error, trace: os._exit(self._final_message(error))
-        sys.unraisablehook = self._swallowed
-        for number in (signal.SIGINT, signal.SIGTERM):
-            if signal.getsignal(number) is not signal.SIG_IGN:  # as nohup wants it
-                signal.signal(number, self._stop)
 
     def _stop(self, number: int, _: FrameType | None) -> None:
         self.received.append(number)

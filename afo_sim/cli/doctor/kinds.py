@@ -20,42 +20,26 @@ _OF_SUFFIX = {
     ".mjcf": "bodies:body",
     ".csv": "kinds:check_gait",
 }
-# {kind of description: "module:function" that takes what the reader makes of it}
-_OF_DESCRIPTION = {
-    "scenario": "scenarios:scenario",
-    "orthosis": "scenarios:orthosis",
-    "leg": "bodies:leg",
-    "muscle": "parts:muscle",
-    "valve": "parts:valve",
-    "tube": "parts:tube",
-    "source": "parts:source",
-    "regulator": "parts:regulator",
-    "patient": "parts:patient",
-    "shoe": "parts:shoe",
-    "limits": "parts:limits",
-    "sensor": "parts:sensor",
-}
+# {kind of description: module whose function of that name takes what the reader makes of it}; others: parts
+_OF_DESCRIPTION = {"scenario": "scenarios", "orthosis": "scenarios", "leg": "bodies"}
 
 
 def check_file(path: pathlib.Path) -> Findings:
     """Examine a TOML description or the folder that holds one, an MJCF, a URDF or a gait cycle.
 
     A path at which there is nothing may be the name of a shipped orthosis or scenario.
-
-    Returns
-    -------
-    list of (what, finding)
-
-    Raises
-    ------
-    InputError
-        The first thing that is wrong.
     """
     for kind in ("orthosis", "scenario"):
         if not path.exists() and str(path) in assets.names(kind):
             path = assets.find(kind, str(path))
     if path.is_dir():
-        path = _described_in(path)
+        names = [f"{kind}.toml" for kind in assets.KINDS if kind not in assets.FLAT]
+        there = [path / name for name in names if (path / name).is_file()]
+        if len(there) != 1:
+            problem = f"the folder holds {'several descriptions' if there else 'no description'}"
+            allowed = f"a file, or a folder with one of {', '.join(names)}"
+            raise InputError(problem, file=path, allowed=allowed)
+        path = there[0]
     if not path.is_file():
         raise InputError("there is no such file", file=path)
     check = _OF_SUFFIX.get(path.suffix.lower())
@@ -70,16 +54,6 @@ def _checked(check: str, given: Any) -> Findings:
     module, _, function = check.partition(":")
     findings: Findings = getattr(importlib.import_module(f"{_HERE}.{module}"), function)(given)
     return findings
-
-
-def _described_in(folder: pathlib.Path) -> pathlib.Path:
-    """The one description that a folder is the home of, such as orthosis.toml."""
-    names = [f"{kind}.toml" for kind in assets.KINDS if kind not in assets.FLAT]
-    found = [folder / name for name in names if (folder / name).is_file()]
-    if len(found) != 1:
-        problem = "the folder holds no description" if not found else "the folder holds several descriptions"
-        raise InputError(problem, file=folder, allowed="a file, or a folder with one of " + ", ".join(names))
-    return found[0]
 
 
 def check_gait(path: pathlib.Path) -> Findings:
@@ -109,7 +83,8 @@ def check_toml(path: pathlib.Path) -> Findings:
 def _check_description(path: pathlib.Path, kind: str) -> Findings:
     from afo_sim.description import load
 
-    findings = [("kind", kind), *_checked(_OF_DESCRIPTION[kind], load(kind, str(path)))]
+    check = f"{_OF_DESCRIPTION.get(kind, 'parts')}:{kind}"
+    findings = [("kind", kind), *_checked(check, load(kind, str(path)))]
     if kind in ("orthosis", "leg"):
         # neither runs alone: put it into a shipped scenario
         from afo_sim.model import scenario_of
