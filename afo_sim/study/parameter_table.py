@@ -77,7 +77,13 @@ class ParameterReader:
         self.file, self.design, self.name, self.table = file, design, name, table
         given = table.model_dump(by_alias=True, exclude_none=True)
         self.given: dict[str, Any] = {k: v for k, v in given.items() if k not in ("key", "keys")}
-        self._check_name()
+        if not name.isascii() or not name.isidentifier() or keyword.iskeyword(name):
+            allowed = "letters, digits and _, a letter first; no word of Python's such as and, from, not"
+            problem = "is not a valid name for a column"
+            raise InputError(problem, file=file, field=self._at(""), allowed=allowed)
+        if not is_free(name):
+            problem = "is the name of another column of the results"
+            raise InputError(problem, file=file, field=self._at(""), allowed="a name of its own")
         self.fields = self._fields(scenario)
         self.field = self.fields[0]
 
@@ -92,15 +98,6 @@ class ParameterReader:
         whole = self.field.kind == "integer"
         description = self.field.description
         return Parameter(self.name, keys, self.field.unit, spread, whole, description, files)
-
-    def _check_name(self) -> None:
-        if not self.name.isascii() or not self.name.isidentifier() or keyword.iskeyword(self.name):
-            allowed = "letters, digits and _, a letter first; no word of Python's such as and, from, not"
-            problem = "is not a valid name for a column"
-            raise InputError(problem, file=self.file, field=self._at(""), allowed=allowed)
-        if not is_free(self.name):
-            problem = "is the name of another column of the results"
-            raise InputError(problem, file=self.file, field=self._at(""), allowed="a name of its own")
 
     def _fields(self, scenario: Scenario) -> list[Field]:
         keys, table = self.table.keys or (), self.table
@@ -131,7 +128,13 @@ class ParameterReader:
             if option not in _WAYS[way]:
                 raise self._error(f"does not go with {way}", option, ", ".join(_WAYS[way]))
         if way == "from_seed":
-            return self._own_seed()
+            if not self.table.from_seed:
+                raise self._error("states nothing", "from_seed", "true", False)
+            if self.field.kind != "integer":
+                raise self._error("goes to whole numbers only", "from_seed", "a key such as gait.seed")
+            for field in self.fields:
+                self._read("from_seed", 2**32 - 1, field)
+            return OwnSeed()
         if way == "values":
             return self._choice()
         if self.field.kind == "word":
@@ -139,15 +142,6 @@ class ParameterReader:
         if self.design == "list" or (self.design == "grid" and way == "distribution"):
             raise self._error(f"does not go with the design {self.design!r}", way, "values")
         return self._range() if way == "from" else self._normal()
-
-    def _own_seed(self) -> OwnSeed:
-        if not self.table.from_seed:
-            raise self._error("states nothing", "from_seed", "true", False)
-        if self.field.kind != "integer":
-            raise self._error("goes to whole numbers only", "from_seed", "a key such as gait.seed")
-        for field in self.fields:
-            self._read("from_seed", 2**32 - 1, field)
-        return OwnSeed()
 
     def _choice(self) -> Choice:
         values = [self._read("values", value) for value in self.table.values or ()]

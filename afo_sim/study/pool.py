@@ -102,13 +102,6 @@ def _broken(error: BaseException) -> InputError:
     return InputError(problem, allowed="the same command again; what is computed is kept")
 
 
-def _client(distributed: Any, scheduler: str) -> Any:
-    try:
-        return distributed.Client(scheduler, timeout="20 s")
-    except (OSError, TypeError, ValueError) as error:  # TypeError: no keys are configured
-        raise InputError(f"cannot be reached: {error}", field="scheduler", value=scheduler) from None
-
-
 def unprotected(scheduler: str) -> Notice | None:
     """What to know before code and data go to a scheduler at an address of another machine without TLS."""
     protocol, _, rest = scheduler.rpartition("://")
@@ -136,7 +129,12 @@ class Pool:
         if self.scheduler:
             distributed = optional("distributed")
             try:
-                with _client(distributed, self.scheduler) as client:
+                try:
+                    client = distributed.Client(self.scheduler, timeout="20 s")
+                except (OSError, TypeError, ValueError) as error:  # TypeError: no keys are configured
+                    problem = f"cannot be reached: {error}"
+                    raise InputError(problem, field="scheduler", value=self.scheduler) from None
+                with client:
                     yield from _computed(distributed, client, scenario, jobs, iter(due), asked)
             except (OSError, TimeoutError, CancelledError) as error:  # scheduler or network is gone
                 raise _broken(error) from None

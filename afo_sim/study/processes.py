@@ -114,12 +114,6 @@ def _listen(jobs: Queue) -> None:
         os._exit(0)
 
 
-def _known_elsewhere() -> bool:
-    """True where another process would know all metrics and laws of this one: none is of the user's own."""
-    kernels = (entry.kernel for table in (LAWS, FRICTIONS) for entry in table.values())
-    return all(function.__module__.startswith("afo_sim.") for function in (*REPORTED, *kernels))
-
-
 @dataclass
 class Processes:
     """So many processes beside this one, started once work has taken its time, and kept to the block's
@@ -153,7 +147,10 @@ class Processes:
     ) -> Iterator[Numbered]:
         """As `engine.outcomes`: by this process's threads at first, then by all, if as much is left to do."""
         cases = iter(cases)
-        few = self._at_first(cases) if self.count and _known_elsewhere() else cases
+        kernels = (entry.kernel for table in (LAWS, FRICTIONS) for entry in table.values())
+        # another process knows no metrics and laws of the user's own
+        known = all(function.__module__.startswith("afo_sim.") for function in (*REPORTED, *kernels))
+        few = self._at_first(cases) if self.count and known else cases
         done = 0
         for numbered in engine.outcomes(scenario, few, threads, chunk, asked):
             done += 1

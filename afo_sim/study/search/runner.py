@@ -112,7 +112,16 @@ def run(opened: Opened, who: Pool, report: Report | None = None) -> dict[str, An
             **_judged_again(opened, found, search.aim(opened.units)),
         }
     if best[OUTSIDE][0] == 0.0:
-        summary["half_step"] = _judged_again(opened, _at_half_step(opened, best, who), problem.aim)
+        designs = search.as_cases({p.name: best[p.name] for p in problem.parameters})
+        sets = longer(opened.scenario, designs.sets(0), 0.5)
+        half = {key: sets[key] for key in ("timestep", "record_rate")}
+        finer, patients = (
+            cases and replace(cases, plan=cases.plan.model_copy(update={"set": cases.plan.set | half}))
+            for cases in (designs, opened.patients)  # each sets what the search does
+        )
+        assert finer is not None
+        found = answers(opened.scenario, finer, patients, problem.aim.metrics, who)
+        summary["half_step"] = _judged_again(opened, found, problem.aim)
     _write(opened, columns, summary)
     return summary
 
@@ -126,18 +135,6 @@ def _judged_again(opened: Opened, found: Answers, aim: Aim) -> dict[str, Any]:
         "objective": defined(float(again[OBJECTIVE][0])),
         "limits": _found(opened.problem.aim, again),
     }
-
-
-def _at_half_step(opened: Opened, best: Columns, who: Pool) -> Answers:
-    """The best design with its patients at half the time step that it was found with."""
-    designs = opened.search.as_cases({p.name: best[p.name] for p in opened.problem.parameters})
-    at_half = {key: longer(opened.scenario, designs.sets(0), 0.5)[key] for key in ("timestep", "record_rate")}
-    finer, patients = (
-        cases and replace(cases, plan=cases.plan.model_copy(update={"set": cases.plan.set | at_half}))
-        for cases in (designs, opened.patients)  # each sets what the search does
-    )
-    assert finer is not None
-    return answers(opened.scenario, finer, patients, opened.problem.aim.metrics, who)
 
 
 def _summary(opened: Opened, columns: Columns, best: Columns, converged: bool) -> dict[str, Any]:
@@ -216,17 +213,12 @@ def _write(opened: Opened, columns: Columns, summary: Mapping[str, Any]) -> None
     about = {key: summary[key] for key in ("search", "scenario", "objective", "limits")}
     with together(folder, (store.DESIGNS, store.SCENARIO, store.BEST), AGAIN) as scratch:
         store.write_designs(scratch, columns | judged, units, about)
-        text = _scenario_toml(opened, summary, scratch)
-        write_sealed(scratch / store.SCENARIO, text, "scenario", scratch)
+        # the files that the scenario needs are copied beside it
+        scenario = portable(load("scenario", opened.scenario, summary["sets"]).resolved(), folder, scratch)
+        scenario["name"] = f"{opened.search.file.stem}-best"
+        worse = "design that violates its limits least (none keeps them)"
+        kind = "best design" if summary["feasible"] else worse
+        head = [f"The {kind} of {summary['designs']} that the search {opened.search.file.name} tried."]
+        text = "".join(f"# {line}\n" for line in (*head, *spread_over_starts(summary)))
+        write_sealed(scratch / store.SCENARIO, text + toml_text(scenario), "scenario", scratch)
         write_json(scratch / store.BEST, summary, "best design")
-
-
-def _scenario_toml(opened: Opened, summary: Mapping[str, Any], scratch: pathlib.Path) -> str:
-    """The scenario with the best design's values; the files that it needs are copied beside it."""
-    scenario = portable(load("scenario", opened.scenario, summary["sets"]).resolved(), opened.folder, scratch)
-    scenario["name"] = f"{opened.search.file.stem}-best"
-    kind = "best design" if summary["feasible"] else "design that violates its limits least (none keeps them)"
-    head = f"# The {kind} of {summary['designs']} that the search {opened.search.file.name} tried.\n"
-    for line in spread_over_starts(summary):
-        head += f"# {line}\n"
-    return head + toml_text(scenario)

@@ -87,23 +87,18 @@ def applied(spreads: Spreads, scenario: Scenario) -> Applied:
                 problem = f"is drawn by {taken[key]!r} too"
                 raise InputError(problem, file=spreads.file, field=f"parameters.{name}", value=key)
             taken[key] = name
-    notes = tuple(note for unknown in unknowns for note in _cut_off(unknown))
+    notes = tuple(
+        f"{unknown.name}: {100.0 * share:.0f} % of its spread lies beyond what is allowed and is drawn within"
+        for unknown in unknowns
+        for target in unknown.targets
+        if (share := target.distribution.cut(target.own)) > _NOTABLE
+    )
     return Applied(tuple(unknowns), tuple(fits), tuple(left_out), notes)
 
 
 def _fitted(muscle: Muscle) -> tuple[str, ...]:
     """Keys, below a muscle, of the numbers that were fitted together."""
     return () if muscle.covariance is None else muscle.covariance.parameters
-
-
-def _cut_off(unknown: Unknown) -> Iterator[str]:
-    for target in unknown.targets:
-        share = target.distribution.cut(target.own)
-        if share > _NOTABLE:
-            yield (
-                f"{unknown.name}: {100.0 * share:.0f} % of its spread lies beyond what is allowed and is "
-                "drawn within"
-            )
 
 
 def _targets(name: str, table: SpreadTable, scenario: Scenario, left_out: list[str]) -> Iterator[Target]:
