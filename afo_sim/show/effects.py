@@ -183,6 +183,10 @@ def _table(run: RunView, found: Effects) -> _EffectsTable:
     shown = [e for e in found.ranked if e.status == "run" and e.name not in found.idle]
     best = {effect.name for effect in found.helping[:_TOP]}
     longest = {n: max((abs(e.by(n)) for e in shown), default=0.0) or 1.0 for n in names}
+    reasons: dict[str, list[str]] = {}  # parameters without air are told among the idle ones
+    for effect in found.ranked:
+        if effect.status not in ("run", "no air"):
+            reasons.setdefault(effect.reason, []).append(change(effect))
     return _EffectsTable(
         run,
         _WHY[found.aim],
@@ -194,7 +198,7 @@ def _table(run: RunView, found: Effects) -> _EffectsTable:
         sentences=tuple(map(begun, sentences(found, _FEW))),
         none="" if found.helping else _NONE,
         idle="; ".join(found.idle),
-        not_run=tuple(_not_run(found)),
+        not_run=tuple(f"{'; '.join(steps)}: {reason}" for reason, steps in reasons.items()),
     )
 
 
@@ -211,13 +215,3 @@ def _rows(
             yield _EffectRow(
                 parameter if k == 0 else "", len(steps), _values(effect), effect.helps, cells, note
             )
-
-
-def _not_run(found: Effects) -> Iterator[str]:
-    """Steps that were not run, by their reason; parameters without air are told among the idle ones."""
-    reasons: dict[str, list[str]] = {}
-    for effect in found.ranked:
-        if effect.status not in ("run", "no air"):
-            reasons.setdefault(effect.reason, []).append(change(effect))
-    for reason, steps in reasons.items():
-        yield f"{'; '.join(steps)}: {reason}"

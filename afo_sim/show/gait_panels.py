@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from afo_sim.gait import USUAL, GaitCycle, stance
-from afo_sim.gait_lab import Check, Imported, WalkingFrame, direction
+from afo_sim.gait_lab import Check, Imported, direction
 from afo_sim.gait_lab.trial.strides import RecordedStride
 from afo_sim.show.style import COLOURS, LINE, NORM, plain
 
@@ -228,7 +228,12 @@ def _events(axis: Any, imported: Imported) -> None:
             start, end = stride.closed.window
             axis.plot([end, end + stride.closed.gap], [level] * 2, ls=":", **look)
         axis.plot([start, end], [level] * 2, **look)
-        _mark(axis, imported, stride, level)
+        ground, size = imported.grounds.get(stride.side), 5.0 if numbered else 3.0
+        contacts = () if ground is None else ground.contacts
+        for time, marker, lands in _marks(stride):
+            forced = any(_apart(time, c.start if lands else c.end, stride) < _SAME for c in contacts)
+            filling = "black" if forced else "white"  # open by kinematics
+            axis.plot(time, level, marker, ms=size, color="black", mfc=filling, mew=0.16 * size, zorder=3)
         if numbered or (taken and len(imported.chosen) == 1):
             words = f"{counts[stride.side]}" + ", taken" * taken
             marks = np.array([time for time, _, _ in _marks(stride)])
@@ -251,17 +256,6 @@ def _marks(stride: RecordedStride) -> list[tuple[float, str, bool]]:
     first = stride.closed.window[0]
     strike, off = (first + (time - first) % stride.time for time in (stride.start, stride.toe_off))
     return [(strike, "v", True), (off, "^", False)]
-
-
-def _mark(axis: Any, imported: Imported, stride: RecordedStride, level: float) -> None:
-    """Heel strikes and toe-off of a stride: filled where the force begins or ends, open by kinematics."""
-    ground = imported.grounds.get(stride.side)
-    contacts = () if ground is None else ground.contacts
-    size = 5.0 if len(imported.strides) <= _FEW else 3.0
-    for time, marker, lands in _marks(stride):
-        forced = any(_apart(time, c.start if lands else c.end, stride) < _SAME for c in contacts)
-        filling = "black" if forced else "white"
-        axis.plot(time, level, marker, ms=size, color="black", mfc=filling, mew=0.16 * size, zorder=3)
 
 
 def _apart(time: float, other: float, stride: RecordedStride) -> float:
@@ -317,26 +311,20 @@ def _from_above(axis: Any, imported: Imported) -> None:
     axis.set_aspect("equal", adjustable="box", anchor="W")
     wider = max(0.0, _BROAD * (high[1] - low[1]) - (high[0] - low[0]))  # a walk on a belt stays in place
     axis.set(xlim=(low[0] - 0.5 * wider, high[0] + 0.5 * wider), ylim=(low[1], high[1]))
-    for plate in imported.trial.plates:
+    for plate in imported.trial.plates:  # as far as it is in view; its name at the view's edge
         if plate.corners is not None:
-            _plate_from_above(axis, imported.frame, plate.name, plate.corners)
+            outline = plate.corners[[0, 1, 2, 3, 0]]
+            ahead, left = frame.plane(outline)[:, 0], -frame.across(outline)
+            axis.plot(ahead, left, color="0.75", lw=0.8, zorder=1)
+            middle, (bottom, top) = float(np.mean(ahead[:4])), axis.get_ylim()
+            within = axis.get_xlim()[0] < middle < axis.get_xlim()[1]
+            if within and left.min() < top and left.max() > bottom:
+                place = {"ha": "center", "va": "bottom", "fontsize": 7.0, "color": "0.4"}
+                axis.text(middle, bottom + 0.01, plain(plate.name, 18), **place)
     axis.set_title(f"→ {plain(direction(frame), LINE)}", loc="left", fontsize=8.0)
     axis.yaxis.set_major_locator(MaxNLocator(2, steps=[1, 5, 10], min_n_ticks=1))
     axis.set_xlabel("forward in the laboratory, seen from above [m]", loc="left")
     axis.set_ylabel("to the\nleft [m]")
-
-
-def _plate_from_above(axis: Any, frame: WalkingFrame, name: str, corners: np.ndarray) -> None:
-    """A plate's outline as far as it is in view, and its name at the view's edge, where nobody walks."""
-    around = corners[[0, 1, 2, 3, 0]]
-    ahead, left = frame.plane(around)[:, 0], -frame.across(around)
-    axis.plot(ahead, left, color="0.75", lw=0.8, zorder=1)
-    middle = float(np.mean(ahead[:4]))
-    low, high = axis.get_xlim()
-    bottom, top = axis.get_ylim()
-    if low < middle < high and left.min() < top and left.max() > bottom:
-        place = {"ha": "center", "va": "bottom", "fontsize": 7.0, "color": "0.4"}
-        axis.text(middle, bottom + 0.01, plain(name, 18), **place)
 
 
 def _look(imported: Imported, side: str) -> dict[str, Any]:

@@ -103,23 +103,18 @@ def angle(axis: Any, runs: Sequence[RunView], over: Over = "time") -> None:
     signs = "plantarflexion –  |  + dorsiflexion" if over == "cycle" else f"{first.positive} +"
     axis.set_ylabel(f"{first.joint} angle [deg]\n{signs}")
     if over == "time":
-        _keep_still(axis, runs)
+        # rounding errors of a joint that does not move fill no axis, and a word says that it is still
+        if max(np.ptp(np.degrees(run.recording["ankle/angle"])) for run in runs) < _STILL:
+            axis.annotate("does not move", (0.5, 0.08), xycoords="axes fraction", ha="center", color="0.4")
+        low, high = axis.get_ylim()
+        if high - low < _LEAST_SPAN:
+            axis.set_ylim(0.5 * (low + high - _LEAST_SPAN), 0.5 * (low + high + _LEAST_SPAN))
         if len(runs) == 1:
             shade_stance(axis, first)
         if len(runs) == 1 and first.groups:
             limits = first.recording.scenario["orthosis"]["range_of_motion"]
             low, high = (np.degrees(parse_quantity(limit, "rad")) for limit in limits)
             axis.axhspan(low, high, color="0.93", lw=0.0, zorder=0, label="orthosis' range of motion")
-
-
-def _keep_still(axis: Any, runs: Sequence[RunView]) -> None:
-    """Rounding errors of a joint that does not move fill no axis, and a word says that it is still."""
-    ranges = [np.ptp(np.degrees(run.recording["ankle/angle"])) for run in runs]
-    if max(ranges) < _STILL:
-        axis.annotate("does not move", (0.5, 0.08), xycoords="axes fraction", ha="center", color="0.4")
-    low, high = axis.get_ylim()
-    if high - low < _LEAST_SPAN:
-        axis.set_ylim(0.5 * (low + high - _LEAST_SPAN), 0.5 * (low + high + _LEAST_SPAN))
 
 
 def moments(axis: Any, runs: Sequence[RunView]) -> None:
@@ -175,8 +170,7 @@ def pressures(axis: Any, runs: Sequence[RunView], over: Over = "time") -> None:
             axis.step(time, 1e-5 * target, color=run.colours[name], lw=0.8, ls=":", where="post", label=label)
     volumes(axis, run, over)
     axis.set_ylabel("gauge pressure\n[bar]")
-    if over == "time":
-        shade_stance(axis, run)
+    shade_stance(axis, run, over)
 
 
 def valves(axis: Any, runs: Sequence[RunView], over: Over = "time") -> None:
@@ -204,8 +198,7 @@ def forces(axis: Any, runs: Sequence[RunView], over: Over = "time") -> None:
             x, values = run.curves(f"muscle/{muscle}/force", over)
             mean_and_spread(axis, values, run.colours[group], label, x, style, run.markers[group])
     axis.set_ylabel("muscle force\n[N]")
-    if over == "time":
-        shade_stance(axis, run)
+    shade_stance(axis, run, over)
 
 
 def group_curves(run: RunView, group: str, *quantities: str) -> list[tuple[str, str, str]]:
@@ -220,9 +213,9 @@ def group_curves(run: RunView, group: str, *quantities: str) -> list[tuple[str, 
     return [(name if count == 1 else f"{name} 1–{count}", muscles[0], "-")]
 
 
-def shade_stance(axis: Any, run: RunView) -> None:
+def shade_stance(axis: Any, run: RunView, over: Over = "time") -> None:
     """A band over time wherever the recorded foot stands, behind all else; none where nobody walks."""
-    if not run.walks:
+    if not run.walks or over != "time":
         return
     stands = np.r_[False, run.stands, False]
     time = np.r_[run.recording["time"], run.recording["time"][-1]]
@@ -344,8 +337,7 @@ def contractions(axis: Any, runs: Sequence[RunView], over: Over = "time") -> Non
     axis.plot([], [], color="0.4", ls=_SLACK, label="slack")
     axis.plot([], [], color="0.4", lw=_PATH["lw"], label="of its path")
     axis.set_ylabel("contraction\n[%]")
-    if over == "time":
-        shade_stance(axis, run)
+    shade_stance(axis, run, over)
 
 
 def _own(
@@ -382,5 +374,4 @@ def _mountings(axis: Any, run: RunView, over: Over, quantity: str, factor: float
     for anchor, style in zip(run.anchors, itertools.cycle(LINE_STYLES)):
         x, values = run.curves(f"cuff/{anchor}/{quantity}", over)
         mean_and_spread(axis, factor * values, MOUNTINGS[WORN[anchor]], WORN[anchor], x, style)
-    if over == "time":
-        shade_stance(axis, run)
+    shade_stance(axis, run, over)

@@ -76,14 +76,6 @@ def _scenario_rows(runs: Sequence[RunView]) -> Iterator[_TableRow]:
         yield _TableRow(name, tuple((str(table.get(name, "–")), "") for table in tables))
 
 
-def _metric_groups(runs: Sequence[RunView]) -> Iterator[tuple[str, list[_TableRow]]]:
-    """Every metric, runs side by side, with the difference from the first run."""
-    names = list(dict.fromkeys(name for run in runs for name in run.recording.metrics))
-    for group in GROUPS:
-        if rows := [_row(name, runs) for name in names if words(name).group == group]:
-            yield group, rows
-
-
 def _row(name: str, runs: Sequence[RunView]) -> _TableRow:
     """A metric of all runs, with its meaning or what it is compared with; runs that have none show a dash."""
     found = [run.recording.metrics.get(name) for run in runs]
@@ -198,7 +190,12 @@ def write_report(
         both = read_json(file) if len(folders) == 1 and file.is_file() else None
     except ValueError as error:
         raise InputError(f"cannot be read: {error}", file=file) from None
-    names = {} if both is None else _named_sides(both.get("affected"))
+    names: dict[str, str] = {}
+    if both is not None:
+        affected = both.get("affected")
+        sides = ("left", "right") if affected == "left" else ("right", "left")  # the affected one first
+        parts = dict(zip(sides, ("affected side ({})", "other side ({})"), strict=True))
+        names = {side: parts[side].format(side) if affected else side for side in sides}
     runs = read_runs([first / side for side in names] or folders, list(names.values()))
     check_writable(target.parent)
     write_text(target, page(runs, both))
@@ -206,14 +203,6 @@ def write_report(
         for remark in remarks(runs):
             tell(remark)
     return target
-
-
-def _named_sides(affected: str | None) -> dict[str, str]:
-    """{side: its name in a report}, the affected one first."""
-    if affected is None:
-        return {"right": "right", "left": "left"}
-    other = "left" if affected == "right" else "right"
-    return {affected: f"affected side ({affected})", other: f"other side ({other})"}
 
 
 def read_runs(folders: Sequence[pathlib.Path], labels: Sequence[str] = ()) -> list[RunView]:
@@ -301,6 +290,8 @@ def page(runs: Sequence[RunView], both: Mapping[str, Any] | None = None) -> str:
     judged = runs[:1] if both and both.get("affected") else runs
     walking = [run for run in runs if run.walks and run.strides]
     others = [run for run in runs if run not in walking and len(run.recording["time"]) > 1]
+    names = list(dict.fromkeys(name for run in runs for name in run.recording.metrics))
+    groups = [(group, [_row(n, runs) for n in names if words(n).group == group]) for group in GROUPS]
     return rendered(
         _TEMPLATE,
         title=begun(_title(runs, " compared with" if both is None else " and")),
@@ -322,7 +313,7 @@ def page(runs: Sequence[RunView], both: Mapping[str, Any] | None = None) -> str:
         scenario=list(_scenario_rows(runs)),
         over_cycle=list(figures_over_cycle(walking)) if walking else [],
         over_time=list(figures_over_time(others)) if others else [],
-        groups=list(_metric_groups(runs)),
+        groups=[(group, rows) for group, rows in groups if rows],
         step_checked=any(found_step_errors(run.recording) for run in runs),
         steps="; ".join(dict.fromkeys(step_line(run.recording) for run in runs)),
         any_strides=any(run.recording.strides for run in runs),
@@ -334,11 +325,6 @@ def rendered(template: str, **names: Any) -> str:
     """A page of this room's templates."""
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
-    environment = Environment(
-        loader=PackageLoader("afo_sim.show", "."),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+    plain: dict[str, Any] = {"autoescape": True, "trim_blocks": True, "lstrip_blocks": True}
+    environment = Environment(loader=PackageLoader("afo_sim.show", "."), undefined=StrictUndefined, **plain)
     return environment.get_template(template).render(**names)

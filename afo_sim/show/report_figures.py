@@ -201,9 +201,8 @@ def draw_torque(figures: Sequence[Any], runs: Sequence[RunView]) -> None:
 
 def draw_work(figures: Sequence[Any], runs: Sequence[RunView]) -> None:
     """Power of the orthosis over the cycle, and its work per stride."""
-    power, work = (figure.subplots() for figure in figures)
-    walk_panels.power(power, runs)
-    walk_panels.work(work, runs)
+    for figure, draw in zip(figures, (walk_panels.power, walk_panels.work), strict=True):
+        draw(figure.subplots(), runs)
 
 
 def draw_over_time(figures: Sequence[Any], runs: Sequence[RunView]) -> None:
