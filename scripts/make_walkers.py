@@ -14,19 +14,17 @@ import pathlib
 from typing import Any
 
 import numpy as np
+from derived_path import FootShape, resampled, with_derived_path
 
 from afo_sim.gait import (
     DEGREE,
     STANCE_FORCE,
     Chain,
-    FootShape,
     GaitCycle,
     at_speed,
     examine,
     findings,
-    resampled,
     stance,
-    with_derived_path,
     write,
 )
 from afo_sim.gait import norm as gait_norm

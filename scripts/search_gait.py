@@ -11,9 +11,8 @@ import pathlib
 import sys
 
 from afo_sim.model import UNDRIVEN
-from afo_sim.walker import Free, build_body, prepared, read_gait, search, write_gait
+from afo_sim.walker import Cost, Free, build_body, prepared, read_gait, search, write_gait
 from afo_sim.walker.gait_file import with_vector
-from afo_sim.walker.search import healthy_cost
 
 STEP = {"timestep": "1 ms"}
 
@@ -36,7 +35,7 @@ def main() -> None:
     found = search(
         bodies,
         begun.vector,
-        healthy_cost(given.speed),
+        Cost(given.speed, norm=8.0, cadence=15.0),
         Free(alike=True),
         generations=given.generations,
         seed=given.seed,

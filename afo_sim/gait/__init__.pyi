@@ -32,11 +32,8 @@ from .flat_foot import USUAL as USUAL
 from .flat_foot import WITHIN as WITHIN
 from .flat_foot import flat_part as flat_part
 from .fourier import Wave as Wave
-from .hip_path import Chain as Chain
-from .hip_path import FootShape as FootShape
-from .hip_path import resampled as resampled
-from .hip_path import with_derived_path as with_derived_path
 from .norm import is_norm as is_norm
 from .norm import off_norm as off_norm
+from .variants import Chain as Chain
 from .variants import scaled as scaled
 from .variants import stepped as stepped

@@ -14,8 +14,7 @@ from afo_sim.common import Notice, find_gait
 from afo_sim.gait import family
 from afo_sim.gait.checks import stance
 from afo_sim.gait.cycle import DEGREE, GaitCycle
-from afo_sim.gait.hip_path import Chain
-from afo_sim.gait.variants import scaled
+from afo_sim.gait.variants import Chain, scaled
 
 _HEALTHY = "bovi2011_natural"  # of a family from 0.84 to 1.97 m/s; their ankle's path is derived
 _JOINED = 0.15  # share of swing at either end, over which the ankle passes to and from the healthy one's [-]

@@ -1,12 +1,33 @@
 """A stride as another person walks it: one of another size, at equal Froude number, or one with steppage."""
 
 import dataclasses
+from dataclasses import dataclass
 
 import numpy as np
 
 from afo_sim.gait.checks import stance
 from afo_sim.gait.cycle import GaitCycle
-from afo_sim.gait.hip_path import Chain
+
+_THIGH, _SHANK = 0.245, 0.246  # of body height (Winter 2009, figure 4.1, after Drillis & Contini)
+
+
+@dataclass(frozen=True)
+class Chain:
+    """Lengths of a leg: hip to knee, knee to ankle [m]."""
+
+    thigh: float
+    shank: float
+
+    @classmethod
+    def of_height(cls, body_height: float) -> "Chain":
+        """Of a person of that height [m]."""
+        return cls(_THIGH * body_height, _SHANK * body_height)
+
+    def hip(self, shank_angle: np.ndarray, knee_angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The hip from the ankle: forward, up [m] (n,)."""
+        thigh = knee_angle - shank_angle  # knee ahead of the hip
+        forward = self.shank * np.sin(shank_angle) - self.thigh * np.sin(thigh)
+        return forward, self.shank * np.cos(shank_angle) + self.thigh * np.cos(thigh)
 
 
 def scaled(cycle: GaitCycle, taller: float) -> GaitCycle:

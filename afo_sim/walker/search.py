@@ -112,11 +112,6 @@ def _off(walked: Walked, side: str, speed: float) -> tuple[float, float]:
     return float(np.mean([*off_norm(strides, speed).values(), load])), max(time - 0.04, 0.0)
 
 
-def healthy_cost(speed: float) -> Cost:
-    """The cost that the shipped healthy gaits were searched by [m/s]."""
-    return Cost(speed, norm=8.0, cadence=15.0)
-
-
 @dataclass(frozen=True, eq=False)
 class Found:
     """What a search found.

@@ -17,17 +17,16 @@ from afo_sim.gait import (
     COP_FORCE,
     KINEMATICS,
     Chain,
-    FootShape,
     GaitCycle,
     closing_errors,
     stance,
-    with_derived_path,
 )
 from afo_sim.gait import file as gait
-from afo_sim.gait.hip_path import LOADED, ankle_path, rocking
 from afo_sim.gait_lab import Choices, import_gait
 from afo_sim.lab import calf_share as calf
 
+derived_path = script("derived_path")
+FootShape, LOADED, rocking = derived_path.FootShape, derived_path.LOADED, derived_path.rocking
 FIGURES = pathlib.Path(os.environ.get("AFO_SIM_WALKERS", ROOT.parent / "shared" / "data" / "walkers"))
 TASKS = ("xs", "s", "natural", "m", "l")
 BEHIND = 0.010  # the lateral malleolus behind the joint's centre: 6 to 15 mm on four strides of one adult [m]
@@ -49,11 +48,11 @@ def shipped(name: str) -> GaitCycle:
     return gait.read(assets.find_gait(name))
 
 
-def missed(cycle: GaitCycle, foot: FootShape, chain: Chain) -> tuple[np.ndarray, np.ndarray]:
+def missed(cycle: GaitCycle, foot: object, chain: Chain) -> tuple[np.ndarray, np.ndarray]:
     """Derived less recorded ankle, way and height, mean differences taken out [m] (n,)."""
     recorded = {name: cycle.signal(name, cycle.phase) for name in ("ankle_x", "ankle_z")}
     speed = (cycle.ankle_x[-1] - cycle.ankle_x[0]) / cycle.stride_time
-    derived = with_derived_path(dataclasses.replace(cycle, walking_speed=speed), foot, chain)
+    derived = derived_path.with_derived_path(dataclasses.replace(cycle, walking_speed=speed), foot, chain)
     way, height = (getattr(derived, name) - values for name, values in recorded.items())
     return way - way.mean(), height - height.mean()
 
@@ -190,7 +189,7 @@ def test_path_of_a_leg_under_a_known_hip_is_found_again() -> None:
     within = np.arccos((chain.shank**2 + reach**2 - chain.thigh**2) / (2.0 * chain.shank * reach))
     shank = np.arctan2(hip_x - x, hip_z - z) + within
     load = np.where((phase > 0.03) & (phase < off - 0.04), 1.0, 0.0)
-    path = ankle_path(phase, (shank, knee, pitch + shank), load, length, FOOT, chain)
+    path = derived_path.ankle_path(phase, (shank, knee, pitch + shank), load, length, FOOT, chain)
     assert load.max() > LOADED
     assert path.up == pytest.approx(z, abs=0.004)  # what 12 harmonics leave of its corners
     assert path.forward - path.forward[0] == pytest.approx(x - x[0], abs=0.008)

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from afo_sim.common import GRAVITY
-from afo_sim.gait.checks import COP_FORCE, LATE_SWING
-from afo_sim.gait.cycle import HARMONICS, GaitCycle
+from afo_sim.gait import COP_FORCE, LATE_SWING, Chain, GaitCycle
+from afo_sim.gait.cycle import HARMONICS
 from afo_sim.gait.fourier import FourierSeries
 
 _ADULT = 1.75  # body height that the lengths below belong to [m]
@@ -57,29 +57,9 @@ def rocking(pitch: np.ndarray, foot: FootShape) -> tuple[np.ndarray, np.ndarray]
     return np.where(toe_up, on_heel, on_ball), np.where(toe_up, over_heel, over_ball)
 
 
-_THIGH, _SHANK = 0.245, 0.246  # of body height (Winter 2009, figure 4.1, after Drillis & Contini)
 LOADED = 0.6  # upward force above which the floor is taken to hold the foot [body weights]
 _SMOOTHED = 3  # harmonics of the hip's path in stance …
 _SPAN = 1.0 / 0.6  # … over this many strides, so that the window has no periodic ends
-
-
-@dataclass(frozen=True)
-class Chain:
-    """Lengths of a leg: hip to knee, knee to ankle [m]."""
-
-    thigh: float
-    shank: float
-
-    @classmethod
-    def of_height(cls, body_height: float) -> "Chain":
-        """Of a person of that height [m]."""
-        return cls(_THIGH * body_height, _SHANK * body_height)
-
-    def hip(self, shank_angle: np.ndarray, knee_angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The hip from the ankle: forward, up [m] (n,)."""
-        thigh = knee_angle - shank_angle  # knee ahead of the hip
-        forward = self.shank * np.sin(shank_angle) - self.thigh * np.sin(thigh)
-        return forward, self.shank * np.cos(shank_angle) + self.thigh * np.cos(thigh)
 
 
 @dataclass(frozen=True, eq=False)
