@@ -177,8 +177,13 @@ def _plate_loads(
     if declared.kind == 1:
         return channels[:, :3], None
     origin = _origin(name, declared, metre, notices)
-    if declared.kind == 3:
-        return _kistler(channels, origin)
+    if declared.kind == 3:  # four sensors at (±a, ±b), the first in the first quadrant
+        a, b, depth = origin
+        x12, x34, y14, y23, z1, z2, z3, z4 = channels.T
+        force = np.column_stack([x12 + x34, y14 + y23, z1 + z2 + z3 + z4])
+        about_x, about_y = b * (z1 + z2 - z3 - z4), a * (z2 + z3 - z1 - z4)
+        moment = np.column_stack([about_x, about_y, b * (x34 - x12) + a * (y14 - y23)])
+        return force, moment + np.cross(force, [0.0, 0.0, depth])
     if declared.kind == 4:
         if declared.calibration is None:
             text = "plate {subject}: has no calibration matrix; its channels were taken as N and moments"
@@ -212,17 +217,6 @@ def _origin(name: str, declared: _DeclaredPlate, metre: float, notices: list[Not
         notices.append(note("plate-origin-turned", f"plate {{subject}}: {up}", subject=name))
         origin = -origin
     return np.asarray(origin * unit)
-
-
-def _kistler(channels: np.ndarray, origin: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Four sensors at (±a, ±b), the first in the first quadrant: Fx12 Fx34 Fy14 Fy23 Fz1 … Fz4 (type 3)."""
-    a, b, depth = origin
-    x12, x34, y14, y23, z1, z2, z3, z4 = channels.T
-    force = np.column_stack([x12 + x34, y14 + y23, z1 + z2 + z3 + z4])
-    moment = np.column_stack(
-        [b * (z1 + z2 - z3 - z4), a * (z2 + z3 - z1 - z4), b * (x34 - x12) + a * (y14 - y23)]
-    )
-    return force, moment + np.cross(force, [0.0, 0.0, depth])
 
 
 def _moment_scale(

@@ -130,7 +130,13 @@ class OpenSimModel(Noted):
 
 def read_opensim_model(path: pathlib.Path) -> OpenSimModel:
     """Read a model."""
-    root = _root(path)
+    raw = read_bytes(path, _LARGEST)
+    try:
+        root = ElementTree.fromstring(raw, ElementTree.XMLParser(target=_NoDoctype()))
+    except (ElementTree.ParseError, ValueError, LookupError) as error:
+        raise InputError(f"is not XML: {error}", file=path, allowed="an OpenSim model, .osim") from None
+    except InputError as error:
+        raise error.replaced(file=path) from None
     model = root.find("Model")
     if root.tag != "OpenSimDocument" or model is None:
         raise InputError("is not an OpenSim model", file=path, allowed="<OpenSimDocument> with a <Model>")
@@ -263,13 +269,3 @@ class _NoDoctype(ElementTree.TreeBuilder):
 
     def doctype(self, name: str, pubid: str | None, system: str | None) -> None:
         raise InputError("declares a DOCTYPE, which no OpenSim model does")
-
-
-def _root(path: pathlib.Path) -> ElementTree.Element:
-    raw = read_bytes(path, _LARGEST)
-    try:
-        return ElementTree.fromstring(raw, ElementTree.XMLParser(target=_NoDoctype()))
-    except (ElementTree.ParseError, ValueError, LookupError) as error:
-        raise InputError(f"is not XML: {error}", file=path, allowed="an OpenSim model, .osim") from None
-    except InputError as error:
-        raise error.replaced(file=path) from None

@@ -1,5 +1,6 @@
 """Qualisys Track Manager's TSV exports: one file of markers, and one of each force plate."""
 
+import contextlib
 import pathlib
 import re
 from dataclasses import replace
@@ -34,10 +35,8 @@ def read_qualisys(path: pathlib.Path) -> CsvTrial:
     rate = rate_of(path, "FREQUENCY", (stated.get("FREQUENCY") or [""])[0])
     if not header or not rows:
         raise InputError("has no rows of numbers", file=path, allowed=_LAYOUT)
-    if "MARKER_NAMES" in stated:
-        titles, scale = _marker_titles(path, stated, header[-1], rows[0]), {"m": 1e-3}
-    else:
-        titles, scale = _plate_titles(path, stated, header[-1]), {"m": 1e-3, "N": 1.0}
+    titles = _titles(path, stated, header[-1], rows[0])  # `NAME x`; `PLATE fx`, `PLATE px`; "" of the others
+    scale = {"m": 1e-3, "N": 1.0}
     table, notices = numbers(path, rows, titles, "\t", ended)
     columns = []
     for k, title in enumerate(titles):
@@ -49,7 +48,10 @@ def read_qualisys(path: pathlib.Path) -> CsvTrial:
         said, {"NO_OF_FRAMES": ("frames", len(table)), "NO_OF_SAMPLES": ("rows", len(table))}
     )
     trial = trial_of(path, np.arange(len(table)) / rate, columns, notices)
-    corners = _corners(stated)
+    places = [f"FORCE_PLATE_CORNER_{place}_{axis}" for place in _CORNERS for axis in "XYZ"]
+    corners = None  # where not all are stated
+    with contextlib.suppress(ValueError, IndexError):
+        corners = 1e-3 * np.array([float(stated.get(place, [""])[0]) for place in places]).reshape(4, 3)
     return replace(trial, plates=tuple(replace(plate, corners=corners) for plate in trial.plates))
 
 
@@ -60,20 +62,16 @@ def _is_row(line: str) -> bool:
         return False
 
 
-def _marker_titles(path: pathlib.Path, stated: dict[str, list[str]], last: list[str], row: str) -> list[str]:
-    """`NAME x` of each column of a marker; "" of the frame and the time that may stand before them."""
-    if "6D" in stated.get("DATA_INCLUDED", []):
-        raise InputError("holds rigid bodies (6D)", file=path, allowed="QTM's export of 3D data")
-    names = stated["MARKER_NAMES"]
-    if last[0].lower() in ("frame", "time"):
-        lead = sum(cell.lower() in ("frame", "time") for cell in last[:2])
-    else:
+def _titles(path: pathlib.Path, stated: dict[str, list[str]], last: list[str], row: str) -> list[str]:
+    """Of columns of markers, before which frame and time may stand, or of a plate's force and pressure."""
+    if "MARKER_NAMES" in stated:
+        if "6D" in stated.get("DATA_INCLUDED", []):
+            raise InputError("holds rigid bodies (6D)", file=path, allowed="QTM's export of 3D data")
+        names = stated["MARKER_NAMES"]
         lead = 2 if len(without_empty_end(cells_of(row, "\t"))) > 3 * len(names) else 0
-    return [""] * lead + [f"{name} {axis}" for name in names for axis in "xyz"]
-
-
-def _plate_titles(path: pathlib.Path, stated: dict[str, list[str]], last: list[str]) -> list[str]:
-    """`PLATE fx` and `PLATE px` of the columns of force and pressure, "" of the others."""
+        if last[0].lower() in ("frame", "time"):
+            lead = sum(cell.lower() in ("frame", "time") for cell in last[:2])
+        return [""] * lead + [f"{name} {axis}" for name in names for axis in "xyz"]
     if "local" in " ".join(stated.get("DESCRIPTION", [])).lower():
         problem = "has its forces in the plate's own axes"
         raise InputError(problem, file=path, allowed="QTM's export in world (lab) coordinates")
@@ -83,14 +81,3 @@ def _plate_titles(path: pathlib.Path, stated: dict[str, list[str]], last: list[s
         allowed = "Force_X, Force_Y, Force_Z, COP_X, COP_Y, COP_Z above the rows"
         raise InputError("has neither markers nor a whole force plate", file=path, allowed=allowed)
     return [name and f"{plate} {name}" for name in found]
-
-
-def _corners(stated: dict[str, list[str]]) -> np.ndarray | None:
-    """The plate's corners where all are stated [m] (4, 3)."""
-    cells = [
-        stated.get(f"FORCE_PLATE_CORNER_{place}_{axis}", [""])[:1] for place in _CORNERS for axis in "XYZ"
-    ]
-    try:
-        return 1e-3 * np.array([float(cell) for (cell,) in cells]).reshape(4, 3)
-    except ValueError:
-        return None

@@ -22,7 +22,9 @@ def even_clock(time: np.ndarray, rate: float | None = None) -> tuple[np.ndarray,
     """The clock without the rounding of its print, with notices."""
     if len(time) < 3 or not np.isfinite(time).all() or time[-1] <= time[0]:
         return time, []
-    grain, count = _grain(time), np.arange(len(time))
+    # the power of ten that all stamps are multiples of [s]
+    known = (k for k in range(1, 9) if np.abs(time - np.round(time, k)).max() < 1e-9)
+    grain, count = float(10.0 ** -next(known, 9)), np.arange(len(time))
     steps = np.diff(time)
     mean = float(time[-1] - time[0]) / count[-1]
     stated = 1.0 / rate if rate and np.isfinite(rate) and rate > 0.0 else None
@@ -61,14 +63,6 @@ def _is_rounded_step(steps: np.ndarray, stated: float, grain: float) -> bool:
     rate = 1.0 / mean
     even = float(np.ptp(steps)) < 1e-6 + _WOBBLE * mean
     return even and abs(rate - round(rate)) > 1e-4 * rate and abs(mean - stated) <= 0.5 * grain + 1e-9
-
-
-def _grain(time: np.ndarray) -> float:
-    """The power of ten that all stamps are multiples of [s]; 1e-9 where there is none."""
-    for digits in range(1, 9):
-        if np.abs(time - np.round(time, digits)).max() < 1e-9:
-            return float(10.0**-digits)
-    return 1e-9
 
 
 def refuse_slow(path: pathlib.Path, time: np.ndarray, field: str, allowed: str) -> None:

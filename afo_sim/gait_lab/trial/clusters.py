@@ -128,7 +128,9 @@ def find_clusters(
             sides = SIDES if segment == "pelvis" else (side,)
             own = [name for each in sides for mark in landmarks for name in names[each].get(mark, ())]
             both = [n for n in (*dict.fromkeys(own), *free.get((side, segment), ())) if n in pose]
-            kept = _constant(markers, _often_seen(markers, both))
+            known = (n for n in both if n in markers.positions)
+            seen = {n: int(np.isfinite(markers.positions[n]).all(axis=1).sum()) for n in known}
+            kept = _constant(markers, [n for n in seen if seen[n] > _SEEN * max(seen.values())])
             places = np.array([pose[name] for name in kept]).reshape(-1, 3)
             paths = [markers.positions[name] for name in kept]
             empty = np.empty((len(markers.time), 0, 3))
@@ -207,12 +209,3 @@ def _distance(place: np.ndarray, start: np.ndarray, end: np.ndarray) -> float:
     way = end - start
     share = float(np.clip((place - start) @ way / (way @ way), 0.0, 1.0))
     return float(np.linalg.norm(place - start - share * way))
-
-
-def _often_seen(markers: Markers, names: Sequence[str]) -> list[str]:
-    counts = {
-        name: int(np.isfinite(markers.positions[name]).all(axis=1).sum())
-        for name in names
-        if name in markers.positions
-    }
-    return [name for name in counts if counts[name] > _SEEN * max(counts.values())]

@@ -81,9 +81,10 @@ def find_leg(model: OpenSimModel, side: str) -> ModelLeg:
     """Find a leg by the names of its bodies, and its joints between them."""
     bodies, missing = {}, []
     for segment, names in _NAMES.items():
-        found = [
-            body for body in model.bodies if _called(body, names, "" if segment == "pelvis" else side[0])
-        ]
+        # with the side's letter or word before or after a name
+        sides = ("",) if segment == "pelvis" else (side[0], side)
+        called = {each for name in names for word in sides for each in (name + word, word + name)}
+        found = [body for body in model.bodies if re.sub("[^a-z]", "", body.lower()) in called]
         if found:
             bodies[segment] = found[0]
         elif segment != "toes":
@@ -111,13 +112,6 @@ def knee_on_thigh(model: OpenSimModel, leg: ModelLeg, turn: np.ndarray) -> np.nd
     likeness = np.einsum("nij,aij->na", np.where(known[:, None, None], turn, 0.0), allowed.rotation)
     places = allowed.point(leg.knee.distal)[np.argmax(likeness, axis=1)]
     return np.where(known[:, None], places, np.nan)
-
-
-def _called(body: str, names: tuple[str, ...], letter: str) -> bool:
-    """Whether a body has one of the names, with the side's letter or word before or after it."""
-    plain = re.sub("[^a-z]", "", body.lower())
-    word = {"r": "right", "l": "left", "": ""}[letter]
-    return any(plain in (n + letter, letter + n, n + word, word + n) for n in names)
 
 
 def _joint(model: OpenSimModel, proximal: str, distal: str) -> ModelJoint:
