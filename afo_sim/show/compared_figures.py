@@ -98,11 +98,15 @@ def draw(runs: Mapping[str, Recording], path: pathlib.Path) -> None:
         difference.set_title(f"angle less that of {plain(name)}", loc="left")
         difference.set_ylabel("difference\n[deg]")
         angle.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), handlelength=2.2)
-        for axis, kind, column, factor in (
-            (axes[2], "chamber", "pressure", 1e-5),
-            (axes[3], "muscle", "force", 1.0),
-        ):
-            styles = _draw_groups(axis, runs, colours, kind, column, factor)
+        # a line per run and chamber, and per run and first muscle of a group
+        kinds = (("chamber", "{}/pressure", 1e-5), ("muscle", "{}_1/force", 1.0))
+        for axis, (kind, column, factor) in zip(axes[2:], kinds, strict=True):
+            styles = dict(zip(first.scenario["orthosis"][kind], itertools.cycle(LINE_STYLES)))
+            for number, (law, run) in enumerate(runs.items()):
+                dots = marked(run["time"], MARKERS[number % len(MARKERS)])
+                for group, style in styles.items():
+                    values = run[f"{kind}/{column.format(group)}"] * factor
+                    axis.plot(run["time"], values, ls=style, color=colours[law], lw=1.0, **dots)
             handles = [Line2D([], [], color="0.3", ls=ls, label=plain(name)) for name, ls in styles.items()]
             axis.legend(handles=handles, loc="center left", bbox_to_anchor=(1.0, 0.5), handlelength=2.2)
         axes[2].set_ylabel("gauge pressure\n[bar]")
@@ -112,26 +116,6 @@ def draw(runs: Mapping[str, Recording], path: pathlib.Path) -> None:
         common = (part for part in told[0] if all(part in each for each in told))  # not what was set for one
         title = paragraph(f"{first.scenario['name']}: {'; '.join(common)}")
         figure.suptitle(title, x=0.01, ha="left", fontsize=9.0)
-
-
-def _draw_groups(
-    axis: Any,
-    runs: Mapping[str, Recording],
-    colours: Mapping[str, str],
-    kind: str,
-    column: str,
-    factor: float,
-) -> dict[str, str]:
-    """A line per run and chamber, or per run and first muscle of a group; {group: its line style}."""
-    orthosis = next(iter(runs.values())).scenario["orthosis"]
-    styles = dict(zip(orthosis[kind], itertools.cycle(LINE_STYLES)))
-    for number, (law, run) in enumerate(runs.items()):
-        look = {"color": colours[law], "lw": 1.0} | marked(run["time"], MARKERS[number % len(MARKERS)])
-        for group, style in styles.items():
-            name = group if kind == "chamber" else f"{group}_1"
-            values = run[f"{kind}/{name}/{column}"] * factor
-            axis.plot(run["time"], values, ls=style, **look)
-    return styles
 
 
 _COLOUR: dict[Side, str] = {"right": BLUE, "left": RED}
