@@ -66,13 +66,7 @@ class InputError(AfoSimError):
         return InputError(**{name: getattr(self, name) for name in names} | other)
 
     def renamed(self, field: Rename, text: Rename) -> "InputError":
-        """The same error, and its others, with other names for arguments.
-
-        Parameters
-        ----------
-        field : old name of a field → new one; a field of a file keeps its name
-        text : problem, and what is allowed → the same with other names
-        """
+        """The same error, and its others, with other names in fields, but not a file's, and in its texts."""
         name = self.field if self.file is not None else field(self.field)
         found = self.replaced(problem=text(self.problem), field=name, allowed=text(self.allowed))
         found.others = tuple(other.renamed(field, text) for other in self.others)

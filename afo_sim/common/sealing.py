@@ -110,12 +110,6 @@ def _of_text(text: str) -> str:
     return digest(text.replace("\r\n", "\n").encode("utf-8", "surrogatepass"))
 
 
-def sealed_json(value: Mapping[str, Any]) -> str:
-    """A table as JSON whose last value is the digest of the rest."""
-    text = json_text(value)
-    return f'{text[:-3]},\n  "digest": "{_of_text(text)}"\n}}\n'
-
-
 def read_json(path: pathlib.Path) -> Any:
     """What a JSON file holds, without its digest."""
     path.stat()  # OSError where it is not there
@@ -140,10 +134,12 @@ def write_json(
     kind: str = "answer",
     place: Callable[[pathlib.Path], AbstractContextManager[pathlib.Path]] = replacing,
 ) -> None:
-    """Write a table as JSON with its digest; errors as `place`."""
+    """Write a table as JSON whose last value is the digest of the rest; errors as `place`."""
     assert kind in WRITTEN
     with place(path) as temporary:
-        temporary.write_text(sealed_json(value), encoding="utf-8")
+        text = json_text(value)
+        sealed = f'{text[:-3]},\n  "digest": "{_of_text(text)}"\n}}\n'
+        temporary.write_text(sealed, encoding="utf-8")
 
 
 @contextmanager

@@ -67,8 +67,13 @@ def new(
     values["description"] = f"{name}, {begun}"
     for used, where in uses.items():
         _use(values, kind, used, reference(used, where, target.parent))
-    if kind == "orthosis" and "muscle" in uses:
-        _fit_links(values, before, uses["muscle"])
+    if kind == "orthosis" and "muscle" in uses:  # each link is longer by what its new muscle is shorter
+        after = load("muscle", assets.find("muscle", uses["muscle"]))
+        for group, entry in values["muscle"].items():
+            if "link_length" in entry:
+                former = load("muscle", before["muscle"][group]["type"])
+                link = parse_quantity(entry["link_length"], "m") + former.total_length - after.total_length
+                entry["link_length"] = f"{1e3 * max(link, 0.0):.5g} mm"
     # Files that a product names, by their name beside it; a product may name another product's
     files = {}
     for key in FILES.get(kind, ()):
@@ -127,16 +132,6 @@ def _use(values: dict[str, Any], kind: str, used: str, name: str) -> None:
     group, *keys = places[used]
     for entry in values.get(group, {}).values():
         entry.update(dict.fromkeys(keys, name))
-
-
-def _fit_links(values: dict[str, Any], before: Mapping[str, Any], muscle: str) -> None:
-    """Let each link be longer by what its new muscle is shorter: both pull taut where the former did."""
-    after = load("muscle", assets.find("muscle", muscle))
-    for name, entry in values["muscle"].items():
-        if "link_length" in entry:
-            former = load("muscle", before["muscle"][name]["type"])
-            link = parse_quantity(entry["link_length"], "m") + former.total_length - after.total_length
-            entry["link_length"] = f"{1e3 * max(link, 0.0):.5g} mm"
 
 
 def _prepared(text: str, orthosis: pathlib.Path, uses: Mapping[str, str]) -> str:

@@ -178,8 +178,12 @@ def with_keys(description: D, sets: Mapping[str, Any]) -> D:
     _require_table(sets)
     kind = KINDS[type(description)]
     table = description.model_dump(mode="json", exclude_none=True)
-    for key in sets:
-        _say_who_set(table, *split_key(key)[0])
+    for key in sets:  # whose source is the user, where a number names one
+        path = split_key(key)[0]
+        owner = holder(table, path)
+        sources = owner.get("provenance") if isinstance(owner, dict) else None
+        if sources and path[-1] in sources:
+            sources[path[-1]] = {"kind": "user", "source": "set for this run"}
     found: D = read(kind, table, sets).description
     return found
 
@@ -316,14 +320,6 @@ def unchanged(description: str) -> tuple[str, int]:
     parts = description.split("; ")
     kept = [part for part in parts if not part.startswith("set ")]
     return "; ".join(kept), len(parts) - len(kept)
-
-
-def _say_who_set(table: Any, *path: str) -> None:
-    """Name the user as the source of a number that is about to be set, if it names one."""
-    table = holder(table, path)
-    sources = table.get("provenance") if isinstance(table, dict) else None
-    if sources and path[-1] in sources:
-        sources[path[-1]] = {"kind": "user", "source": "set for this run"}
 
 
 def _plain(value: Any) -> Any:

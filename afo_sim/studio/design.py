@@ -40,13 +40,7 @@ class Design:
 
     @cached_property
     def scenario(self) -> Scenario:
-        """The description that is simulated.
-
-        Raises
-        ------
-        InputError
-            A value is not valid, or the values do not go together.
-        """
+        """The description that is simulated."""
         found: Scenario = load("scenario", self.base, dict(self.sets))
         words = self.sets.get("description", _described(self.base))
         return found.with_values(description=words)  # without a list of all that was set
@@ -57,18 +51,7 @@ class Design:
         return {key.key: key for key in keys(self.base, sets=dict(self.sets))}
 
     def changed(self, sets: Mapping[str, Any], *, follow: bool = True) -> "Design":
-        """The same design with other values; it is described before it is returned.
-
-        Parameters
-        ----------
-        sets : dotted keys and values; None takes a value back
-        follow : links become as much longer as the path of a moved anchor does at angle zero
-
-        Raises
-        ------
-        InputError
-            As `scenario`.
-        """
+        """The same design with other values, None for those taken back; links `follow` moved anchors."""
         values = {key: value for key, value in {**self.sets, **sets}.items() if value is not None}
         moved = {key.split(".")[2] for key in sets if _ORIGIN in key or _INSERTION in key}
         design = dataclasses.replace(self, sets=values)

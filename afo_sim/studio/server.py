@@ -345,8 +345,11 @@ def serve(
 
     def run(browser: bool) -> None:
         print(f"the studio is at {address}\nit is for this machine alone; stop it with Ctrl-C", flush=True)
-        if browser:
-            _show(address, studio.engine.folder)
+        if browser:  # by a file of the user's own: others see an address among a program's arguments
+            file = studio.engine.folder / "open.html"
+            file.touch(mode=0o600)  # it names the address with its token
+            write_text(file, f'<meta http-equiv="refresh" content="0;url={address}">')
+            webbrowser.open(file.as_uri())
         config = uvicorn.Config(
             studio.app,
             log_level="error",
@@ -358,11 +361,3 @@ def serve(
         uvicorn.Server(config).run([listening])
 
     return run
-
-
-def _show(address: str, folder: pathlib.Path) -> None:
-    """Open the browser by a file of the user's own: others see an address among a program's arguments."""
-    file = folder / "open.html"
-    file.touch(mode=0o600)  # it names the address with its token
-    write_text(file, f'<meta http-equiv="refresh" content="0;url={address}">')
-    webbrowser.open(file.as_uri())
