@@ -150,38 +150,21 @@ def evolve(
         for start, evolution in enumerate(evolutions):
             if evolution.converged:
                 continue
-            columns = _generation(problem, folder, (generation, start), evolution, evaluate, done)
+            number, values = generation * problem.starts + start, problem.values(evolution.ask())
+            columns = store.read_generation(folder, number)
+            if columns is None:
+                first = sum(len(each["design"]) for each in done)
+                columns = _judged(problem, (generation, start), first, values, evaluate)
+                store.write_generation(folder, number, columns)
+            elif not all(np.array_equal(columns.get(n, ""), x) for n, x in values.items()):
+                seen = f"generation {number} holds other designs than are asked for here"
+                raise InputError(f"{seen}: another processor?", file=folder, allowed="`changed=restart`")
             evolution.tell(problem.aim.ranks(columns))
             done.append(columns)
             if report is not None:
                 report(len(done), most, f"{len(done)} of {most} generations")
     columns = {name: np.concatenate([each[name] for each in done]) for name in done[0]}
     return columns, all(evolution.converged for evolution in evolutions)
-
-
-def _generation(
-    problem: Problem,
-    folder: pathlib.Path,
-    which: tuple[int, int],
-    evolution: Evolution,
-    evaluate: Evaluate,
-    done: Sequence[Columns],
-) -> Columns:
-    """The designs of a generation of a start, from the folder or judged now."""
-    number = which[0] * problem.starts + which[1]
-    values = problem.values(evolution.ask())
-    columns = store.read_generation(folder, number)
-    if columns is None:
-        first = sum(len(each["design"]) for each in done)
-        columns = _judged(problem, which, first, values, evaluate)
-        store.write_generation(folder, number, columns)
-    elif any(not np.array_equal(columns.get(name), values[name]) for name in values):  # type: ignore[arg-type]
-        raise InputError(
-            f"generation {number} holds other designs than are asked for here: another processor?",
-            file=folder,
-            allowed="`changed=restart`",
-        )
-    return columns
 
 
 def best_of(aim: Aim, columns: Columns) -> int:
