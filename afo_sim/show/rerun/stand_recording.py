@@ -103,12 +103,8 @@ def _log_characteristic(
         ends = [f(curve[name]) for curve in trial.curves for f in (np.min, np.max)]
         points.append(size * (columns[name] - min(ends)) / max(max(ends) - min(ends), 1e-12))
     plane = np.column_stack([points[0], _CURVE_SIZE[1] - points[1]]).astype(np.float32)
-    stream.log(
-        f"characteristic/{entity}/curve", rr.LineStrips2D([plane], colors=[shade], radii=[0.4]), static=True
-    )
-    stream.log(
-        f"characteristic/{entity}/now",
-        rr.Points2D.from_fields(colors=[[255, 255, 255]], radii=[1.4]),
-        static=True,
-    )
+    line = rr.LineStrips2D([plane], colors=[shade], radii=[0.4])
+    stream.log(f"characteristic/{entity}/curve", line, static=True)
+    dot = rr.Points2D.from_fields(colors=[[255, 255, 255]], radii=[1.4])
+    stream.log(f"characteristic/{entity}/now", dot, static=True)
     send(stream, f"characteristic/{entity}/now", columns, rr.Points2D.columns(positions=plane))
