@@ -99,7 +99,18 @@ def foot_force(
     foreign = [contact for load in loads for contact, own in load.contacts if not own]
     if not contacts:
         strongest = max(float(load.force[:, 1].max()) for load in loads)
-        _refuse_no_contact(chosen, foreign, motion, strongest)
+        side, (start, end) = motion.side, motion.time[[0, -1]]
+        among = ", ".join(plate.name for plate in chosen)
+        if not foreign:
+            problem = f"no foot stands on a plate ({among}): the greatest upward force is {strongest:.3g} N"
+            raise InputError(problem, allowed=f"one above {_SURE:g} N, in newtons and in the motion's axes")
+        spans = ", ".join(f"plate {c.plate} from {c.start:.2f} to {c.end:.2f} s" for c in foreign[:6])
+        if not any(c.start < end and c.end > start for c in foreign):
+            seen = f"nobody stands on a plate while the motion is known, {start:.2f} to {end:.2f} s ({spans})"
+            raise InputError(seen, field="time", allowed="motion and forces of one trial, by one clock")
+        problem = f"no contact has its centre of pressure under the {side} foot throughout ({spans})"
+        allowed = f"a plate that carries this foot alone, in the motion's axes; or one of {among} alone"
+        raise InputError(problem, field="side", value=side, allowed=allowed)
     grid, _ = evenly(chosen[0].time, chosen[0].time)
     force_x, force_z, moment = np.sum([load.on_grid(grid, choices.cutoff) for load in loads], axis=0).T
     used = ", ".join(dict.fromkeys(contact.plate for contact in contacts))
@@ -193,23 +204,6 @@ def _with_tails(contact: PlateContact, time: np.ndarray, force: np.ndarray) -> s
     while last < len(force) - 1 and 0.0 < force[last + 1] < force[last]:
         last += 1
     return slice(first, last + 1)
-
-
-def _refuse_no_contact(
-    plates: Sequence[Plate], foreign: Sequence[PlateContact], motion: LegMotion, strongest: float
-) -> None:
-    side, (start, end) = motion.side, motion.time[[0, -1]]
-    names = ", ".join(plate.name for plate in plates)
-    if not foreign:
-        problem = f"no foot stands on a plate ({names}): the greatest upward force is {strongest:.3g} N"
-        raise InputError(problem, allowed=f"one above {_SURE:g} N, in newtons and in the motion's axes")
-    spans = ", ".join(f"plate {c.plate} from {c.start:.2f} to {c.end:.2f} s" for c in foreign[:6])
-    if not any(c.start < end and c.end > start for c in foreign):
-        seen = f"nobody stands on a plate while the motion is known, {start:.2f} to {end:.2f} s ({spans})"
-        raise InputError(seen, field="time", allowed="motion and forces of one trial, by one clock")
-    problem = f"no contact has its centre of pressure under the {side} foot throughout ({spans})"
-    allowed = f"a plate that carries this foot alone, in the motion's axes; or one of {names} alone"
-    raise InputError(problem, field="side", value=side, allowed=allowed)
 
 
 def stands_there(

@@ -43,7 +43,10 @@ def legs_from_markers(
     """Hip, knee and ankle centre, heel and toe of both legs, as far as the markers show them."""
     roles = _roles(markers, choices, standing)
     landmarks = find_landmarks(markers, roles, choices.up)
-    ways = {side: _ways(markers, landmarks, choices, side) for side in SIDES}
+    ways = {side: {role: landmarks.ways(side, role) for role in ROLES} for side in SIDES}
+    for role, names in named_points(markers, choices).items():  # what a person named is the only way
+        source = f"{'midpoint of ' if len(names) > 1 else ''}{' and '.join(names)}"
+        ways[choices.side][role] = [LegPoint(markers.point(names), source, way="as chosen")]
     clusters = _clusters(markers, landmarks, markers, ways)
     chosen = {side: _choose(ways[side], side, clusters) for side in SIDES}
     posture = standing_posture(standing) if standing else _quiet_posture(markers, landmarks)
@@ -76,18 +79,6 @@ def _roles(markers: Markers, choices: Choices, other: Markers | None) -> Roles:
     if choices.map is None:
         return find_roles(markers)
     return mapped_roles(choices.map, markers, other.positions if other else ())
-
-
-def _ways(
-    markers: Markers, landmarks: Landmarks, choices: Choices, side: str
-) -> dict[str, list[LegPoint | None]]:
-    """Ways to each point; what a person named is the only way."""
-    ways = {role: landmarks.ways(side, role) for role in ROLES}
-    if side == choices.side:
-        for role, names in named_points(markers, choices).items():
-            source = f"{'midpoint of ' if len(names) > 1 else ''}{' and '.join(names)}"
-            ways[role] = [LegPoint(markers.point(names), source, way="as chosen")]
-    return ways
 
 
 def _clusters(

@@ -65,7 +65,18 @@ def find_steps(
                 raise
             notices.append(_unused_leg(side, error))
     _refuse_running(strides)
-    return grounds, _without_shared_steps(strides, trial.plates, grounds, motions, legs, frame), notices
+    swings = {side: _swings(motion) for side, motion in motions.items()}
+    kept = []  # those whose foot stands on a second plate as well are not loaded, and say so
+    for stride in strides:
+        beside = "left" if stride.side == "right" else "right"
+        judged = stride.loaded and stride.closed is None and stride.side in grounds and beside in swings
+        during = [(a, b) for a, b in swings.get(beside, ()) if stride.start < a and b < stride.toe_off]
+        lost = _lost(stride.side, during, trial.plates, grounds, legs, frame) if judged and during else 0.0
+        if lost > _ELSEWHERE:
+            seen = f"{100.0 * lost:.0f} % of the weight stands on another plate while the other foot swings"
+            stride = replace(stride, loaded=False, missing=f"the ground force is missing in part ({seen})")
+        kept.append(stride)
+    return grounds, kept, notices
 
 
 def _with_other_foot(
@@ -127,29 +138,6 @@ def _over_ground(stride: RecordedStride, belt_speed: float) -> RecordedStride:
         return stride
     length = stride.closed.length + belt_speed * stride.time
     return replace(stride, closed=replace(stride.closed, length=length))
-
-
-def _without_shared_steps(
-    strides: Sequence[RecordedStride],
-    plates: Sequence[Plate],
-    grounds: Mapping[str, GroundForce],
-    motions: Mapping[str, LegMotion],
-    legs: Mapping[str, LegPoints],
-    frame: WalkingFrame,
-) -> list[RecordedStride]:
-    """The strides; those whose foot stands on a second plate as well are not loaded, and say so."""
-    swings = {side: _swings(motion) for side, motion in motions.items()}
-    found = []
-    for stride in strides:
-        other = "left" if stride.side == "right" else "right"
-        judged = stride.loaded and stride.closed is None and stride.side in grounds and other in swings
-        during = [(a, b) for a, b in swings.get(other, ()) if stride.start < a and b < stride.toe_off]
-        lost = _lost(stride.side, during, plates, grounds, legs, frame) if judged and during else 0.0
-        if lost > _ELSEWHERE:
-            seen = f"{100.0 * lost:.0f} % of the weight stands on another plate while the other foot swings"
-            stride = replace(stride, loaded=False, missing=f"the ground force is missing in part ({seen})")
-        found.append(stride)
-    return found
 
 
 def _swings(motion: LegMotion) -> list[tuple[float, float]]:

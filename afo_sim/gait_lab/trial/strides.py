@@ -349,7 +349,13 @@ def _closed(
     events = find_events(unrolled)
     strike, by = _strike(unrolled, events, starts, window, period)
     toe_off = _toe_off(events, [c.end for c in contacts if c.ends], strike, period)
-    loaded = _covered(contacts, strike, toe_off, window, period)
+    # whether plates carry the whole stance, a period before or later counted
+    stance = np.linspace(strike, toe_off, 201)[2:-2]
+    when = window[0] + (stance - window[0]) % period
+    known, on = when <= window[1], np.zeros(len(when), dtype=bool)
+    for contact in contacts:
+        on |= (when >= contact.start - _BARE * period) & (when <= contact.end + _BARE * period)
+    loaded = bool(on[known].all() and known.mean() > 0.5)
     if loaded and ground and ground.time[0] <= window[0] and ground.time[-1] >= window[1]:
         for name in ("force_x", "force_z"):
             residual[name] = _seam(ground.time, getattr(ground, name), window, period)
@@ -412,20 +418,3 @@ def _toe_off(events: FootEvents, by_force: Sequence[float], strike: float, perio
     shares = [(off - strike) % period for off in by_force]
     near = [share for share in shares if abs(share - moved) < _SAME * period]
     return strike + (min(near, key=lambda share: abs(share - moved)) if near else moved)
-
-
-def _covered(
-    contacts: Sequence[PlateContact],
-    strike: float,
-    toe_off: float,
-    window: tuple[float, float],
-    period: float,
-) -> bool:
-    """Whether plates carry the whole stance, a period before or later counted."""
-    stance = np.linspace(strike, toe_off, 201)[2:-2]
-    when = window[0] + (stance - window[0]) % period
-    known = when <= window[1]
-    on = np.zeros(len(when), dtype=bool)
-    for contact in contacts:
-        on |= (when >= contact.start - _BARE * period) & (when <= contact.end + _BARE * period)
-    return bool(on[known].all() and known.mean() > 0.5)
