@@ -83,7 +83,12 @@ def together(folder: pathlib.Path, group: Iterable[str] = (), again: str = "") -
             for inner in (scratch, *(path for path in scratch.rglob("*") if path.is_dir())):
                 _flush_names(inner)
             if beside:
-                scratch = _appear(scratch, folder)
+                try:
+                    scratch = scratch.rename(folder)
+                except OSError:
+                    if not folder.is_dir():  # which another process has made meanwhile
+                        raise
+                    scratch = scratch.rename(folder / _hidden("", NEW))
                 _flush_names(folder.parent)
             if scratch != folder:
                 _move_in(scratch, folder, group)
@@ -101,16 +106,6 @@ def settle(folder: pathlib.Path) -> None:
     with _in_words(folder):
         for ready in sorted(folder.glob(f".{READY}-*")) if folder.is_dir() else ():
             _take_places(ready, folder)
-
-
-def _appear(scratch: pathlib.Path, folder: pathlib.Path) -> pathlib.Path:
-    """Rename a complete group to its new folder, or into it if another process has made it meanwhile."""
-    try:
-        return scratch.rename(folder)
-    except OSError:
-        if not folder.is_dir():
-            raise
-        return scratch.rename(folder / _hidden("", NEW))
 
 
 def _move_in(scratch: pathlib.Path, folder: pathlib.Path, group: Iterable[str]) -> None:

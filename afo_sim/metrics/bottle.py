@@ -53,9 +53,11 @@ def source_life(run: Run) -> Found:
 
 def _litres(run: Run) -> float | None:
     """Free gas (ANR) that the source gives, or the limits' bottle [l]; None of a compressor, or neither."""
-    supply, limits = run.facts.supply, run.facts.limits
+    supply, limits, totals = run.facts.supply, run.facts.limits, run.totals
     if supply.source is not None:
-        flow = _mean_flow(run.totals)  # [l/s]
+        flow = totals["mean_flow"].value / 60.0 if "mean_flow" in totals else 0.0  # free gas [l/s]
+        if totals.keys() >= set(WALKED):
+            flow = totals["free_air_per_stride"].value / totals["stride_time"].value
         if supply.source.kind == "compressor" or not flow > 0.0:
             return None
         empty = None if run.solved else dict(sag_metrics(run.columns)).get("source_empty_after")
@@ -66,13 +68,6 @@ def _litres(run: Run) -> float | None:
     if limits is None:
         return None
     return 1e3 * air_given(limits.bottle_volume, limits.bottle_pressure, supply.pressure) / STANDARD_DENSITY
-
-
-def _mean_flow(totals: Mapping[str, Metric]) -> float:
-    """Free gas that a run takes in a second [l/s]; 0 where it is not known."""
-    if totals.keys() >= set(WALKED):
-        return totals["free_air_per_stride"].value / totals["stride_time"].value
-    return totals["mean_flow"].value / 60.0 if "mean_flow" in totals else 0.0
 
 
 def _content(run: Run) -> float:

@@ -83,18 +83,12 @@ def clearances(stride: Stride) -> Found:
         healthy = float(stride.at(recorded, stride.fastest if there is None else there))
         yield f"{point}_clearance_to_recorded", 1e3 * (least - healthy)
         yield f"swings_without_{point}_event", 100.0 * (own is None)
-        if point == "toe":
-            yield from _otherwise_extended(stride, at, own is not None)
+        for how in EXTENSIONS if point == "toe" else ():  # at their own events, else at the same phase
+            column = f"sole/height_{how}"
+            if column in stride.columns:
+                there = None if own is None else event(stride, column)
+                yield f"toe_clearance_{how}", 1e3 * float(stride.at(column, at if there is None else there))
     yield from _passing(stride)
-
-
-def _otherwise_extended(stride: Stride, at: float, by_event: bool) -> Iterator[tuple[str, float]]:
-    """Toe clearance at other extensions of the toes, each at its own event, else at a phase."""
-    for how in EXTENSIONS:
-        column = f"sole/height_{how}"
-        if column in stride.columns:
-            own = event(stride, column) if by_event else None
-            yield f"toe_clearance_{how}", 1e3 * float(stride.at(column, at if own is None else own))
 
 
 def _passing(stride: Stride) -> Iterator[tuple[str, float]]:

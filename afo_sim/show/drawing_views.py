@@ -250,8 +250,13 @@ def side_view(axis: Any, design: Design, box: Box, scale: _Scale) -> None:
     for entry in design.facts:
         end = lever(pose, entry)[1]
         if all(np.linalg.norm(end - other) > _APART * scale.ratio for other in drawn):
-            _draw_arm(axis, end, entry, named[entry.name])
             drawn.append(end)
+            if float(np.linalg.norm(end)) >= 1e-3:  # the perpendicular to the path, with its length
+                look: dict[str, Any] = {"color": named[entry.name], "zorder": 6}
+                axis.plot(*np.array([np.zeros(2), end]).T, lw=0.9, ls=(0, (2, 1)), **look)
+                arm = 1e3 * abs(float(entry.arm[entry.at(0.0)]))
+                look |= {"ha": "center", "va": "bottom", "fontsize": _FONT, "bbox": WHITE, "zorder": 7}
+                axis.annotate(f"{arm:.0f}", 0.55 * end, (0.0, 1.5), textcoords="offset points", **look)
     for right in (True, False):
         wanted = []
         for entry in design.facts:
@@ -262,16 +267,6 @@ def side_view(axis: Any, design: Design, box: Box, scale: _Scale) -> None:
     ankle = plain(design.built.scenario.leg.ankle, 12)
     text = f"from the right, 1:{scale.ratio:g} on A4, {ankle} at 0 deg, without air; mm from the {ankle}"
     axis.set_title(text, loc="left", fontsize=8.0, pad=3.0)
-
-
-def _draw_arm(axis: Any, end: np.ndarray, entry: PathFacts, colour: str) -> None:
-    """The perpendicular from the ankle to the path, with its length."""
-    if float(np.linalg.norm(end)) < 1e-3:
-        return
-    axis.plot(*np.array([np.zeros(2), end]).T, color=colour, lw=0.9, ls=(0, (2, 1)), zorder=6)
-    arm = 1e3 * abs(float(entry.arm[entry.at(0.0)]))
-    look: dict[str, Any] = {"ha": "center", "va": "bottom", "fontsize": _FONT, "color": colour, "bbox": WHITE}
-    axis.annotate(f"{arm:.0f}", 0.55 * end, (0.0, 1.5), textcoords="offset points", zorder=7, **look)
 
 
 def _told(entry: PathFacts, points: np.ndarray) -> list[tuple[np.ndarray, str]]:

@@ -191,7 +191,11 @@ def respond(
     files = (("patient", adapted), ("device", adapted_device))
     known = {name: read_gait(file) for name, file in files if file is not None}
     bare = described.set(BARE)
-    whole = bare.set({"patient": "healthy"} | _size_of(described))
+    person = described.patient  # whose size a healthy walker beside them has too
+    assert person is not None
+    sizes = {"body_mass": (person.body_mass, "kg"), "body_height": (person.body_height, "m")}
+    same = {f"patient.{key}": f"{x!r} {unit}" for key, (x, unit) in sizes.items() if x is not None}
+    whole = bare.set({"patient": "healthy"} | same)
     report = progress or (lambda name, share: None)
 
     def case(name: str, body: Body, gait: Gait) -> Case:
@@ -259,14 +263,6 @@ def _alive(names: tuple[str, ...], shares: Mapping[str, float]) -> tuple[str, ..
     """Gains that a patient can change: those of a dead tibialis change nothing, and would end anywhere."""
     dead = shares.get("tibialis", 1.0) == 0.0
     return tuple(name for name in names if not (dead and name.startswith("tibialis")))
-
-
-def _size_of(scenario: Scenario) -> dict[str, Any]:
-    """The patient's size, which a healthy walker beside them has too."""
-    assert scenario.patient is not None
-    mass, height = scenario.patient.body_mass, scenario.patient.body_height
-    sizes = {"patient.body_mass": (mass, "kg"), "patient.body_height": (height, "m")}
-    return {key: f"{value!r} {unit}" for key, (value, unit) in sizes.items() if value is not None}
 
 
 def falls_of(

@@ -184,7 +184,11 @@ class OrthosisVectorEnv(Forkable, gymnasium.vector.VectorEnv[np.ndarray, np.ndar
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[np.ndarray, dict[str, Any]]:
         """Begin all episodes, or those of `options["reset_mask"]`."""
-        mask = _mask((options or {}).get(MASK), self.num_envs)
+        given = (options or {}).get(MASK)
+        mask = np.ones(self.num_envs, bool) if given is None else np.asarray(given)
+        if mask.shape != (self.num_envs,) or mask.dtype != bool or not mask.any():
+            allowed = f"{self.num_envs} of True and False, one of them True"
+            raise InputError("is not a valid mask", field=MASK, value=given, allowed=allowed)
         if self._over is None and not mask.all():
             raise InputError("nothing has begun yet: reset all first", field=MASK)
         for k, one in enumerate(_seeds(seed, self.num_envs)):
@@ -243,13 +247,3 @@ def _seeds(seed: int | Sequence[int | None] | None, count: int) -> list[int | No
         allowed = f"{count}, or one number"
         raise InputError("has another length", field="seed", value=len(seed), allowed=allowed)
     return [None if one is None else index(one) for one in seed]
-
-
-def _mask(given: Any, count: int) -> np.ndarray:
-    if given is None:
-        return np.ones(count, bool)
-    mask = np.asarray(given)
-    if mask.shape != (count,) or mask.dtype != bool or not mask.any():
-        allowed = f"{count} of True and False, one of them True"
-        raise InputError("is not a valid mask", field=MASK, value=given, allowed=allowed)
-    return mask
