@@ -70,9 +70,8 @@ def _device(figure: Any) -> None:
         pulls = np.sum([run[f"muscle/dorsiflexor_{number}/force"] for number in (1, 2, 3)], axis=0)
         force.plot(run["time"][cycle], pulls[cycle], **look)
         angle.plot(run["time"][cycle], np.degrees(run["ankle/angle"][cycle]), **look)
-    force.set(
-        title="S1 figures 6, 7", xlabel="time [s]", ylabel="force of three muscles [N]", ylim=(0.0, None)
-    )
+    force.set(title="S1 figures 6, 7", xlabel="time [s]", ylabel="force of three muscles [N]")
+    force.set_ylim(0.0, None)
     angle.set(title="S1 figure 8", xlabel="time [s]", ylabel="ankle angle [deg], dorsiflexion +")
     figure.legend(*angle.get_legend_handles_labels(), loc="outside lower center", ncols=3)
 
@@ -114,29 +113,23 @@ def _static_load(figure: Any) -> None:
         line = np.array([found.pressure.min(), found.pressure.max()])
         label = f"{found.start:.1f} N + {found.slope * 1e3:.3f} N/kPa p"
         axes[0].plot(line * 1e-5, found.start + found.slope * line, color=COLOURS[0], label=label)
-        axes[0].plot(
-            found.pressure * 1e-5, found.contractile_force, "o", ms=4, color=COLOURS[1], label="stand"
-        )
-        axes[0].set(
-            title=name, xlabel="gauge pressure [bar]", ylabel="contractile force F_ce [N]", ylim=(0.0, None)
-        )
+        look: dict[str, Any] = {"ms": 4, "color": COLOURS[1], "label": "stand"}
+        axes[0].plot(found.pressure * 1e-5, found.contractile_force, "o", **look)
+        axes[0].set(title=name, xlabel="gauge pressure [bar]", ylabel="contractile force F_ce [N]")
+        axes[0].set_ylim(0.0, None)
         axes[0].legend(loc="lower right")
         for k, columns in enumerate(isotonic.curves):
-            up = columns["branch"] == 0
-            text = set_point_text(isotonic, k)
-            tint = shade(isotonic, k)
-            axes[1].plot(
-                columns["pressure"][up] * 1e-5, 100.0 * columns["contraction"][up], color=tint, label=text
-            )
+            up, look = columns["branch"] == 0, {"color": shade(isotonic, k)}
+            look["label"] = set_point_text(isotonic, k)
+            axes[1].plot(columns["pressure"][up] * 1e-5, 100.0 * columns["contraction"][up], **look)
         axes[1].set(title="under constant loads", xlabel="gauge pressure [bar]", ylabel="contraction [%]")
         axes[1].legend(loc="lower right")
         for k, columns in enumerate(step.curves):
             tau = step.metrics[k]["fill_contraction_time_constant"].value
             text = f"{set_point_text(step, k)}: τ = {tau:.2f} s"
             axes[2].plot(columns["time"], 100.0 * columns["contraction"], color=shade(step, k), label=text)
-        axes[2].set(
-            title=f"open loop under {step.plan.load[0]:g} N", xlabel="time [s]", ylabel="contraction [%]"
-        )
+        title = f"open loop under {step.plan.load[0]:g} N"
+        axes[2].set(title=title, xlabel="time [s]", ylabel="contraction [%]")
         axes[2].legend(loc="upper right")
 
 
@@ -166,29 +159,17 @@ def _s1_panel(axis: Any, bench: int, mass: float) -> None:
     }
     for number, look in looks.items():
         axis.plot(pressure * 1e-5, model(number, np.full(100, loads[number]), pressure), **look)
-    for number, data, look in (
-        (
-            bench + 2,
-            own,
-            {"marker": "s", "mfc": "white", "color": _S1_OWN, "label": "S1's simulation, printed"},
-        ),
-        (bench, measured, {"marker": "o", "color": "black", "label": "S1's measurement, printed"}),
-    ):
+    hollow = {"marker": "s", "mfc": "white", "color": _S1_OWN, "label": "S1's simulation, printed"}
+    full = {"marker": "o", "color": "black", "label": "S1's measurement, printed"}
+    for number, data, look in ((bench + 2, own, hollow), (bench, measured, full)):
         here = np.isclose(data.force, loads[number])
         assert data.change is not None
         axis.plot(data.pressure[here] * 1e-5, CM * data.change[here], ls="", ms=4.5, **look)
     if bench == 2 and np.isclose(own.force[MISPRINT], loads[bench + 2]):
         assert own.change is not None
-        axis.annotate(
-            "misprint: 2.4 is implied",
-            (own.pressure[MISPRINT] * 1e-5, CM * own.change[MISPRINT]),
-            xytext=(-7.0, 0.0),
-            textcoords="offset points",
-            ha="right",
-            va="center",
-            fontsize=8.0,
-            color=_S1_OWN,
-        )
+        look = {"ha": "right", "va": "center", "fontsize": 8.0, "color": _S1_OWN, "xytext": (-7.0, 0.0)}
+        place = own.pressure[MISPRINT] * 1e-5, CM * own.change[MISPRINT]
+        axis.annotate("misprint: 2.4 is implied", place, textcoords="offset points", **look)
 
 
 def _s3(figure: Any) -> None:
@@ -198,18 +179,12 @@ def _s3(figure: Any) -> None:
     muscle = reader.load("muscle", "dmsp_10")
     for axis, panel in zip(axes, (_isobaric, _isotonic, _isometric), strict=True):
         panel(axis, data, muscle)
-    grey, printed = {"color": "0.3"}, _s3_printed()
+    grey, told = {"color": "0.3"}, ", ".join(f"{key} = {x:g}" for key, x in _s3_printed().items())
     keys = [
         *axes[0].plot([], [], "o", ms=3.5, label="maker's 10 mm table", **grey),
         *axes[0].plot([], [], "o", ms=3.5, mfc="white", label="interpolated in it", **grey),
         *axes[0].plot([], [], "-", label=f"{_S3_LAW}, fitted here", **grey),
-        *axes[0].plot(
-            [],
-            [],
-            "--",
-            label="S3's {}".format(", ".join(f"{key} = {x:g}" for key, x in printed.items())),
-            **grey,
-        ),
+        *axes[0].plot([], [], "--", label=f"S3's {told}", **grey),
     ]
     figure.legend(handles=keys, loc="outside lower center", ncols=4)
     title = (
@@ -284,24 +259,16 @@ def _pair(axis: Any, x: np.ndarray, y: np.ndarray, style: str, colour: Any, labe
     axis.plot(x, np.where(y >= 0.0, y, np.nan), style, color=colour, label=label or None)
 
 
+_WEAK_CALF = {"patient": "plantarflexor-weak"}
 _Fill = Callable[[Any], None]
 FIGURES: dict[str, dict[str, tuple[tuple[float, float], _Fill]]] = {
     "S0": {"static_load": ((12.0, 6.4), _static_load), "isobaric": ((6.0, 4.2), _isobars)},
     "S1": {
         "figures_6_to_8": ((8.0, 3.6), _device),
         "torque_of_a_drop_foot": ((8.8, 3.8), lambda figure: fill(figure, torque_map())),
-        "torque_of_a_weak_calf": (
-            (8.8, 3.8),
-            lambda figure: fill(figure, torque_map(sets={"patient": "plantarflexor-weak"})),
-        ),
-        "figures_9_to_12": (
-            (6.6, 5.4),
-            functools.partial(_s1, bench=1, first=9, masses=(1.0, 1.5, 2.0, 3.0), shape=(2, 2)),
-        ),
-        "figures_13_to_15": (
-            (7.6, 3.3),
-            functools.partial(_s1, bench=2, first=13, masses=(1.5, 2.0, 3.0), shape=(1, 3)),
-        ),
+        "torque_of_a_weak_calf": ((8.8, 3.8), lambda figure: fill(figure, torque_map(sets=_WEAK_CALF))),
+        "figures_9_to_12": ((6.6, 5.4), lambda f: _s1(f, 1, 9, (1.0, 1.5, 2.0, 3.0), (2, 2))),
+        "figures_13_to_15": ((7.6, 3.3), lambda f: _s1(f, 2, 13, (1.5, 2.0, 3.0), (1, 3))),
     },
     "S2": {
         "figure_4": ((6.0, 4.2), _isobars),
