@@ -36,7 +36,7 @@ def festo_10(folder: pathlib.Path, cut: int, kink: str, openings: str = "loop") 
     openings : where they come from
         loop   the rig's published program and the time stamps; nothing of the gauge
         width  the program's instants, with one width a file, the mean that the gauge shows
-        gauge  rows are put in where the reading crosses a share of its first rise, and where it has lost one of it
+        gauge  rows are put in where the reading crosses a share of its first rise, and has lost one of it
     """
     with gzip.open(folder / "aarl_festo10_isometric" / "show" / f"10mm_{cut}cm_{kink}_Test9.csv.gz") as file:
         force, pressure, stamp, state = np.loadtxt(file, delimiter=",").T
@@ -76,7 +76,7 @@ def festo_10(folder: pathlib.Path, cut: int, kink: str, openings: str = "loop") 
 def passes(stamp: np.ndarray) -> np.ndarray:
     """When each pass of the rig's program began [s], from its own stamps of whole milliseconds.
 
-    The clock of its board advances by 1.024 ms and skips three of 128 values, so that it is right in the mean;
+    The clock of its board advances by 1.024 ms and skips three of 128 values, to be right on average;
     passes follow each other evenly but the first dozen, which fill the serial buffer.
     """
     value = np.rint(1e3 * stamp).astype(int)
@@ -137,7 +137,7 @@ def festo_20(folder: pathlib.Path, number: int) -> dict[str, Any]:
 
 
 def leak(folder: pathlib.Path, number: int) -> dict[str, Any]:
-    """A 20 mm muscle that was filled and shut, and leaks; by the laboratory's later calibration of the gauge."""
+    """A 20 mm muscle that was filled and shut, and leaks; by a later calibration of its gauge."""
     path = folder / "aarl_festo20_fill_leak" / "show" / f"leak{number}.csv"
     time, valve, raw = np.loadtxt(path, delimiter=",", skiprows=1).T
     shut = valve < 0.5

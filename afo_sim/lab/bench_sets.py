@@ -19,15 +19,14 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel
 from pydantic import Field as Option
 from scipy.optimize import least_squares
 
-from afo_sim.common import InputError, assets, nearest_name
-from afo_sim.description import PROBLEMS
+from afo_sim.common import InputError, assets, unknown
 from afo_sim.lab.bench_log import BenchLog, read_bench_log
 from afo_sim.lab.identifiability import rms
-from afo_sim.lab.ledger import LEVELS, VERDICTS, LedgerRow
+from afo_sim.lab.ledger import LEVELS, VERDICTS, LedgerRow, read_checked
 from afo_sim.lab.replay import fit_replay, greatest, replay
 
 SECOND, LATER = "every second log", "second half of each log"  # that are held out; or a pattern of names
@@ -122,17 +121,15 @@ def read_bench(folder: pathlib.Path) -> Bench:
     file = own if own.is_file() else shipped
     if not file.is_file():
         raise InputError("has no description", file=own, allowed=f"{EXAMPLE}; see docs/stand.md")
-    try:
-        return Bench.model_validate(assets.read_toml(file))
-    except ValidationError as error:
-        first = error.errors(include_url=False)[0]
-        field, problem = ".".join(map(str, first["loc"])), PROBLEMS.get(first["type"], first["msg"])
-        near = nearest_name(str(first["loc"][-1]), [*Bench.model_fields, *Prediction.model_fields])
-        raise InputError(problem, file=file, field=field, nearest=near) from None
+    return read_checked(Bench, file, Prediction)
 
 
 def _rows(folder: pathlib.Path, one: Prediction) -> Iterator[BenchRow]:
     logs = [read_bench_log(file) for file in sorted(folder.glob(one.logs))]
+    for channel in one.limits:
+        if missing := [log for log in logs if channel not in log.columns]:
+            problem = "is not measured in this log"
+            raise unknown(channel, missing[0].columns, file=missing[0].file, field="limits", problem=problem)
     sizes, fitted, errors = greatest(logs), list[str](), dict[tuple[str, ...], float]()
     for halves in _halves(logs, one.held_out):
         seen = [

@@ -15,7 +15,7 @@ What is not published is drawn from a stated range, never chosen. The rules, wri
 import pathlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, TypeVar
 
 import numpy as np
 from pydantic import BaseModel, ValidationError
@@ -91,7 +91,7 @@ class Device(BaseModel, frozen=True, extra="forbid"):
 
 @dataclass(frozen=True)
 class LedgerRow:
-    """A measured number, half its 90 % interval, 5, 50, 95 % of its prediction; or errors, with a `limit`."""
+    """A measured number, half its 90 % interval, 5, 50, 95 % of its prediction."""
 
     device: str
     quantity: str
@@ -100,13 +100,10 @@ class LedgerRow:
     measured: float | None = None
     error: float | None = None
     source: str = ""
-    limit: float | None = None
 
     @property
     def verdict(self) -> str:
         """One of VERDICTS, by the module's rule."""
-        if self.band and self.limit:
-            return VERDICTS[int(self.band[1] > self.limit)]
         if self.band is None or self.measured is None or self.error is None:
             return VERDICTS[2]
         low, _, high = self.band
@@ -122,15 +119,24 @@ def interval_score(low: Any, high: Any, x: Any) -> Any:
     return (high - low + 2.0 / ALPHA * beyond) / np.abs(x)
 
 
+Described = TypeVar("Described", bound=BaseModel)
+
+
+def read_checked(kind: type[Described], file: pathlib.Path, *parts: type[BaseModel]) -> Described:
+    """A TOML file as a model, whose parts are further ones; an unknown key is said before a missing one."""
+    try:
+        return kind.model_validate(assets.read_toml(file))
+    except ValidationError as error:
+        first = min(error.errors(include_url=False), key=lambda each: each["type"] != "extra_forbidden")
+        field, problem = ".".join(map(str, first["loc"])), PROBLEMS.get(first["type"], first["msg"])
+        known = [name for model in (kind, *parts) for name in model.model_fields]
+        near = nearest_name(str(first["loc"][-1]), known) if first["type"] == "extra_forbidden" else ""
+        raise InputError(problem, file=file, field=field, nearest=near) from None
+
+
 def read_device(file: pathlib.Path) -> Device:
     """A file of the ledger, checked."""
-    try:
-        device = Device.model_validate(assets.read_toml(file))
-    except ValidationError as error:
-        first = error.errors(include_url=False)[0]
-        field, problem = ".".join(map(str, first["loc"])), PROBLEMS.get(first["type"], first["msg"])
-        near = nearest_name(field, [*Device.model_fields])
-        raise InputError(problem, file=file, field=field, nearest=near) from None
+    device = read_checked(Device, file, Measured, Number)
     if device.predict not in PREDICTIONS and not device.wanting:
         raise unknown(device.predict, [*PREDICTIONS], field="predict", problem="is an unknown prediction")
     return device

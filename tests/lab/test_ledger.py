@@ -218,11 +218,15 @@ def test_the_page_shows_the_summary() -> None:
 
 def test_recordings_need_their_folder(capsys: pytest.CaptureFixture[str], tmp_path: pathlib.Path) -> None:
     code, out, _ = call(capsys, "validate", "--bench", "--json")
-    assert code == 0 and [r["verdict"] for r in json.loads(out)] == ["cannot tell"] * 3
-    assert all("give --data FOLDER" in r["source"] for r in json.loads(out))
+    assert code == 0 and json.loads(out) == []
+    code, out, _ = call(capsys, "validate", "--bench")
+    assert code == 0 and "--data FOLDER" in out and "aarl_festo10_isometric" in out
     code, _, err = call(capsys, "validate", "--bench", "--data", tmp_path)
-    assert code == 2 and "--data" in err and "aarl_festo10_isometric" in err and "Traceback" not in err
-    assert LedgerRow("d", "q", "%", (1.0, 4.1, 9.0), limit=4.0).verdict == "disagrees"
+    assert code == 2 and "--data" in err and "Traceback" not in err
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "log.csv").write_text("time [s],pressure [bar]\n")
+    code, _, err = call(capsys, "validate", "--bench", "--data", tmp_path)
+    assert code == 2 and "bench.toml" in err and "[[predict]]" in err
 
 
 def log(file: pathlib.Path, title: str, values: np.ndarray, *facts: str) -> pathlib.Path:

@@ -24,6 +24,7 @@ from afo_sim.common import (
 )
 from afo_sim.description import load
 from afo_sim.lab import bench_sets, fit_replay, replay
+from afo_sim.lab.bench_log import read_bench_log
 from afo_sim.physics import valve_flow
 
 BENCHES = pathlib.Path(os.environ.get("AFO_SIM_BENCH", ROOT.parent / "shared" / "data" / "bench"))
@@ -211,74 +212,133 @@ def test_a_setting_that_the_log_does_not_tell_has_no_interval() -> None:
     ]
 
 
-OF_20 = {  # fitted to the pressures of the four logs of the 20 cm muscle, and to nothing else; SI
-    "conductance": 4.26e-9,
-    "critical_ratio": 0.198,
-    "outlet_conductance": 5.26e-9,
-    "outlet_critical_ratio": 1.4e-3,
-    "tube_volume": 68.9e-6,
-    "wall_conductance": 22.2,
-    "supply": 5.97e5,
-}
-
-
-@pytest.mark.slow
-@needed
-@pytest.mark.parametrize(("cut", "kink"), [(10, "Unkink"), (30, "kinked25"), (30, "kinked75")])
-def test_a_bench_fitted_on_one_length_predicts_the_pressure_at_others(cut: int, kink: str) -> None:
-    """Festo muscles of 10 mm, held and pulsed (Portland State University, Muscle_Sensory, e3a82772)."""
-    log = SCRIPT.festo_10(BENCHES, cut, kink)
-    found = replay(log, bench=OF_20)
-    assert found.errors["pressure"].share < 0.0205  # sampled coils, at which it was fitted, gave 0.0200
-    if (cut, kink) == (30, "kinked25"):  # half of the volume seen would be wrong by far
-        assert replay(log, bench=OF_20 | {"tube_volume": 0.5 * 68.9e-6}).errors["pressure"].share > 0.05
-
-
-def rows_of(folder: pathlib.Path, *logs: dict[str, Any]) -> dict[str, Any]:
-    """The rows of logs of held muscles, by quantity without its limit."""
-    (to := folder / "aarl_festo10_isometric").mkdir()
+def bench_of(folder: pathlib.Path, text: str, *logs: dict[str, Any]) -> pathlib.Path:
+    """A folder of logs of held muscles with its description."""
+    folder.mkdir(exist_ok=True)
     for k, log in enumerate(logs):
-        SCRIPT.write(log, to / f"{k:02}.csv")
-    return {row.quantity.partition(", limit")[0]: row for row in bench_sets.bench(folder) if row.band}
+        SCRIPT.write(log, folder / f"{k:02}.csv")
+    (folder / "bench.toml").write_text(text)
+    return folder
+
+
+def made(**bench: str) -> list[dict[str, Any]]:
+    """Logs of two lengths that a bench of 0.1 dm³/(s·bar) made, whose cell shows 0.9 of the force."""
+    blank = {key: each for key, each in pulsed().items() if key not in (*VALVES, "contraction")} | OWN | bench
+    logs = [blank | {"length": length} for length in ("20 cm", "19.4 cm")]
+    for log in logs:
+        seen = replay(log, bench=VALVES | {"conductance": "0.1 dm^3/(s*bar)"}).predicted
+        log |= {"pressure [bar]": 1e-5 * seen["pressure"], "force [N]": 0.9 * seen["force"]}
+    return logs
+
+
+GIVEN = ", ".join(f'{key} = "{value}"' for key, value in VALVES.items())
+PULSES = f"""[[predict]]
+what = "pulses"
+given = {{ {GIVEN} }}
+fit = ["conductance"]
+limits = {{ pressure = 1 }}
+"""
 
 
 @pytest.mark.slow
 def test_the_rows_find_the_bench_that_made_the_recordings(tmp_path: pathlib.Path) -> None:
-    """1 nm³/(s·Pa), a cell that shows 0.9 of the force: nothing fitted errs by a ninth of it, a fit not."""
-    blank = {key: each for key, each in pulsed().items() if key not in (*VALVES, "contraction")} | OWN
-    logs = [blank | {"length": length} for length in ("20 cm", "19.4 cm")]
-    for log in logs:
-        seen = replay(log, bench=bench_sets.VALVE | {"supply": 6.2e5, "conductance": 1e-9}).predicted
-        log |= {"pressure [bar]": 1e-5 * seen["pressure"], "force [N]": 0.9 * seen["force"]}
-    rows = rows_of(tmp_path, *logs)
-    shares = [100.0 / 9.0 * np.sqrt(np.mean(a["force [N]"] ** 2)) / logs[0]["force [N]"].max() for a in logs]
-    expected = min(shares), np.sqrt(np.mean(np.square(shares))), max(shares)
-    assert rows["static force, nothing fitted"].band == pytest.approx(expected, abs=0.2)
-    assert max(rows["static force, blocked_force fitted"].band) < 0.5
-    assert rows["pulses, pressure, conductance fitted"].verdict == "agrees"
+    """A cell that shows 0.9 of the force: nothing fitted errs by a ninth of it, a fit not."""
+    static = '[[predict]]\nwhat = "static"\nfit = ["blocked_force"]\nlimits = { force = 1 }\n'
+    logs = made()
+    folder = bench_of(tmp_path / "mine", static + PULSES, *logs)
+    force, pressure = bench_sets.bench(folder)
+    error = 100.0 / 9.0 * np.sqrt(np.mean(logs[1]["force [N]"] ** 2)) / logs[0]["force [N]"].max()
+    assert force.nothing == pytest.approx(error, abs=0.2)
+    assert force.shown < 0.5 and max(force.held_out) < 0.5 and force.verdict == "agrees"
+    assert {half: [*each] for half, each in force.logs.items()} == {"shown": ["00"], "held out": ["01"]}
+    assert pressure.nothing > 5.0 > 0.5 > pressure.held_out[1] and pressure.verdict == "agrees"
+    assert pressure.simpler > pressure.held_out[1]
 
 
-def test_a_loop_is_judged_over_three_muscles(tmp_path: pathlib.Path, monkeypatch: Any) -> None:
+@pytest.mark.slow
+def test_an_input_that_derives_from_the_pressure_is_no_prediction(tmp_path: pathlib.Path) -> None:
+    folder = bench_of(tmp_path / "fed", PULSES, *made(fed="pressure (openings read off the gauge)"))
+    (row,) = bench_sets.bench(folder)
+    assert row.held_out[1] < row.limit and row.verdict == "fed"
+    assert "pressure, fed" in [cells[0] for cells in replay(folder / "00.csv", bench=VALVES).rows]
+
+
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        (PULSES.replace("what", "waht"), "predict.0.waht"),
+        (PULSES.replace('fit = ["conductance"]', 'fit = ["conductence"]'), "did you mean 'conductance'"),
+        (PULSES + 'held_out = "none.csv"\n', "held_out"),
+        (PULSES.replace("limits = { pressure = 1 }", "limits = { torque = 1 }"), "torque"),
+        ("description = 'nothing'\n", "predict"),
+    ],
+)
+def test_a_description_that_is_wrong_is_refused(tmp_path: pathlib.Path, text: str, problem: str) -> None:
+    folder = bench_of(tmp_path / "mine", text, *[pulsed(**OWN) | {"length": "20 cm"}] * 2)
+    with pytest.raises(InputError) as raised:
+        list(bench_sets.bench(folder))
+    assert problem in str(raised.value)
+
+
+def test_a_loop_is_judged_over_three_muscles(tmp_path: pathlib.Path) -> None:
     """8 ± 1 N more force while venting: 2.92/√3 of the deviation 1 N; a held muscle here has no loop."""
-    monkeypatch.setattr(bench_sets, "BENCH", {"aarl_festo10_isometric": []})
     log = OWN | ramp(length="19 cm", contraction="0.05")
     forces = [30.0 * log["pressure [bar]"] + width * (log["time [s]"] > 1.0) for width in (7.0, 8.0, 9.0)]
-    ((name, found),) = rows_of(tmp_path, *(log | {"force [N]": force} for force in forces)).items()
-    assert name == "loop at 25% of free contraction" and found.verdict == "disagrees"
+    (found,) = bench_sets.loops(
+        bench_of(tmp_path / "l", "", *(log | {"force [N]": force} for force in forces))
+    )
+    assert found.quantity == "loop at 25% of free contraction" and found.verdict == "disagrees"
     assert (found.measured, found.error) == pytest.approx((8.0, 2.92 / 3.0**0.5), abs=0.1)
 
 
+def test_the_clock_of_the_rig_is_read_from_its_stamps() -> None:
+    """Passes 1.7 ms apart, by a clock of 1.024 ms that skips three of 128 values: right to 0.15 ms within."""
+    true = 0.5 + 1.7 * np.arange(4000)  # [ms]
+    known = [each for each in range(10_000) if each % 128 not in (12, 55, 98)]
+    stamps = 1e-3 * np.array(known)[(true / 1.024).astype(int)]
+    found = SCRIPT.passes(stamps)
+    assert np.abs(1e3 * found - true)[2 * SCRIPT.EVEN : -SCRIPT.EVEN].max() < 0.15
+    assert np.abs(1e3 * stamps - true).max() > 0.8
+
+
+def test_the_program_opens_the_valves_by_its_stamps() -> None:
+    """Filling, from the first pass within 5 ms of 0.5 s to the first one beyond; venting, the last 50 ms."""
+    stamps = 1e-3 * np.array([0, 2, 5, 6, 499, 500, 505, 507, 950, 951, 999, 1000, 1002])
+    inlet, outlet = SCRIPT.commands(stamps, np.array([1.0] * 8 + [2.0] * 5))
+    assert inlet.tolist() == [1, 1, 1, 0, 0, 1, 1, 0, 0, 0, 0, 0, 0]
+    assert outlet.tolist() == [0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 0, 0]
+
+
+def test_a_command_reaches_its_valve_late() -> None:
+    log = read_bench_log(ramp(inlet=np.r_[np.ones(10), np.zeros(191)])).stated({"lag": "5 ms"})
+    inlet, outlet = log.coils(0.01 * np.arange(20), 0.01)
+    assert inlet == pytest.approx([0.5, *[1.0] * 9, 0.5, *[0.0] * 9]) and outlet.max() == 0.0
+
+
+@pytest.mark.slow
 @needed
-@nightly("80 s")
-def test_measured_muscles_miss_the_limits_as_the_page_says(tmp_path: pathlib.Path) -> None:
-    """The static error again by the formula, over each muscle's force at rest length."""
-    logs = [SCRIPT.festo_10(BENCHES, cut, kink) for cut in SCRIPT.RESTS for kink in SCRIPT.KINKS]
-    rows, shares = rows_of(tmp_path, *logs), []
-    for k, log in enumerate(logs):
-        muscle = load("muscle", "dmsp_10", {key: log[key] for key in ("total_length", "free_contraction")})
-        kappa = (muscle.total_length - float(log["length"][:-3]) / 100.0) / muscle.nominal_length
-        force = np.maximum(muscle.force(np.maximum(log["pressure [Pa]"], 0.0), contraction=kappa), 0.0)
-        shares.append(np.mean((force - log["force [N]"]) ** 2) / logs[k - k % 4]["force [N]"].max() ** 2)
-    expected = 100.0 * np.sqrt(np.mean(shares))
-    assert rows["static force, nothing fitted"].band[1] == pytest.approx(expected, abs=0.3)
-    assert {row.verdict for row in rows.values() if row.limit} == {"disagrees"}
+@pytest.mark.parametrize(("cut", "kink"), [(10, "kinked25"), (20, "kinked75"), (30, "kinked25")])
+def test_the_published_loop_predicts_the_pressure_of_muscles_held_out(cut: int, kink: str) -> None:
+    """By the valves that the other half told (models/benches): better than the 3.5 % that were the aim."""
+    log = SCRIPT.festo_10(BENCHES, cut, kink)
+    pulses = bench_sets.read_bench(pathlib.Path("aarl_festo10_isometric")).predict[1]
+    assert "fed" not in log and pulses.logs == "loop_*.csv"
+    found = replay(log, bench=pulses.given)
+    assert found.errors["pressure"].share < 0.035
+    blind = {"outlet_hold_decay": "0 s", "outlet_opening_delay": "30 ms"}  # a dead time that stays
+    assert replay(log, bench=pulses.given | blind).errors["pressure"].share > 0.04
+
+
+@needed
+@nightly("10 minutes")
+def test_measured_muscles_are_predicted_as_the_page_says(tmp_path: pathlib.Path) -> None:
+    """Halves exchanged, the loop's numbers stay in their intervals; the page's figures come out."""
+    for cut in SCRIPT.RESTS:
+        for kink in SCRIPT.KINKS:
+            SCRIPT.write(SCRIPT.festo_10(BENCHES, cut, kink), tmp_path / f"loop_{cut}cm_{kink}.csv")
+    static = bench_sets.read_bench(pathlib.Path("aarl_festo10_isometric")).predict[0]
+    logs = [read_bench_log(file) for file in sorted(tmp_path.glob("*.csv"))]
+    fits = [fit_replay(logs[k::2], static.fit, ["force"], bench=static.given) for k in (0, 1)]
+    for name in static.fit:
+        (low, high), (least, most) = (fit.intervals[name] or (-np.inf, np.inf) for fit in fits)
+        assert low <= most and least <= high, name
