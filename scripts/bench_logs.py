@@ -35,7 +35,7 @@ def festo_10(folder: pathlib.Path, cut: int, kink: str, openings: str = "loop") 
 
     openings : where they come from
         loop   the rig's published program and the time stamps; nothing of the gauge
-        width  the program's instants, with one width a file, the mean that the gauge shows
+        width  the program, with one width a file for the inlet, the mean that the gauge shows
         gauge  rows are put in where the reading crosses a share of its first rise, and has lost one of it
     """
     with gzip.open(folder / "aarl_festo10_isometric" / "show" / f"10mm_{cut}cm_{kink}_Test9.csv.gz") as file:
@@ -57,10 +57,12 @@ def festo_10(folder: pathlib.Path, cut: int, kink: str, openings: str = "loop") 
     rises = np.concatenate([[True], np.diff(stamp) > 0.0])
     spans = [list(_openings(stamp[rises], pressure[rises], kind)) for kind in (1, 2)]
     if openings == "width":
-        for k, on in enumerate((inlet, outlet)):
-            begins = time[np.flatnonzero(np.diff(on, prepend=0.0) > 0.0)]
-            width = float(np.mean(np.diff(spans[k])))
-            spans[k] = [(begin, begin + width) for begin in begins]
+        begins, ends = (time[np.flatnonzero(np.diff(outlet, prepend=0.0) == way)] for way in (1.0, -1.0))
+        spans[1] = [*zip(begins, ends, strict=False)]
+        width = float(np.mean(np.diff(spans[0])))
+        spans[0] = [
+            (begin, begin + width) for begin in time[np.flatnonzero(np.diff(inlet, prepend=0.0) > 0.0)]
+        ]
     whole = np.unique(np.concatenate([time, *map(np.ravel, spans)]))
     columns = {"pressure [Pa]": pressure, "force [N]": force}
     columns = {name: np.interp(whole, time, each) for name, each in columns.items()}

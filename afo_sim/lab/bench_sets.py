@@ -30,7 +30,7 @@ from afo_sim.lab.ledger import LEVELS, VERDICTS, LedgerRow, read_checked
 from afo_sim.lab.replay import fit_replay, greatest, replay
 
 SECOND, LATER = "every second log", "second half of each log"  # that are held out; or a pattern of names
-HEADER = ("bench", "predicted", "nothing fitted", "shown", "held out", "simpler", "limit", "verdict")
+HEADER = ("bench", "predicted", "as given", "shown", "held out", "simpler", "limit", "verdict")
 EXAMPLE = '[[predict]] with what = "pulses", fit = ["conductance"], limits = { pressure = 3 }'
 
 
@@ -56,13 +56,16 @@ class Bench(BaseModel, frozen=True, extra="forbid"):
 
 @dataclass(frozen=True)
 class BenchRow:
-    """Errors of one channel [%]: best, of all, and worst log held out; those of each log by its half."""
+    """Errors of one channel [%]: best, of all, and worst log held out; those of each log by its half.
+
+    `as_given` and `simpler` are those of the half held out with the given settings, and by the simpler model.
+    """
 
     bench: str
     what: str
     channel: str
     limit: float
-    nothing: float
+    as_given: float
     shown: float
     held_out: tuple[float, float, float]
     simpler: float
@@ -87,7 +90,7 @@ class BenchRow:
     def cells(self) -> list[str]:
         """Its cells under HEADER."""
         low, middle, high = self.held_out
-        numbers = f"{self.nothing:.3g}", f"{self.shown:.3g}", f"{middle:.3g} ({low:.2g} to {high:.2g})"
+        numbers = f"{self.as_given:.3g}", f"{self.shown:.3g}", f"{middle:.3g} ({low:.2g} to {high:.2g})"
         ends = f"{self.simpler:.3g}", f"{self.limit:g}", self.verdict
         return [self.bench, f"{self.what} {self.channel} [%]", *numbers, *ends]
 
@@ -141,7 +144,7 @@ def _rows(folder: pathlib.Path, one: Prediction) -> Iterator[BenchRow]:
             fit = fit_replay(seen, one.fit, one.fit_to or [*one.limits][:1], bench=one.given)
             values, fitted = fit.values, [*fitted, *fit.lines]
         predictors: dict[str, Predict] = {
-            "nothing": functools.partial(_replayed, bench=one.given),
+            "as given": functools.partial(_replayed, bench=one.given),
             "fitted": functools.partial(_replayed, bench=one.given | values),
             "simpler": simple_model(seen, one.given),
         }
@@ -158,15 +161,15 @@ def _rows(folder: pathlib.Path, one: Prediction) -> Iterator[BenchRow]:
             return {key[3]: x for key, x in errors.items() if key[:3] == (channel, half, kind)}
 
         held = np.array([*of("held out", "fitted").values()])
-        nothing, simpler = (
-            rms(np.array([*of("held out", kind).values()])) for kind in ("nothing", "simpler")
+        as_given, simpler = (
+            rms(np.array([*of("held out", kind).values()])) for kind in ("as given", "simpler")
         )
         yield BenchRow(
             folder.name,
             one.what,
             channel,
             limit,
-            nothing,
+            as_given,
             rms(np.array([*of("shown", "fitted").values()])),
             (float(held.min()), rms(held), float(held.max())),
             simpler,

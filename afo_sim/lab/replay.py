@@ -240,7 +240,7 @@ class ReplayProblem(FitProblem):
     @property
     def options(self) -> Mapping[str, Any]:
         """Of scipy's least_squares."""
-        return {"jac": self.slopes, "xtol": 1e-4, "ftol": 1e-5, "max_nfev": 40}
+        return {"jac": self.slopes, "xtol": 1e-4, "ftol": 1e-4, "max_nfev": 30}
 
     def errors(self, x: np.ndarray) -> list[np.ndarray]:
         """Errors over the largest measurement of that muscle, by log and channel."""

@@ -248,10 +248,10 @@ def test_the_rows_find_the_bench_that_made_the_recordings(tmp_path: pathlib.Path
     folder = bench_of(tmp_path / "mine", static + PULSES, *logs)
     force, pressure = bench_sets.bench(folder)
     error = 100.0 / 9.0 * np.sqrt(np.mean(logs[1]["force [N]"] ** 2)) / logs[0]["force [N]"].max()
-    assert force.nothing == pytest.approx(error, abs=0.2)
+    assert force.as_given == pytest.approx(error, abs=0.2)
     assert force.shown < 0.5 and max(force.held_out) < 0.5 and force.verdict == "agrees"
     assert {half: [*each] for half, each in force.logs.items()} == {"shown": ["00"], "held out": ["01"]}
-    assert pressure.nothing > 5.0 > 0.5 > pressure.held_out[1] and pressure.verdict == "agrees"
+    assert pressure.as_given > 5.0 > 0.5 > pressure.held_out[1] and pressure.verdict == "agrees"
     assert pressure.simpler > pressure.held_out[1]
 
 
