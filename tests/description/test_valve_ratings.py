@@ -218,7 +218,8 @@ def test_an_exhaust_makes_three_ports_and_a_bandwidth_a_proportional_valve() -> 
     plain = valve(cv=0.3)
     assert not plain.three_way and not plain.proportional
     times = {f"{way}_{time}" for way in ("opening", "closing") for time in ("delay", "ramp")}
-    assert set(plain.row) == {"conductance", "critical_ratio", *times}
+    held = {"threshold", "hold_decay", "hold_pressure"}
+    assert set(plain.row) == {"conductance", "critical_ratio", *times, *held}
     three = valve(cv=0.3, exhaust={"critical_ratio": 0.2, "sonic_area": "2 mm^2"})
     assert three.three_way and three.exhaust is not None
     assert three.exhaust.conductance == pytest.approx(0.4 * UNIT)
