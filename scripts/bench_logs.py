@@ -1,16 +1,18 @@
-"""Measured muscles of two benches as logs for `afo-sim stand replay`.
+"""Measured muscles of three benches as logs: two for `afo-sim stand replay`, and the joints of an arm.
 
     python scripts/bench_logs.py FOLDER OUT
 
 FOLDER holds `aarl_festo10_isometric/show` and `aarl_festo20_fill_leak/show`: recordings of the repository
 Agile-and-Adaptive-Robotics/Muscle_Sensory, Portland State University, commit e3a82772 (B. Bolen, A. Hunt). It
-states no licence, so that they are read where they lie and are no part of this one. OUT gets a folder of
-logs of each, for `afo-sim validate --bench --data OUT`.
+states no licence, so that they are read where they lie and are no part of this one. `pamy_acrkn/show` holds
+episodes of the arm PAMY (ALRhub/action-conditional-rkn, data/PAMData/Data2, MIT, © 2021 vaisakh-shaj). OUT
+gets a folder of logs of each, for `afo-sim validate --bench --data OUT`.
 """
 
 import argparse
 import csv
 import gzip
+import json
 import pathlib
 from collections.abc import Iterator
 from typing import Any
@@ -28,6 +30,20 @@ HELD = {
 APART = 0.05  # at least, between passes [ms]
 EVEN = 12  # passes on either side over which they are even
 ZERO, FIRST = 8180.0, 0.008  # reading of the gauge without air [Pa], time before the first pulse [s]
+
+# PAMY. Published: radii, lengths of muscles, upper arm (pam_mujoco ec114ef1, pamy1/body_template.xml); counts
+# at zero of joints 1 and 2 (pam_models 9d821247, pam.json). Read off: counts from 0 to 1. Assumed: 4 to 20 mA
+# of 15 bits for 0 to 6 bar, so that 6554 counts are no gauge pressure; these at zero of joints 3 and 4.
+ARM_COUNTS = (
+    (13e3, 9e3),
+    (13e3, 9e3),
+    (13.5e3, 9.5e3),
+    (14.5e3, 7.5e3),
+    *2 * [(6554, 13e3)],
+    *2 * [(6554, 15e3)],
+)
+ARM_ZERO, ARM_COUNT = 6554.0, 6e5 / (32767.0 - 6554.0)  # [counts], [Pa]
+ARM_JUMP = 0.4  # of an angle in a sample [rad], by which the last one belongs to the next episode
 
 
 def festo_10(folder: pathlib.Path, cut: int, kink: str, openings: str = "loop") -> dict[str, Any]:
@@ -148,6 +164,25 @@ def leak(folder: pathlib.Path, number: int) -> dict[str, Any]:
     return {"time [s]": 1e-3 * time[shut], "pressure [Pa]": gauge, "inlet": np.zeros(shut.sum())} | known
 
 
+def arm_joint(folder: pathlib.Path, joint: int) -> dict[str, Any]:
+    """A joint (0 to 3) of PAMY in all its episodes, which pauses of a second part."""
+    parts, start = [], 0.0
+    for path in sorted((folder / "pamy_acrkn" / "show").glob("*.json.gz")):
+        with gzip.open(path) as file:
+            rows = np.array(json.load(file)["ob"])[1:]  # the first is of before a reset
+        rows = rows[: len(rows) - int(np.abs(np.diff(rows[-2:, :4], axis=0)).max() > ARM_JUMP)]
+        counts = np.array(ARM_COUNTS)[2 * joint : 2 * joint + 2]
+        gauge = ARM_COUNT * (counts[:, 0] + counts[:, 1] * rows[:, 8 + 2 * joint : 10 + 2 * joint] - ARM_ZERO)
+        time = start + 0.01 * np.arange(len(rows))
+        parts.append(np.column_stack([time, rows[:, joint], 10.0 * rows[:, 4 + joint], gauge]))
+        start = time[-1] + 1.0
+    titles = ("time [s]", "angle [rad]", "velocity [rad/s]", "pressure [Pa]", "extensor [Pa]")
+    known = {"muscle": "dmsp_20", "total_length": f"{68 if joint else 100} cm", "radius": "37.1 mm"}
+    known |= {"link": "40.5 cm"} if joint == 2 else {}
+    source = "PAMY, action-conditional-rkn 7a8ae18; assumed: bore, pressure of a count"
+    return dict(zip(titles, np.concatenate(parts).T, strict=True)) | known | {"source": source}
+
+
 def write(log: dict[str, Any], path: pathlib.Path) -> None:
     """A log as a CSV."""
     texts = {key: value for key, value in log.items() if isinstance(value, str)}
@@ -164,7 +199,8 @@ def main() -> None:
     parser.add_argument("out", type=pathlib.Path)
     given = parser.parse_args()
     tens, twenties = (given.out / f"aarl_festo{size}" for size in ("10_isometric", "20_fill_leak"))
-    for folder in (tens, twenties):
+    joints = given.out / "pamy_acrkn"
+    for folder in (tens, twenties, joints):
         folder.mkdir(parents=True, exist_ok=True)
     for cut in RESTS:
         for kink in KINKS:
@@ -173,6 +209,8 @@ def main() -> None:
                 write(log, tens / f"{openings}_{cut}cm_{kink}.csv")
     for number in (2, 5, 7):
         write(festo_20(given.folder, number), twenties / f"fill{number}.csv")
+    for joint in range(4):
+        write(arm_joint(given.folder, joint), joints / f"{joint + 1}.csv")
     for number in (1, 4):
         write(leak(given.folder, number), twenties / f"leak{number}.csv")
 

@@ -1,9 +1,10 @@
 """Joints of a measured arm half a second ahead: antagonists over pulleys, under their measured pressures.
 
 A joint begins at its measured angle and velocity; after that it is told nothing but pressures: of its flexor
-(`pressure`) and extensor.
+(`pressure`) and extensor. A `link` from the parallel joint of the log before makes both a double pendulum.
+A pendulum is upright at zero; what hangs beyond the link is a point mass.
 
-    I q̈ = r cosh(μβ) (F_f − F_e) − (b + the muscles' own damping) q̇ − friction
+    I q̈ = r cosh(μβ) (F_f − F_e) − b q̇ − friction + weight, and what joints share
     |friction| ≤ r sinh(μβ) (F_f + F_e): cables behind guides have the tensions F e^(∓μβ)
 
 Every second episode is fitted, the others are judged: RMS error over the spread of the angle ahead. The limit
@@ -12,25 +13,25 @@ is that of a linear model, fitted to the same, which is told the start and the p
 
 import itertools
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.ndimage import map_coordinates
 from scipy.optimize import least_squares
 
-from afo_sim.common import AMBIENT_PRESSURE
+from afo_sim.common import AMBIENT_PRESSURE, GRAVITY, InputError
 from afo_sim.description import load
 from afo_sim.lab.bench_log import BenchLog
 from afo_sim.lab.identifiability import rms
-from afo_sim.lab.ledger import LedgerRow
 
 AHEAD, EVERY, SUBSTEPS = 50, 10, 2  # samples ahead, samples between starts, steps in a sample
-# Of each joint where a fit begins, and what is plausible [SI].
-RANGES = {
-    "inertia": (0.05, 1e-3, 1.0),
-    "damping": (0.5, 0.0, 3.0),  # beside the muscles' own
+RANGES = {  # of each joint where a fit begins, and what is plausible [SI]
+    "inertia": (0.05, 1e-3, 1.0),  # without what hangs on a link
+    "damping": (0.5, 0.0, 3.0),  # b
     "wrap": (0.5, 0.0, 1.2),  # μβ: polymer cables with 0.05 to 0.2, turned by a quarter to a whole turn
     "contraction": (0.08, -0.03, 0.2),  # of both muscles at an angle of zero
     "imbalance": (0.0, -0.1, 0.1),  # half of what the flexor is more contracted by
+    "distance": (0.22, 0.1, 0.4),  # of the point mass beyond a link [m]
 }
 NEEDED = {"angle", "velocity", "extensor", "muscle", "total_length", "radius"}
 Windows = dict[str, np.ndarray]  # columns of each start's samples, and what a linear model is told
@@ -51,7 +52,8 @@ class Arm:
     """Joints with one kind of muscle; `names` are of the numbers that are fitted."""
 
     def __init__(self, logs: Sequence[BenchLog]):
-        self.names = [name for name in RANGES for _ in logs]
+        self.links = {k: log.bench["link"] for k, log in enumerate(logs) if "link" in log.bench}
+        self.names = [n for n in RANGES for _ in (self.links if n == "distance" else logs)]
         self.muscle = load("muscle", logs[0].bench["muscle"])
         self.radius, long = np.array([[log.bench[n] for n in ("radius", "total_length")] for log in logs]).T
         self.turn = self.radius / (long - 2.0 * self.muscle.end_length)
@@ -64,17 +66,37 @@ class Arm:
         angle, speed = (np.stack([w[name][:, 0] for w in told], -1) for name in ("angle", "velocity"))
         pressure = np.stack([[w["pressure"], w["extensor"]] for w in told], -1)
         h, side, out = np.diff(told[0]["time"][0, :2]) / SUBSTEPS, np.array([[[1.0]], [[-1.0]]]), [angle]
+        before = speed
         for k in range(AHEAD * SUBSTEPS):
-            angle = angle + 0.5 * h * speed
+            angle, middle, before = angle + 0.5 * h * speed, 1.5 * speed - 0.5 * before, speed
             at, share = divmod((k + 0.5) / SUBSTEPS, 1.0)
             gauge = (1.0 - share) * pressure[:, :, int(at)] + share * pressure[:, :, int(at) + 1]
             kappa = p["contraction"] + side * (p["imbalance"] + self.turn * angle)
             places = np.array([(kappa + 0.06) * 2e3, gauge / 1e4])
-            flexor, extensor = h * self.radius * map_coordinates(self.table, places, order=1, mode="nearest")
-            own = self.muscle.damping * self.radius * self.turn * (gauge + AMBIENT_PRESSURE).sum(0)
-            drag, hold = 0.5 * h * (p["damping"] + own), np.sinh(p["wrap"]) * (flexor + extensor)
-            push = np.cosh(p["wrap"]) * (flexor - extensor) + (p["inertia"] - drag) * speed
-            speed = (push - push.clip(-hold, hold)) / (p["inertia"] + drag)
+            static = map_coordinates(self.table, places, order=1, mode="nearest")
+            slower = self.muscle.damping * (gauge + AMBIENT_PRESSURE) * side * self.turn * middle
+            pull = (static > 0.0) * (static - slower).clip(0.0)  # no cable pushes, no slack muscle brakes
+            flexor, extensor = h * self.radius * pull
+            drag, hold = 0.5 * h * p["damping"], np.sinh(p["wrap"]) * (flexor + extensor)
+            mass, push = p["inertia"] + 0.0 * angle, np.cosh(p["wrap"]) * (flexor - extensor) - drag * speed
+            for (b, link), far in zip(self.links.items(), p["distance"], strict=True):
+                a, ratio, inertia = b - 1, link / far, p["inertia"][b]
+                bent, weight = h * inertia * ratio * np.sin(angle[:, b]), h * GRAVITY * inertia / far
+                across = inertia * (1.0 + ratio * np.cos(angle[:, b]))
+                mass[:, a] += 2.0 * across + inertia * (ratio**2 - 1.0)
+                tipped = weight * np.sin(angle[:, a] + angle[:, b])
+                push[:, a] += tipped + weight * ratio * np.sin(angle[:, a]) + across * speed[:, b]
+                push[:, a] += bent * middle[:, b] * (2.0 * middle[:, a] + middle[:, b])
+                push[:, b] += tipped - bent * middle[:, a] ** 2 + across * speed[:, a]
+            push, whole = push + mass * speed, mass + drag
+            speed = (push - push.clip(-hold, hold)) / whole
+            for b in self.links:  # where the second slips, the first has the inertia that it leaves
+                a, left = b - 1, push[:, b] - across * speed[:, b - 1]
+                free, slips = push[:, b] - np.sign(left) * hold[:, b], np.abs(left) > hold[:, b]
+                share, rest = across / whole[:, b], push[:, a] - across / whole[:, b] * free
+                both = (rest - rest.clip(-hold[:, a], hold[:, a])) / (whole[:, a] - share * across)
+                speed[:, a] = np.where(slips, both, speed[:, a])
+                speed[:, b] = np.where(slips, free / whole[:, b] - share * both, 0.0)
             angle = np.clip(angle + 0.5 * h * speed, -3.0, 3.0)
             out += [angle] if (k + 1) % SUBSTEPS == 0 else []
         return np.stack(out, 1)
@@ -93,15 +115,46 @@ class Arm:
         return np.asarray(low + (best.x - 1.0) * (high - low))
 
 
-def joint_rows(logs: Sequence[BenchLog]) -> Iterator[LedgerRow]:
-    """A row for each joint of which a log states all that is needed."""
-    for log in (log for log in logs if log.columns.keys() | log.bench.keys() >= NEEDED):
-        arm, seen, other = Arm([log]), windows(log, 0), windows(log, 1)
-        x = arm.fit([seen])
-        fitted, held = (arm.swing(x, [each])[:, -1, 0] for each in (seen, other))
-        linear = other["told"] @ np.linalg.lstsq(seen["told"], seen["angle"][:, -1], rcond=None)[0]
-        pairs = (fitted, seen), (held, other), (linear, other), (other["angle"][:, 0], other)
-        errors = [100.0 * rms(guess - w["angle"][:, -1]) / w["angle"][:, -1].std() for guess, w in pairs]
-        quantity = "{} 0.5 s ahead, limit {:.0f}, linear; stays {:.0f}".format(log.file.stem, *errors[2:])
-        band, source = (min(errors[:2]), errors[1], max(errors[:2])), log.bench.get("source", "")
-        yield LedgerRow(log.file.parent.name, quantity, "% of spread", band, source=source, limit=errors[2])
+@dataclass(frozen=True)
+class Joint:
+    """A joint's errors over the spread of the angle ahead [%], and its numbers [SI].
+
+    fitted, held : of episodes that were fitted, and of the others
+    linear, stays : of the others by a linear model, and by the angle at the start
+    """
+
+    log: BenchLog
+    fitted: float
+    held: float
+    linear: float
+    stays: float
+    numbers: dict[str, float]
+
+
+def joints(logs: Sequence[BenchLog]) -> Iterator[Joint]:
+    """Each joint, those that a link joins together."""
+    groups = list[list[BenchLog]]()
+    for log in logs:
+        if missing := NEEDED - (log.columns.keys() | log.bench.keys()):
+            problem, allowed = "lacks what a joint needs", ", ".join(sorted(missing))
+            raise InputError(problem, file=log.file, allowed=allowed)
+        groups = [*groups[:-1], [*groups[-1], log]] if groups and "link" in log.bench else [*groups, [log]]
+    for group in groups:
+        arm, halves = Arm(group), [[windows(log, half) for log in group] for half in (0, 1)]
+        x = arm.fit(halves[0])
+        (fitted, held), (seen, other) = [arm.swing(x, each)[:, -1] for each in halves], halves
+        for k, log in enumerate(group):
+            slopes = np.linalg.lstsq(seen[k]["told"], seen[k]["angle"][:, -1], rcond=None)[0]
+            guesses = held[:, k], other[k]["told"] @ slopes, other[k]["angle"][:, 0]
+            held_out, linear, stays = (_error(each, other[k]) for each in guesses)
+            numbers = dict[str, float]()
+            for name in RANGES:
+                found = x[[name == each for each in arm.names]]
+                if len(found):
+                    numbers[name] = float(found[min(k, len(found) - 1)])
+            yield Joint(log, _error(fitted[:, k], seen[k]), held_out, linear, stays, numbers)
+
+
+def _error(guess: np.ndarray, told: Windows) -> float:
+    ahead = told["angle"][:, -1]
+    return float(100.0 * rms(guess - ahead) / ahead.std())

@@ -12,6 +12,7 @@ from afo_sim.lab.measured import Known, columns_of
 
 # Column → the SI units that it may be given in.
 _UNITS = {"time": "s", "pressure": "Pa", "force": "N", "length": "m", "contraction": ""}
+_UNITS |= {"angle": "rad", "velocity": "rad/s", "extensor": "Pa"}  # of a joint between two muscles
 _COLUMNS: Known = {name: (unit,) for name, unit in _UNITS.items()} | {"inlet": (), "outlet": ()}
 _EXAMPLE = "time [s], pressure [kPa], force [N], inlet, outlet"
 # of the inlet; of the outlet with `outlet_`, and then as of the inlet where they are not stated
@@ -19,7 +20,7 @@ TIMES = ("opening_delay", "closing_delay", "opening_ramp", "closing_ramp", "hold
 VALVE = ("conductance", "critical_ratio", "threshold", "hold_pressure", *TIMES)
 # SI unit → header lines "# key: value", which are the keys of `bench`; None for texts.
 _KEYS: dict[str | None, str] = {
-    "m": "total_length length end_loss mounting_offset line_bore line_length",
+    "m": "total_length length end_loss mounting_offset line_bore line_length radius link",
     "": "free_contraction contraction critical_ratio outlet_critical_ratio threshold outlet_threshold",
     "N": "blocked_force",
     "kg": "load",

@@ -24,6 +24,7 @@ from pydantic import Field as Option
 from scipy.optimize import least_squares
 
 from afo_sim.common import InputError, assets, unknown
+from afo_sim.lab.arm_joint import joints
 from afo_sim.lab.bench_log import BenchLog, read_bench_log
 from afo_sim.lab.identifiability import rms
 from afo_sim.lab.ledger import LEVELS, VERDICTS, LedgerRow, read_checked
@@ -129,6 +130,9 @@ def read_bench(folder: pathlib.Path) -> Bench:
 
 def _rows(folder: pathlib.Path, one: Prediction) -> Iterator[BenchRow]:
     logs = [read_bench_log(file) for file in sorted(folder.glob(one.logs))]
+    if "angle" in one.limits:
+        yield from _joints(folder, one, logs)
+        return
     for channel in one.limits:
         if missing := [log for log in logs if channel not in log.columns]:
             problem = "is not measured in this log"
@@ -177,6 +181,19 @@ def _rows(folder: pathlib.Path, one: Prediction) -> Iterator[BenchRow]:
             tuple(fitted),
             {half: of(half, "fitted") for half in ("shown", "held out")},
             logs[0].bench.get("source", ""),
+        )
+
+
+def _joints(folder: pathlib.Path, one: Prediction, logs: Sequence[BenchLog]) -> Iterator[BenchRow]:
+    """Of each joint; what is given is that the angle stays, the simpler model is linear."""
+    for joint in joints(logs):
+        stem, held, source = joint.log.file.stem, (joint.held,) * 3, joint.log.bench.get("source", "")
+        numbers = ", ".join(f"{name} {value:.3g}" for name, value in joint.numbers.items())
+        errors = joint.stays, joint.fitted, held, joint.linear
+        halves = {"every second episode": {stem: joint.fitted}, "the others": {stem: joint.held}}
+        limit = min(one.limits["angle"], joint.linear)
+        yield BenchRow(
+            folder.name, f"{one.what} {stem}", "angle", limit, *errors, False, (numbers,), halves, source
         )
 
 

@@ -129,7 +129,7 @@ def read_checked(kind: type[Described], file: pathlib.Path, *parts: type[BaseMod
     except ValidationError as error:
         first = min(error.errors(include_url=False), key=lambda each: each["type"] != "extra_forbidden")
         field, problem = ".".join(map(str, first["loc"])), PROBLEMS.get(first["type"], first["msg"])
-        known = [name for model in (kind, *parts) for name in model.model_fields]
+        known = [*kind.model_fields, *(name for part in parts for name in part.model_fields)]
         near = nearest_name(str(first["loc"][-1]), known) if first["type"] == "extra_forbidden" else ""
         raise InputError(problem, file=file, field=field, nearest=near) from None
 

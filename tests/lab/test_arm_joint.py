@@ -11,16 +11,17 @@ from documents import ROOT, script
 from scipy.optimize import brentq
 
 from afo_sim import native
-from afo_sim.common import AMBIENT_TEMPERATURE, GAS_CONSTANT, HEAT_CAPACITY_RATIO
+from afo_sim.common import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT, HEAT_CAPACITY_RATIO
 from afo_sim.description import load
 from afo_sim.lab import arm_joint, bench_sets
-from afo_sim.lab.arm_joint import AHEAD, RANGES, Arm, windows
+from afo_sim.lab.arm_joint import AHEAD, Arm, windows
 from afo_sim.lab.bench_log import read_bench_log
 from afo_sim.physics import laminar_slope
 
 BENCHES = pathlib.Path(os.environ.get("AFO_SIM_BENCH", ROOT.parent / "shared" / "data" / "bench"))
 needed = pytest.mark.skipif(not BENCHES.is_dir(), reason="measured logs lie beside the repository")
 SCRIPT = script("bench_logs")
+SIDES = ("pressure [Pa]", "extensor [Pa]")
 FACTS = {"muscle": "dmsp_20", "total_length": "100 cm", "radius": "37.1 mm"}
 KNOWN = {"inertia": 0.12, "damping": 0.6, "wrap": 0.25, "contraction": 0.03, "imbalance": -0.004}
 NUMBERS = np.array([*KNOWN.values()])
@@ -104,17 +105,14 @@ def test_windows_lie_in_every_second_episode() -> None:
 
 def test_an_arm_with_known_numbers_is_found() -> None:
     read = swung(log(episodes=16))
-    found = dict(zip(RANGES, Arm([read]).fit([windows(read, 0)]), strict=True))
+    found = dict(zip(KNOWN, Arm([read]).fit([windows(read, 0)]), strict=True))
     assert found == pytest.approx(KNOWN, rel=0.1, abs=2e-3)
 
 
-def test_a_log_without_an_angle_has_no_row(tmp_path: pathlib.Path, monkeypatch: Any) -> None:
-    monkeypatch.setattr(bench_sets, "BENCH", {"pamy_acrkn": []})
-    (folder := tmp_path / "pamy_acrkn").mkdir()
-    SCRIPT.write(
-        {"time [s]": np.arange(20.0), "pressure [Pa]": np.ones(20)} | {"muscle": "dmsp_20"}, folder / "1.csv"
-    )
-    assert [row.band for row in bench_sets.bench(tmp_path)] == [None]
+def test_a_log_that_lacks_what_a_joint_needs_is_refused() -> None:
+    read = read_bench_log({"time [s]": np.arange(20.0), "pressure [Pa]": np.ones(20)} | FACTS)
+    with pytest.raises(InputError, match="angle, extensor, velocity"):
+        next(arm_joint.joints([read]))
 
 
 def rig(read: Any, told: dict[str, np.ndarray], numbers: dict[str, float]) -> np.ndarray:
@@ -196,17 +194,46 @@ def test_the_compiled_muscles_say_the_same() -> None:
     assert np.sqrt(np.mean(error**2)) < 0.01 * told["angle"][:, -1].std()
 
 
+def test_a_link_makes_a_double_pendulum() -> None:
+    """Without air, friction and muscles' damping it is MuJoCo's, with a point mass beyond the link."""
+    read, steps = [log(episodes=1, samples=60, **more) for more in ({}, {"link": "40 cm"})], 500
+    inertia, far, start = (0.15, 0.05), 0.25, np.array([[-0.6, 0.9], [2.0, -4.0]])
+    for each, angle, velocity in zip(read, *start, strict=True):
+        empty = np.full(60, -AMBIENT_PRESSURE)
+        each.columns.update(
+            pressure=empty, extensor=empty, angle=0 * empty + angle, velocity=0 * empty + velocity
+        )
+    told = [{name: column[None, : AHEAD + 1] for name, column in each.columns.items()} for each in read]
+    numbers = np.array([*inertia, 0.0, 0.0, 0.0, 0.0, 0.3, 0.3, 0.0, 0.0, far])
+    found = Arm(read).swing(numbers, told)[0, -1]
+    spec = mujoco.MjSpec()
+    spec.option.timestep, spec.option.integrator = 0.5 / steps, mujoco.mjtIntegrator.mjINT_RK4
+    tiny = {"mass": 1e-9, "inertia": [1e-12] * 3, "explicitinertial": True}
+    mass = inertia[1] / far**2
+    upper = spec.worldbody.add_body(name="upper", **tiny)
+    lower = upper.add_body(name="lower", pos=[0, 0, 0.4], **(tiny | {"mass": mass, "ipos": [0, 0, far]}))
+    for body, armature in ((upper, inertia[0]), (lower, 0.0)):
+        body.add_joint(axis=[0.0, 1.0, 0.0], armature=armature)
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    data.qpos[:], data.qvel[:] = start
+    for _ in range(steps):
+        mujoco.mj_step(model, data)
+    assert found == pytest.approx(data.qpos, abs=5e-3) and np.abs(found - start[0]).max() > 0.5
+
+
 @needed
 @pytest.mark.slow
 def test_joints_of_a_measured_arm_are_told_better_than_by_a_linear_model(tmp_path: pathlib.Path) -> None:
-    """PAMY (ALRhub/action-conditional-rkn, MIT): the base and the wrist, the other joint swapped is lost."""
+    """PAMY (ALRhub/action-conditional-rkn, MIT): all four joints; with swapped muscles the angle is lost."""
+    found = [SCRIPT.arm_joint(BENCHES, joint) for joint in range(4)]
     (folder := tmp_path / "pamy_acrkn").mkdir()
+    for joint, each in enumerate(found):
+        SCRIPT.write(each, folder / f"{joint + 1}.csv")
+    rows = list(bench_sets.bench(tmp_path))
+    assert [row.verdict for row in rows] == ["agrees"] * 4
+    assert all(row.held_out[1] < row.simpler < row.as_given for row in rows[:3])
     for joint in (0, 3):
-        found = SCRIPT.arm_joint(BENCHES, joint)
-        SCRIPT.write(found, folder / f"{joint}.csv")
-        sides = {"pressure [Pa]": found["extensor [Pa]"], "extensor [Pa]": found["pressure [Pa]"]}
-        SCRIPT.write(found | sides, folder / f"{joint} swapped.csv")
-    rows = {row.quantity[:3].strip(): row for row in bench_sets.bench(tmp_path) if row.band}
-    base, swapped, wrist, _ = (rows[name] for name in ("0 0", "0 s", "3 0", "3 s"))
-    assert base.verdict == wrist.verdict == "agrees" and swapped.verdict == "disagrees"
-    assert base.band and base.band[1] < 33.0 and wrist.band and wrist.band[1] < 47.0
+        sides = {name: found[joint][other] for name, other in zip(SIDES, SIDES[::-1], strict=True)}
+        (swapped,) = arm_joint.joints([read_bench_log({**found[joint], **sides})])
+        assert swapped.held > swapped.linear
