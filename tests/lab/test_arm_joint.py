@@ -11,7 +11,13 @@ from documents import ROOT, script
 from scipy.optimize import brentq
 
 from afo_sim import native
-from afo_sim.common import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT, HEAT_CAPACITY_RATIO
+from afo_sim.common import (
+    AMBIENT_PRESSURE,
+    AMBIENT_TEMPERATURE,
+    GAS_CONSTANT,
+    HEAT_CAPACITY_RATIO,
+    InputError,
+)
 from afo_sim.description import load
 from afo_sim.lab import arm_joint, bench_sets
 from afo_sim.lab.arm_joint import AHEAD, Arm, windows
