@@ -168,7 +168,9 @@ def complete(plan: StandPlan, k: int, rows: Rows) -> Rows:
         "branch": plan.branch(rows["time"]),
         "length": length * (1.0 - rows["contraction"]),
         "velocity": -length * rows["contraction_rate"],
-        "static_force": plan.muscle.force(rows["muscle_pressure"], contraction=rows["contraction"]),
+        "static_force": plan.muscle.force(
+            rows.get("muscle_pressure", rows["pressure"]), contraction=rows["contraction"]
+        ),
         "load": plan.carried(k, rows["contraction"]),
     }
     return {name: columns[name] for name in COLUMNS}
