@@ -7,11 +7,12 @@ No input of a prediction may derive from the channel that is predicted. Where on
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
 from scipy.optimize import OptimizeResult
+from scipy.stats import t
 
 from afo_sim import native
 from afo_sim.common import GRAVITY, InputError, Notice, unknown
@@ -27,6 +28,7 @@ from afo_sim.physics import crossing
 
 STEP = 5e-4  # of a replay [s]: a pulse of 10 ms has twenty
 FIT_STEP = 2e-3  # of a fit's replays [s]: valves switch within a step
+FEWEST = 3  # logs whose errors, log by log, widen intervals
 CARRIAGE = 1e-3  # what a spring draws beside half the muscle [kg]
 QUIET = 5e-3  # of the span of pressure that a quiet sample changes by in 0.1 s
 FIT_POINTS = 4000  # of a channel that a fit compares
@@ -243,7 +245,7 @@ class ReplayProblem(FitProblem):
         return {"jac": self.slopes, "xtol": 1e-4, "ftol": 1e-4, "max_nfev": 30}
 
     def errors(self, x: np.ndarray) -> list[np.ndarray]:
-        """Errors over the largest measurement of that muscle, by log and channel."""
+        """Errors over the largest measurement of that muscle, log by log."""
         sizes = greatest(self.logs)
 
         def of(log: BenchLog) -> Iterator[np.ndarray]:
@@ -257,7 +259,7 @@ class ReplayProblem(FitProblem):
                 yield one.error[::every] / sizes[log.muscle_key, name]
 
         with ThreadPoolExecutor(2) as threads:
-            return [each for found in threads.map(lambda log: [*of(log)], self.logs) for each in found]
+            return list(threads.map(lambda log: np.concatenate([*of(log)]), self.logs))
 
     def residuals(self, x: np.ndarray) -> np.ndarray:
         """All errors, one log after the other."""
@@ -332,4 +334,22 @@ def fit_replay(
         free.append(FitParameter(name, BENCH[name] or "", shown, *ends, size, logarithmic=logarithmic))
     problem = ReplayProblem(tuple(read), tuple(free), tuple(channels), muscle, sets)
     solution = believed(problem, problem.search(problem.at(start)))
+    until = np.cumsum([len(each) for each in problem.errors(solution.x)])
+    solution = replace(solution, half=np.maximum(solution.half, _half_by_log(solution, until)))
     return ReplayFit(solution, tuple(verdict(solution)))
+
+
+def _half_by_log(solution: Solution, ends: np.ndarray) -> np.ndarray:
+    """Half the 95 % intervals where the errors of one log hang together, and those of logs do not.
+
+    The sandwich of Liang & Zeger 1986, Biometrika 73:13, with Student's t of one less than there are logs.
+    """
+    jacobian, half, logs = solution.jacobian[:, solution.inner], np.zeros(len(solution.x)), len(ends)
+    if logs < FEWEST:
+        return half
+    rows = zip(np.split(jacobian, ends[:-1]), np.split(solution.residuals, ends[:-1]), strict=True)
+    scores = np.array([slopes.T @ errors for slopes, errors in rows])
+    bread = np.linalg.pinv(jacobian.T @ jacobian)
+    square = np.diag(bread @ scores.T @ scores @ bread) * logs / (logs - 1)
+    half[solution.inner] = t.ppf(0.975, logs - 1) * np.sqrt(square)
+    return half

@@ -12,6 +12,7 @@ from command import call
 from documents import ROOT, script
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
+from scipy.stats import t as student
 
 from afo_sim.common import (
     AMBIENT_PRESSURE,
@@ -210,6 +211,22 @@ def test_a_setting_that_the_log_does_not_tell_has_no_interval() -> None:
     assert [(notice.code, notice.data["names"]) for notice in fit.verdict] == [
         ("vague", ("mounting_stiffness",))
     ]
+
+
+def test_what_a_log_errs_by_as_a_whole_widens_the_interval() -> None:
+    """Load cells off by 6, −6, 4 and −4 N: neighbouring samples tell nothing of it, other logs do."""
+    law = load("muscle", "dmsp_10", {"blocked_force": "400 N"})
+    gauge = 1e5 * ramp()["pressure [bar]"]
+    noise = np.random.default_rng(3).normal(0.0, 0.5, (4, 201))
+    logs = [
+        ramp(**{"force [N]": law.force(gauge, contraction=0.05) + off + each})
+        for off, each in zip((6.0, -6.0, 4.0, -4.0), noise, strict=True)
+    ]
+    low, high = fit_replay(logs, ["blocked_force"]).intervals["blocked_force"]
+    force = law.force(gauge, contraction=0.05)  # goes with the blocked force; each log would give its own
+    own = 400.0 * (1.0 + np.array([6.0, -6.0, 4.0, -4.0]) * force.sum() / (force**2).sum())
+    assert low < 400.0 < high
+    assert high - low == pytest.approx(2.0 * student.ppf(0.975, 3) * own.std(ddof=1) / 2.0, rel=0.05)
 
 
 def bench_of(folder: pathlib.Path, text: str, *logs: dict[str, Any]) -> pathlib.Path:
