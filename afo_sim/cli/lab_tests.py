@@ -373,8 +373,8 @@ def paper_command(
 def validate_command(
     as_json: Annotated[bool, Option("--json", help="every row, cells too, as a JSON list")] = False,
     worn: Annotated[bool, Option("--worn", help="instead: others' devices, predicted with bands")] = False,
-    bench: Annotated[bool, Option("--bench", help="instead: the shared recordings of muscles")] = False,
-    data: Annotated[Path | None, Option(help="folder of the shared recordings")] = None,
+    bench: Annotated[bool, Option("--bench", help="instead: logs of benches, predicted")] = False,
+    data: Annotated[Path | None, Option(help="of --bench: folder of logs, with a bench.toml")] = None,
     air: Annotated[Path | None, Option(help="instead: a log's air per stride, beside its band")] = None,
     scenario: Annotated[str, Option(help="walk of that log")] = "walk-dropfoot-afo",
     walker: Annotated[bool, Option("--walker", help="instead: the responding walker, measured")] = False,
