@@ -138,6 +138,8 @@ def joints(logs: Sequence[BenchLog]) -> Iterator[Joint]:
         if missing := NEEDED - (log.columns.keys() | log.bench.keys()):
             problem, allowed = "lacks what a joint needs", ", ".join(sorted(missing))
             raise InputError(problem, file=log.file, allowed=allowed)
+        if "link" in log.bench and not groups:
+            raise InputError("has no joint before it", file=log.file, field="link")
         groups = [*groups[:-1], [*groups[-1], log]] if groups and "link" in log.bench else [*groups, [log]]
     for group in groups:
         arm, halves = Arm(group), [[windows(log, half) for log in group] for half in (0, 1)]

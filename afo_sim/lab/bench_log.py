@@ -16,8 +16,9 @@ _UNITS |= {"angle": "rad", "velocity": "rad/s", "extensor": "Pa"}  # of a joint 
 _COLUMNS: Known = {name: (unit,) for name, unit in _UNITS.items()} | {"inlet": (), "outlet": ()}
 _EXAMPLE = "time [s], pressure [kPa], force [N], inlet, outlet"
 # of the inlet; of the outlet with `outlet_`, and then as of the inlet where they are not stated
-TIMES = ("opening_delay", "closing_delay", "opening_ramp", "closing_ramp", "hold_decay")
-VALVE = ("conductance", "critical_ratio", "threshold", "hold_pressure", *TIMES)
+TIMES = ("opening_delay", "closing_delay", "opening_ramp", "closing_ramp")
+VALVE = ("conductance", "critical_ratio", "threshold", *TIMES)
+HOLD = ("hold_decay", "hold_pressure")  # of the outlet alone: nothing but the supply is before the inlet
 # SI unit → header lines "# key: value", which are the keys of `bench`; None for texts.
 _KEYS: dict[str | None, str] = {
     "m": "total_length length end_loss mounting_offset line_bore line_length radius link",
@@ -25,12 +26,12 @@ _KEYS: dict[str | None, str] = {
     "N": "blocked_force",
     "kg": "load",
     "N/m": "spring mounting_stiffness",
-    "Pa": "supply start_pressure dead_band hold_pressure outlet_hold_pressure",
+    "Pa": "supply start_pressure dead_band outlet_hold_pressure",
     "m^3/(s*Pa)": "conductance outlet_conductance leak_conductance",
     "m^3": "tube_volume gauge_volume",
     "W/K": "wall_conductance",
     "J/(kg*K)": "wall_conductance_by_flow",
-    "s": "timestep period inlet_pulse outlet_pulse venting_from start "
+    "s": "timestep period inlet_pulse outlet_pulse venting_from start outlet_hold_decay "
     + " ".join(f"{name} outlet_{name}" for name in ("lag", *TIMES)),
     None: "muscle law valve fed source licence note",
 }
@@ -38,8 +39,16 @@ BENCH = {name: unit for unit, names in _KEYS.items() for name in names.split()}
 # Least and greatest value of a setting, or of its unit [SI]; from 0 to 1e4 of others.
 _LIMITS = {"contraction": (-0.5, 0.9), "timestep": (1e-5, 0.1), "period": (1e-3, 1e4), "load": (1e-4, 1e4)}
 _LIMITS |= {"": (0.0, 0.9), "Pa": (0.0, 2e6), "N/m": (0.0, 1e9), "mounting_offset": (-0.1, 0.1)}
-_LIMITS |= {"start": (-1e3, 1e4), "line_bore": (5e-4, 0.05), "outlet_hold_pressure": (0.0, 1e8)}
+_LIMITS |= {
+    "start": (-1e3, 1e4),
+    "line_bore": (5e-4, 0.05),
+    "line_length": (0.2, 100.0),
+    "outlet_hold_pressure": (0.0, 1e8),
+}
 _FEWEST = 10  # samples
+# Settings that do nothing without another.
+_NEEDS = dict.fromkeys(("line_bore", "gauge_volume"), "line_length")
+_NEEDS |= {"outlet_hold_decay": "outlet_hold_pressure", "outlet_hold_pressure": "outlet_hold_decay"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,6 +95,10 @@ class BenchLog:
             if unit is not None and not low <= value <= high:
                 allowed = f"{low:g} to {high:g} {unit}"
                 raise InputError("is out of range", file=self.file, field=key, value=value, allowed=allowed)
+        for key in _NEEDS.keys() & found.keys():
+            if _NEEDS[key] not in found:
+                allowed = f"{_NEEDS[key]} beside it"
+                raise InputError("does nothing alone", file=self.file, field=key, allowed=allowed)
         if found.get("start", 0.0) >= self.columns["time"][-1]:
             raise InputError("is after the last sample", file=self.file, field="start", value=found["start"])
         return replace(self, bench=found)

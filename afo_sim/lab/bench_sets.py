@@ -16,7 +16,7 @@ import itertools
 import pathlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from pydantic import BaseModel
@@ -28,7 +28,7 @@ from afo_sim.lab.arm_joint import joints
 from afo_sim.lab.bench_log import BenchLog, read_bench_log
 from afo_sim.lab.identifiability import rms
 from afo_sim.lab.ledger import LEVELS, VERDICTS, LedgerRow, read_checked
-from afo_sim.lab.replay import fit_replay, greatest, replay
+from afo_sim.lab.replay import fit_replay, greatest, muscle_of, replay, shortened
 
 SECOND, LATER = "every second log", "second half of each log"  # that are held out; or a pattern of names
 HEADER = ("bench", "predicted", "as given", "shown", "held out", "simpler", "limit", "verdict")
@@ -44,7 +44,7 @@ class Prediction(BaseModel, frozen=True, extra="forbid"):
     given: dict[str, str] = {}
     fit: tuple[str, ...] = ()
     fit_to: tuple[str, ...] = ()
-    limits: dict[str, float] = Option(min_length=1)
+    limits: dict[str, Annotated[float, Option(gt=0.0, allow_inf_nan=False)]] = Option(min_length=1)
 
 
 class Bench(BaseModel, frozen=True, extra="forbid"):
@@ -78,7 +78,7 @@ class BenchRow:
     @property
     def verdict(self) -> str:
         """One of VERDICTS, or fed, by the module's rule."""
-        return "fed" if self.fed else VERDICTS[int(self.held_out[1] > self.limit)]
+        return "fed" if self.fed else VERDICTS[int(not self.held_out[1] <= self.limit)]
 
     @property
     def lines(self) -> Iterator[str]:
@@ -129,14 +129,17 @@ def read_bench(folder: pathlib.Path) -> Bench:
 
 
 def _rows(folder: pathlib.Path, one: Prediction) -> Iterator[BenchRow]:
-    logs = [read_bench_log(file) for file in sorted(folder.glob(one.logs))]
+    if not one.logs or one.logs.startswith("/") or not (files := sorted(folder.glob(one.logs))):
+        raise InputError("finds no log", file=folder, field="logs", value=one.logs, allowed="*.csv")
+    logs = [read_bench_log(file) for file in files]
     if "angle" in one.limits:
         yield from _joints(folder, one, logs)
         return
-    for channel in one.limits:
-        if missing := [log for log in logs if channel not in log.columns]:
-            problem = "is not measured in this log"
-            raise unknown(channel, missing[0].columns, file=missing[0].file, field="limits", problem=problem)
+    for log, channel in itertools.product(logs, one.limits):
+        known = log.columns.keys() - (set() if "supply" in log.stated(one.given).bench else {"pressure"})
+        if channel not in known - {"time", "inlet", "outlet"}:
+            problem = "is not measured in this log, or drives it"
+            raise unknown(channel, known, file=log.file, field="limits", problem=problem)
     sizes, fitted, errors = greatest(logs), list[str](), dict[tuple[str, ...], float]()
     for halves in _halves(logs, one.held_out):
         seen = [
@@ -156,9 +159,9 @@ def _rows(folder: pathlib.Path, one: Prediction) -> Iterator[BenchRow]:
             for (log, rows), (kind, predict) in itertools.product(parts, predictors.items()):
                 predicted = predict(log)
                 for channel in one.limits:
-                    missed = rms((predicted[channel] - log.columns[channel])[rows])
-                    share = 100.0 * missed / sizes[log.muscle_key, channel]
-                    errors[channel, half, kind, log.file.stem] = share
+                    missed = predicted.get(channel, np.nan) - log.columns[channel]
+                    share = 100.0 * rms(missed[rows]) / sizes[log.muscle_key, channel]
+                    errors[channel, half, kind, str(log.file.relative_to(folder).with_suffix(""))] = share
     for channel, limit in one.limits.items():
 
         def of(half: str, kind: str, channel: str = channel) -> dict[str, float]:
@@ -186,6 +189,8 @@ def _rows(folder: pathlib.Path, one: Prediction) -> Iterator[BenchRow]:
 
 def _joints(folder: pathlib.Path, one: Prediction, logs: Sequence[BenchLog]) -> Iterator[BenchRow]:
     """Of each joint; what is given is that the angle stays, the simpler model is linear."""
+    if one.fit or one.given or len(one.limits) > 1:
+        raise InputError("goes without fit, given and other limits", file=folder, field="angle")
     for joint in joints(logs):
         stem, held, source = joint.log.file.stem, (joint.held,) * 3, joint.log.bench.get("source", "")
         numbers = ", ".join(f"{name} {value:.3g}" for name, value in joint.numbers.items())
@@ -193,7 +198,15 @@ def _joints(folder: pathlib.Path, one: Prediction, logs: Sequence[BenchLog]) -> 
         halves = {"every second episode": {stem: joint.fitted}, "the others": {stem: joint.held}}
         limit = min(one.limits["angle"], joint.linear)
         yield BenchRow(
-            folder.name, f"{one.what} {stem}", "angle", limit, *errors, False, (numbers,), halves, source
+            folder.name,
+            f"{one.what} {stem}",
+            "angle",
+            limit,
+            *errors,
+            "angle" in joint.log.fed,
+            (numbers,),
+            halves,
+            source,
         )
 
 
@@ -240,12 +253,12 @@ def simple_model(seen: Sequence[BenchLog], given: Mapping[str, str]) -> Predict:
         return np.interp(log.time, time, found)
 
     def terms(log: BenchLog, gauge: np.ndarray) -> np.ndarray:
-        held = log.bench | log.columns
-        kappa = np.broadcast_to(held["length" if "length" in held else "contraction"], gauge.shape)
-        free = 1.0 - kappa / log.bench["total_length"] if "length" in held else kappa
+        read = log.stated(given)
+        held = shortened(read, muscle_of(read))
+        free = np.zeros_like(gauge) if held is None else held
         return np.column_stack([np.ones_like(gauge), gauge, free, gauge * free])
 
-    top = max(float(log.columns["pressure"].max()) for log in seen)
+    top = max(1.0, *(float(log.columns["pressure"].max()) for log in seen))
     start = np.array([top, 1.0, 1.0, 1e-2])
     if any("supply" in log.stated(given).bench for log in seen):
 
@@ -272,7 +285,8 @@ def loops(data: pathlib.Path) -> Iterator[LedgerRow]:
     found = dict[tuple[str, float], list[dict[str, float]]]()
     for file in sorted(data.glob("**/*.csv")):
         log = read_bench_log(file)
-        if {"length", "total_length", "free_contraction"} <= log.bench.keys() and "force" in log.columns:
+        told = {"length", "total_length", "free_contraction"} <= log.bench.keys() and not log.fed
+        if told and "force" in log.columns:
             share = (1.0 - log.bench["length"] / log.bench["total_length"]) / log.bench["free_contraction"]
             if np.isfinite(list((widths := replay(log).loops).values())).all():
                 found.setdefault((file.parent.name, round(share, 2)), []).append(widths)

@@ -15,9 +15,9 @@ from scipy.optimize import OptimizeResult
 from scipy.stats import t
 
 from afo_sim import native
-from afo_sim.common import GRAVITY, InputError, Notice, unknown
+from afo_sim.common import GRAVITY, InputError, Notice, SimulationError, unknown
 from afo_sim.description import Muscle, load
-from afo_sim.lab.bench_log import BENCH, TIMES, VALVE, BenchLog, read_bench_log
+from afo_sim.lab.bench_log import BENCH, HOLD, TIMES, VALVE, BenchLog, read_bench_log
 from afo_sim.lab.identifiability import Believed, memory, refused
 from afo_sim.lab.solution import FitParameter, FitProblem, Solution, believed, verdict
 from afo_sim.lab.stand_plan import Kind, Laboratory, StandPlan, force_at
@@ -40,20 +40,21 @@ _DELAY, _FLOW, _RATIO = (0.0, 0.06, "ms"), (1e-10, 1e-7, "dm^3/(s*bar)"), (0.0, 
 FITTED: dict[str, tuple[float, float, str]] = {
     **{f"{way}{key}": _DELAY for way in ("", "outlet_") for key in ("lag", *TIMES)},
     **{f"{way}threshold": (0.02, 0.9, "") for way in ("", "outlet_")},
-    **{f"{way}hold_pressure": (1e5, 1e7, "bar") for way in ("", "outlet_")},
+    "outlet_hold_decay": _DELAY,
+    "outlet_hold_pressure": (1e5, 1e7, "bar"),
     **{f"{way}conductance": _FLOW for way in ("", "outlet_")},
     **{f"{way}critical_ratio": _RATIO for way in ("", "outlet_")},
     "leak_conductance": (1e-14, 1e-9, "dm^3/(s*bar)"),
     "tube_volume": (1e-7, 2e-4, "ml"),
     "gauge_volume": (1e-7, 1e-4, "ml"),
     "line_bore": (1e-3, 0.012, "mm"),
-    "line_length": (0.05, 10.0, "m"),
+    "line_length": (0.2, 10.0, "m"),
     "wall_conductance": (1e-3, 5.0, "W/K"),
     "wall_conductance_by_flow": (0.0, 2000.0, "J/(kg*K)"),
     "supply": (5e4, 1.2e6, "bar"),
     "start": (-2.0, 2.0, "ms"),
     "free_contraction": (0.02, 0.4, "%"),
-    "blocked_force": (1.0, 2e4, "N"),
+    "blocked_force": (1.0, 1e4, "N"),
     "end_loss": (0.0, 0.06, "mm"),
     "mounting_offset": (-0.02, 0.02, "mm"),
     "mounting_stiffness": (1e4, 1e9, "N/mm"),
@@ -117,7 +118,7 @@ def replay(log: Any, muscle: Any = None, *, sets: Laid = None, bench: Laid = Non
     """Replay a log of a bench: through its valves where a supply is stated, else under the measured
     pressure."""
     read = read_bench_log(log).stated(bench or {})
-    plan = _plan(read, _muscle(read, muscle, sets))
+    plan = _plan(read, muscle_of(read, muscle, sets))
     whole = complete(plan, 0, roll(plan)[0])
     predicted = {name: np.interp(read.time, whole["time"], each) for name, each in whole.items()}
     return Replay(read, plan, predicted, _compared(plan, predicted), tuple(limits_left(plan, (whole,))))
@@ -132,7 +133,7 @@ def _compared(plan: ReplayPlan, predicted: Rows) -> dict[str, Comparison]:
     return {k: Comparison(k, *alike, y, predicted[k], 0) for k, y in measured if k not in given}
 
 
-def _muscle(log: BenchLog, muscle: Any, sets: Laid) -> Muscle:
+def muscle_of(log: BenchLog, muscle: Any = None, sets: Laid = None) -> Muscle:
     """The muscle, with what the log says of it, and with what is laid over that."""
     bench = log.bench
     names = ("total_length", "free_contraction", "blocked_force")
@@ -200,7 +201,8 @@ def _valves(log: BenchLog) -> tuple[native.CircuitValve, native.CircuitValve]:
     else:
         known = {"conductance": _needed(log, "conductance", "0.3 dm^3/(s*bar)"), "critical_ratio": 0.3}
     inlet = known | {name: bench[name] for name in VALVE if name in bench}
-    outlet = inlet | {name: bench[f"outlet_{name}"] for name in VALVE if f"outlet_{name}" in bench}
+    own = {name: bench[f"outlet_{name}"] for name in (*VALVE, *HOLD) if f"outlet_{name}" in bench}
+    outlet = inlet | own
     return native.CircuitValve(**inlet), native.CircuitValve(**outlet)
 
 
@@ -235,6 +237,7 @@ class ReplayProblem(FitProblem):
 
     logs: tuple[BenchLog, ...]
     free: tuple[FitParameter, ...]
+    starts: Mapping[str, float]
     channels: tuple[str, ...] = ()
     muscle: Any = None
     sets: Laid = None
@@ -250,7 +253,7 @@ class ReplayProblem(FitProblem):
 
         def of(log: BenchLog) -> Iterator[np.ndarray]:
             read = log.stated(self.values(x))
-            plan = _plan(read, _muscle(read, self.muscle, self.sets))
+            plan = _plan(read, muscle_of(read, self.muscle, self.sets))
             rows = roll(plan)[0]
             rows["length"] = plan.muscle.nominal_length * (1.0 - rows["contraction"])
             found = _compared(plan, {key: np.interp(read.time, rows["time"], y) for key, y in rows.items()})
@@ -262,8 +265,13 @@ class ReplayProblem(FitProblem):
             return list(threads.map(lambda log: np.concatenate([*of(log)]), self.logs))
 
     def residuals(self, x: np.ndarray) -> np.ndarray:
-        """All errors, one log after the other."""
-        return np.concatenate(self.errors(x))
+        """All errors, log after log; infinite where the bench cannot be stepped with these settings."""
+        try:
+            return np.concatenate(self.errors(x))
+        except (InputError, SimulationError):
+            if np.array_equal(x, self.at(self.starts)):
+                raise
+            return np.full(len(self.residuals(self.at(self.starts))), np.inf)
 
     def slopes(self, x: np.ndarray) -> np.ndarray:
         """Differences over `DIFFERENCE`, away from the nearer bound."""
@@ -322,7 +330,15 @@ def fit_replay(
     for name in names:
         if name not in FITTED:
             raise unknown(name, FITTED, field="fit", problem="cannot be fitted to a log of a bench")
-    read = [read_bench_log(log).stated({"timestep": FIT_STEP} | dict(bench or {})) for log in logs]
+    if not (names and logs):
+        raise InputError("needs a log and a setting", field="fit", allowed=", ".join(FITTED))
+    read = [read_bench_log(log).stated(bench or {}) for log in logs]
+    read = [log if "timestep" in log.bench else log.stated({"timestep": FIT_STEP}) for log in read]
+    predicted = replay(read[0], muscle, sets=sets).errors
+    for channel in [*channels, *([] if predicted else ["pressure"])]:
+        if channel not in predicted:
+            told = "is not predicted of this log"
+            raise unknown(channel, predicted, file=read[0].file, field="channels", problem=told)
     free, start = [], {}
     for name in names:
         low, high, shown = FITTED[name]
@@ -332,7 +348,7 @@ def fit_replay(
         size = start[name] if logarithmic else 0.02 * (high - low)
         ends = (low, high, low, high)
         free.append(FitParameter(name, BENCH[name] or "", shown, *ends, size, logarithmic=logarithmic))
-    problem = ReplayProblem(tuple(read), tuple(free), tuple(channels), muscle, sets)
+    problem = ReplayProblem(tuple(read), tuple(free), start, tuple(channels), muscle, sets)
     solution = believed(problem, problem.search(problem.at(start)))
     until = np.cumsum([len(each) for each in problem.errors(solution.x)])
     solution = replace(solution, half=np.maximum(solution.half, _half_by_log(solution, until)))

@@ -59,6 +59,8 @@ def test_template_holds_every_field_as_it_is_allowed_and_is_good(kind: str, tmp_
 def test_template_is_valid_with_each_comment_undone(kind: str, tmp_path: pathlib.Path) -> None:
     """A commented key that is taken in is read as a value of its field."""
     lines = new(kind, "mine", tmp_path).read_text().splitlines()
+    if kind == "valve":  # each of the two needs the other
+        lines = [line for line in lines if not line.startswith("# hold_")]
     if kind == "source":  # refuses the keys of other kinds than the bottle that it begins with
         others = tuple(f"# {key} = " for key in OF_ONE_KIND)
         lines = [line for line in lines if not line.startswith(others)]

@@ -287,11 +287,18 @@ def test_an_input_that_derives_from_the_pressure_is_no_prediction(tmp_path: path
         (PULSES.replace('fit = ["conductance"]', 'fit = ["conductence"]'), "did you mean 'conductance'"),
         (PULSES + 'held_out = "none.csv"\n', "held_out"),
         (PULSES.replace("limits = { pressure = 1 }", "limits = { torque = 1 }"), "torque"),
+        (PULSES.replace("limits = { pressure = 1 }", "limits = { pressure = nan }"), "limits.pressure"),
+        (PULSES.replace(GIVEN, ""), "limits = 'pressure'"),  # which drives the bench
+        (PULSES + 'logs = "none.csv"\n', "finds no log"),
+        (PULSES + 'fit_to = ["froce"]\n', "froce"),
+        (PULSES.replace(GIVEN, GIVEN + ', gauge_volume = "5 ml"'), "gauge_volume"),
+        (PULSES.replace(GIVEN, GIVEN + ', outlet_hold_decay = "5 ms"'), "outlet_hold_decay"),
         ("description = 'nothing'\n", "predict"),
     ],
 )
 def test_a_description_that_is_wrong_is_refused(tmp_path: pathlib.Path, text: str, problem: str) -> None:
-    folder = bench_of(tmp_path / "mine", text, *[pulsed(**OWN) | {"length": "20 cm"}] * 2)
+    bare = {key: each for key, each in pulsed(**OWN, length="20 cm").items() if key not in VALVES}
+    folder = bench_of(tmp_path / "mine", text, bare, bare)
     with pytest.raises(InputError) as raised:
         list(bench_sets.bench(folder))
     assert problem in str(raised.value)

@@ -59,6 +59,8 @@ class Chamber(Described):
             critical_ratio=path.critical_ratio,
             opening_delay=valve.closing_delay,
             closing_delay=valve.opening_delay,
+            opening_ramp=valve.closing_ramp,
+            closing_ramp=valve.opening_ramp,
             rated_switches=valve.rated_switches,
         )
 

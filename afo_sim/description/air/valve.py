@@ -212,6 +212,9 @@ class Valve(Rated, Named):
             if getattr(self, key) > 0.0:
                 problem = "has no effect: a proportional valve follows with its bandwidth"
                 raise refusal(problem, "0 s, or no bandwidth", key)
+        if (self.hold_decay > 0.0) != (self.hold_pressure > 0.0):
+            key, other = ("hold_decay", "hold_pressure")[:: 1 if self.hold_decay > 0.0 else -1]
+            raise refusal(f"does nothing without {other}", f"{other} beside it", key)
         if self.working_pressure is not None and not self.working_pressure[0] < self.working_pressure[1]:
             raise refusal("the first value is not below the second", "", "working_pressure")
         return self
