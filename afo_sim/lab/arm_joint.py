@@ -25,10 +25,10 @@ from afo_sim.lab.bench_log import BenchLog
 from afo_sim.lab.identifiability import rms
 
 AHEAD, EVERY, SUBSTEPS = 50, 10, 2  # samples ahead, samples between starts, steps in a sample
-RANGES = {  # of each joint where a fit begins, and what is plausible [SI]
+RANGES = {  # of each joint where a fit begins, and what is plausible [kg·m²], [N·m·s], [-], [-], [-], [m]
     "inertia": (0.05, 1e-3, 1.0),  # without what hangs on a link
     "damping": (0.5, 0.0, 3.0),  # b
-    "wrap": (0.5, 0.0, 1.2),  # μβ: polymer cables with 0.05 to 0.2, turned by a quarter to a whole turn
+    "cable_friction": (0.5, 0.0, 1.2),  # μβ: polymer cables with 0.05 to 0.2, turned by a quarter to a whole
     "contraction": (0.08, -0.03, 0.2),  # of both muscles at an angle of zero
     "imbalance": (0.0, -0.1, 0.1),  # half of what the flexor is more contracted by
     "distance": (0.22, 0.1, 0.4),  # of the point mass beyond a link [m]
@@ -77,8 +77,11 @@ class Arm:
             slower = self.muscle.damping * (gauge + AMBIENT_PRESSURE) * side * self.turn * middle
             pull = (static > 0.0) * (static - slower).clip(0.0)  # no cable pushes, no slack muscle brakes
             flexor, extensor = h * self.radius * pull
-            drag, hold = 0.5 * h * p["damping"], np.sinh(p["wrap"]) * (flexor + extensor)
-            mass, push = p["inertia"] + 0.0 * angle, np.cosh(p["wrap"]) * (flexor - extensor) - drag * speed
+            drag, hold = 0.5 * h * p["damping"], np.sinh(p["cable_friction"]) * (flexor + extensor)
+            mass, push = (
+                p["inertia"] + 0.0 * angle,
+                np.cosh(p["cable_friction"]) * (flexor - extensor) - drag * speed,
+            )
             for (b, link), far in zip(self.links.items(), p["distance"], strict=True):
                 a, ratio, inertia = b - 1, link / far, p["inertia"][b]
                 bent, weight = h * inertia * ratio * np.sin(angle[:, b]), h * GRAVITY * inertia / far
@@ -129,6 +132,13 @@ class Joint:
     linear: float
     stays: float
     numbers: dict[str, float]
+
+    @property
+    def text(self) -> str:
+        """Its numbers [SI], and which of them end at a bound of what is plausible."""
+        ends = [n for n, x in self.numbers.items() if np.isclose(x, RANGES[n][1:], rtol=0.0, atol=1e-6).any()]
+        bound = f"; at a bound, not identified: {', '.join(ends)}" if ends else ""
+        return ", ".join(f"{name} {value:.3g}" for name, value in self.numbers.items()) + bound
 
 
 def joints(logs: Sequence[BenchLog]) -> Iterator[Joint]:

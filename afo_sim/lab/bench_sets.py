@@ -3,7 +3,8 @@
 error     RMS of prediction less measurement over the greatest value measured on that muscle [%]
 halves    settings are fitted to the logs that are shown; the others, or each log's second half, are held out
 fed       an input that derives from the predicted channel: its error is shown, and is no prediction's
-verdict   agrees where the error held out is within its limit, else disagrees; or fed
+verdict   agrees where the error held out is within its limit and not above the simpler model's, else
+          disagrees; or fed
 simpler   the same halves by a model without physics: a time constant for each valve, force linear in pressure
           and contraction
 
@@ -22,6 +23,7 @@ import numpy as np
 from pydantic import BaseModel
 from pydantic import Field as Option
 from scipy.optimize import least_squares
+from scipy.stats import t
 
 from afo_sim.common import InputError, assets, unknown
 from afo_sim.lab.arm_joint import joints
@@ -74,11 +76,13 @@ class BenchRow:
     fitted: tuple[str, ...]
     logs: dict[str, dict[str, float]]
     source: str = ""
+    unit: str = "%"
 
     @property
     def verdict(self) -> str:
         """One of VERDICTS, or fed, by the module's rule."""
-        return "fed" if self.fed else VERDICTS[int(not self.held_out[1] <= self.limit)]
+        found = self.held_out[1]
+        return "fed" if self.fed else VERDICTS[int(not found <= self.limit or found > self.simpler)]
 
     @property
     def lines(self) -> Iterator[str]:
@@ -91,9 +95,10 @@ class BenchRow:
     def cells(self) -> list[str]:
         """Its cells under HEADER."""
         low, middle, high = self.held_out
-        numbers = f"{self.as_given:.3g}", f"{self.shown:.3g}", f"{middle:.3g} ({low:.2g} to {high:.2g})"
+        span = f" ({low:.2g} to {high:.2g})" if low < high else ""
+        numbers = f"{self.as_given:.3g}", f"{self.shown:.3g}", f"{middle:.3g}{span}"
         ends = f"{self.simpler:.3g}", f"{self.limit:g}", self.verdict
-        return [self.bench, f"{self.what} {self.channel} [%]", *numbers, *ends]
+        return [self.bench, f"{self.what} {self.channel} [{self.unit}]", *numbers, *ends]
 
 
 Part = tuple[BenchLog, np.ndarray]  # a log, and its rows that are judged
@@ -193,20 +198,13 @@ def _joints(folder: pathlib.Path, one: Prediction, logs: Sequence[BenchLog]) -> 
         raise InputError("goes without fit, given and other limits", file=folder, field="angle")
     for joint in joints(logs):
         stem, held, source = joint.log.file.stem, (joint.held,) * 3, joint.log.bench.get("source", "")
-        numbers = ", ".join(f"{name} {value:.3g}" for name, value in joint.numbers.items())
+        told = "as given: the angle stays; simpler: a linear model of start and pressures every 0.1 s"
         errors = joint.stays, joint.fitted, held, joint.linear
         halves = {"every second episode": {stem: joint.fitted}, "the others": {stem: joint.held}}
-        limit = min(one.limits["angle"], joint.linear)
+        name, limit, fed = f"{one.what} {stem}", one.limits["angle"], "angle" in joint.log.fed
+        texts = told, joint.text
         yield BenchRow(
-            folder.name,
-            f"{one.what} {stem}",
-            "angle",
-            limit,
-            *errors,
-            "angle" in joint.log.fed,
-            (numbers,),
-            halves,
-            source,
+            folder.name, name, "angle", limit, *errors, fed, texts, halves, source, "% of its spread"
         )
 
 
@@ -292,6 +290,7 @@ def loops(data: pathlib.Path) -> Iterator[LedgerRow]:
                 found.setdefault((file.parent.name, round(share, 2)), []).append(widths)
     for (device, share), each in found.items():
         width, none = (np.array([one[side] for one in each]) for side in ("measured", "predicted"))
-        error = round(2.92 * width.std(ddof=1) / 3.0**0.5, 2) if len(each) == 3 else None  # Student's t
+        n = len(each)
+        error = round(t.ppf(0.95, n - 1) * width.std(ddof=1) / n**0.5, 2) if n > 2 else None
         text, band = f"loop at {share:.0%} of free contraction", (*np.quantile(none, LEVELS),)
         yield LedgerRow(device, text, "N", band, round(width.mean(), 2), error)

@@ -172,6 +172,9 @@ def shortened(log: BenchLog, muscle: Muscle) -> np.ndarray | None:
 def _plan(log: BenchLog, muscle: Muscle) -> ReplayPlan:
     bench, pressure = log.bench, log.columns["pressure"]
     inlet, outlet = _valves(log) if "supply" in bench else (None, None)
+    if inlet and not ({"inlet", "outlet"} & log.columns.keys() or "period" in bench):
+        allowed = "a column inlet or outlet, or a period; without a supply the measured pressure drives it"
+        raise InputError("no valve is told to open", file=log.file, field="supply", allowed=allowed)
     first, top = log.first_pressure, bench.get("supply", float(pressure.max()))
     hung, spring = {"load", "spring"} & bench.keys(), bench.get("spring", 0.0)
     weight = GRAVITY * bench.get("load", CARRIAGE) if hung else math.nan
@@ -197,7 +200,11 @@ def _valves(log: BenchLog) -> tuple[native.CircuitValve, native.CircuitValve]:
     """Inlet and outlet: a shipped valve, or one with the flow and the delays that the bench states."""
     bench = log.bench
     if "valve" in bench:
-        known = dict(load("valve", bench["valve"]).row)
+        valve = load("valve", bench["valve"])
+        if valve.three_way:
+            problem, allowed = "is a 3/2 valve", "a 2/2 valve, or conductances of inlet and outlet"
+            raise InputError(problem, file=log.file, field="valve", value=bench["valve"], allowed=allowed)
+        known = dict(valve.row)
     else:
         known = {"conductance": _needed(log, "conductance", "0.3 dm^3/(s*bar)"), "critical_ratio": 0.3}
     inlet = known | {name: bench[name] for name in VALVE if name in bench}
@@ -274,10 +281,12 @@ class ReplayProblem(FitProblem):
             return np.full(len(self.residuals(self.at(self.starts))), np.inf)
 
     def slopes(self, x: np.ndarray) -> np.ndarray:
-        """Differences over `DIFFERENCE`, away from the nearer bound."""
-        here, (lower, upper) = self.residuals(x), self.bounds
-        steps = np.diag(np.where(x - lower < upper - x, DIFFERENCE, -DIFFERENCE))
-        return np.column_stack([(self.residuals(x + step) - here) / step.sum() for step in steps])
+        """Differences over `DIFFERENCE`, away from the nearer bound, or else the other way."""
+        here, (lower, upper), columns = self.residuals(x), self.bounds, []
+        for step in np.diag(np.where(x - lower < upper - x, DIFFERENCE, -DIFFERENCE)):
+            ways = ((self.residuals(x + way) - here) / way.sum() for way in (step, -step))
+            columns.append(next((each for each in ways if np.isfinite(each).all()), np.zeros_like(here)))
+        return np.column_stack(columns)
 
     def memory(self, best: OptimizeResult) -> float:
         """Correlation of neighbouring errors [-]."""
@@ -344,7 +353,8 @@ def fit_replay(
         low, high, shown = FITTED[name]
         logarithmic = low > 0.0
         middle = math.sqrt(low * high) if logarithmic else 0.0
-        start[name] = min(max(float(read[0].bench.get(name, middle)), low), high)
+        inlets = read[0].bench.get(name.removeprefix("outlet_"), middle)
+        start[name] = min(max(float(read[0].bench.get(name, inlets)), low), high)
         size = start[name] if logarithmic else 0.02 * (high - low)
         ends = (low, high, low, high)
         free.append(FitParameter(name, BENCH[name] or "", shown, *ends, size, logarithmic=logarithmic))

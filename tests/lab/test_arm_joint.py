@@ -1,13 +1,12 @@
 """A joint between two muscles: against formulas, itself, the compiled rig, and a measured arm."""
 
-import os
 import pathlib
 from typing import Any
 
 import mujoco
 import numpy as np
 import pytest
-from documents import ROOT, script
+from benches import BENCHES, SCRIPT, needed
 from scipy.optimize import brentq
 
 from afo_sim import native
@@ -24,12 +23,9 @@ from afo_sim.lab.arm_joint import AHEAD, Arm, windows
 from afo_sim.lab.bench_log import read_bench_log
 from afo_sim.physics import laminar_slope
 
-BENCHES = pathlib.Path(os.environ.get("AFO_SIM_BENCH", ROOT.parent / "shared" / "data" / "bench"))
-needed = pytest.mark.skipif(not BENCHES.is_dir(), reason="measured logs lie beside the repository")
-SCRIPT = script("bench_logs")
 SIDES = ("pressure [Pa]", "extensor [Pa]")
 FACTS = {"muscle": "dmsp_20", "total_length": "100 cm", "radius": "37.1 mm"}
-KNOWN = {"inertia": 0.12, "damping": 0.6, "wrap": 0.25, "contraction": 0.03, "imbalance": -0.004}
+KNOWN = {"inertia": 0.12, "damping": 0.6, "cable_friction": 0.25, "contraction": 0.03, "imbalance": -0.004}
 NUMBERS = np.array([*KNOWN.values()])
 
 
@@ -161,7 +157,9 @@ def rig(read: Any, told: dict[str, np.ndarray], numbers: dict[str, float]) -> np
         kappa = numbers["contraction"] + side * numbers["imbalance"]
         series = 0.8 + 0.5 * np.pi * radius - muscle.nominal_length * (1.0 - kappa)
         ends.append(
-            native.CircuitMuscle(name, (name,), muscle.row, series, f"air {name}", 1e7, (), numbers["wrap"])
+            native.CircuitMuscle(
+                name, (name,), muscle.row, series, f"air {name}", 1e7, (), numbers["cable_friction"]
+            )
         )
         chambers.append(native.CircuitChamber(f"air {name}", "hinge", room, 1e3, valve, valve))
     circuit = native.Circuit(tuple(ends), tuple(chambers))

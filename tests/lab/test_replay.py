@@ -1,15 +1,14 @@
 """Logs of a bench replayed: against formulas, against the stand's own runs, and against measured muscles."""
 
 import itertools
-import os
 import pathlib
 from typing import Any
 
 import numpy as np
 import pytest
+from benches import BENCHES, SCRIPT, needed
 from campaign import nightly
 from command import call
-from documents import ROOT, script
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 from scipy.stats import t as student
@@ -28,9 +27,6 @@ from afo_sim.lab import bench_sets, fit_replay, replay
 from afo_sim.lab.bench_log import read_bench_log
 from afo_sim.physics import valve_flow
 
-BENCHES = pathlib.Path(os.environ.get("AFO_SIM_BENCH", ROOT.parent / "shared" / "data" / "bench"))
-needed = pytest.mark.skipif(not BENCHES.is_dir(), reason="measured logs lie beside the repository")
-SCRIPT = script("bench_logs")
 OWN: dict[str, Any] = {"total_length": "20 cm", "free_contraction": "0.2"}
 HELD = {"muscle": "dmsp_10", "contraction": "0.05"}
 VALVES = {
@@ -169,7 +165,11 @@ def test_a_fit_finds_the_bench_that_made_a_log_and_predicts_another() -> None:
         ({"contraction": "5 mm"}, "contraction"),
         ({"timestep": "0 s"}, "1e-05 to 0.1 s"),
         ({"supply": "6 bar", "conductance": "1 dm^3/(s*bar)", "critical_ratio": "1.2"}, "0 to 0.9"),
-        ({"conductance": "100 dm^3/(s*bar)", "supply": "6 bar"}, "too long"),
+        ({"conductance": "100 dm^3/(s*bar)", "supply": "6 bar", "inlet": np.ones(201)}, "too long"),
+        ({"conductance": "1 dm^3/(s*bar)", "supply": "6 bar"}, "no valve is told to open"),
+        ({"valve": "mh1_3_2", "supply": "6 bar", "inlet": np.ones(201)}, "3/2 valve"),
+        ({"length": "0 m"}, "length"),
+        ({"spring": "1 N/mm", "mounting_stiffness": "0 N/mm"}, "mounting_stiffness"),
         ({"time [s]": np.zeros(201)}, "does not increase"),
         ({"coil": np.zeros(201)}, "unknown column"),
     ],
@@ -270,6 +270,17 @@ def test_the_rows_find_the_bench_that_made_the_recordings(tmp_path: pathlib.Path
     assert {half: [*each] for half, each in force.logs.items()} == {"shown": ["00"], "held out": ["01"]}
     assert pressure.as_given > 5.0 > 0.5 > pressure.held_out[1] and pressure.verdict == "agrees"
     assert pressure.simpler > pressure.held_out[1]
+
+
+def test_a_simpler_model_that_errs_less_refutes() -> None:
+    """Within the limit, but above a model without physics; in band of neither, of both."""
+    found = [
+        bench_sets.BenchRow(
+            "b", "w", "force", limit, 9.0, 1.0, (1.0, 2.0, 3.0), simpler, False, (), {}
+        ).verdict
+        for limit, simpler in ((3.0, 4.0), (3.0, 1.5), (1.5, 4.0), (3.0, np.nan))
+    ]
+    assert found == ["agrees", "disagrees", "disagrees", "agrees"]
 
 
 @pytest.mark.slow
