@@ -39,13 +39,9 @@ BENCH = {name: unit for unit, names in _KEYS.items() for name in names.split()}
 # Least and greatest value of a setting, or of its unit [SI]; from 0 to 1e4 of others.
 _LIMITS = {"contraction": (-0.5, 0.9), "timestep": (1e-5, 0.1), "period": (1e-3, 1e4), "load": (1e-4, 1e4)}
 _LIMITS |= {"": (0.0, 0.9), "Pa": (0.0, 2e6), "N/m": (0.0, 1e9), "mounting_offset": (-0.1, 0.1)}
-_LIMITS |= dict.fromkeys(("length", "total_length"), (1e-3, 10.0)) | {
-    "mounting_stiffness": (1e3, 1e9),
-    "start": (-1e3, 1e4),
-    "line_bore": (5e-4, 0.05),
-    "line_length": (0.2, 100.0),
-    "outlet_hold_pressure": (0.0, 1e8),
-}
+_LIMITS |= {"mounting_stiffness": (1e3, 1e9), "line_bore": (5e-4, 0.05), "line_length": (0.2, 100.0)}
+_LIMITS |= {"start": (-1e3, 1e4), "outlet_hold_pressure": (0.0, 1e8), "length": (1e-3, 10.0)}
+_LIMITS |= {"total_length": (1e-3, 10.0)}
 _FEWEST = 10  # samples
 # Settings that do nothing without another.
 _NEEDS = dict.fromkeys(("line_bore", "gauge_volume"), "line_length")

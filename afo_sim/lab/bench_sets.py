@@ -172,24 +172,13 @@ def _rows(folder: pathlib.Path, one: Prediction) -> Iterator[BenchRow]:
         def of(half: str, kind: str, channel: str = channel) -> dict[str, float]:
             return {key[3]: x for key, x in errors.items() if key[:3] == (channel, half, kind)}
 
-        held = np.array([*of("held out", "fitted").values()])
-        as_given, simpler = (
-            rms(np.array([*of("held out", kind).values()])) for kind in ("as given", "simpler")
-        )
-        yield BenchRow(
-            folder.name,
-            one.what,
-            channel,
-            limit,
-            as_given,
-            rms(np.array([*of("shown", "fitted").values()])),
-            (float(held.min()), rms(held), float(held.max())),
-            simpler,
-            any(channel in log.fed for log in logs),
-            tuple(fitted),
-            {half: of(half, "fitted") for half in ("shown", "held out")},
-            logs[0].bench.get("source", ""),
-        )
+        kinds = ("held out", "as given"), ("shown", "fitted"), ("held out", "fitted"), ("held out", "simpler")
+        as_given, shown, held, simpler = (np.array([*of(*kind).values()]) for kind in kinds)
+        low, high, source = float(held.min()), float(held.max()), logs[0].bench.get("source", "")
+        found = rms(as_given), rms(shown), (low, rms(held), high), rms(simpler)
+        fed = any(channel in log.fed for log in logs)
+        each = {half: of(half, "fitted") for half in ("shown", "held out")}
+        yield BenchRow(folder.name, one.what, channel, limit, *found, fed, tuple(fitted), each, source)
 
 
 def _joints(folder: pathlib.Path, one: Prediction, logs: Sequence[BenchLog]) -> Iterator[BenchRow]:
@@ -264,9 +253,8 @@ def simple_model(seen: Sequence[BenchLog], given: Mapping[str, str]) -> Predict:
             return np.concatenate([(pressure(log, x) - log.columns["pressure"])[::10] / top for log in seen])
 
         start = least_squares(missed, start, x_scale=start, bounds=(0.0, np.inf)).x
-    forces = [log for log in seen if "force" in log.columns]
     slopes = np.zeros(4)
-    if forces:
+    if forces := [log for log in seen if "force" in log.columns]:
         rows = np.concatenate([terms(log, log.columns["pressure"]) for log in forces])
         measured = np.concatenate([log.columns["force"] for log in forces])
         slopes = np.linalg.lstsq(rows, measured, rcond=None)[0]

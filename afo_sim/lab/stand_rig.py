@@ -17,7 +17,7 @@ actuators as everywhere.
 import copy
 import os
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
@@ -112,17 +112,8 @@ def _circuit_of(plan: StandPlan) -> native.Circuit:
             native.CircuitVolume(node, space, still, 0.0, CHAMBER, by_flow)
             for node, space in zip(nodes, spaces, strict=True)
         ]
-        # each with the friction of its share of the whole: C goes with 1/√L where the flow is slow
-        whole = flow_edge.line("", "", "", bore, laboratory.line_length)
-        wide = CELLS**0.5 * whole.conductance
-        edges = [
-            replace(
-                flow_edge.line(f"of_{a}", a, b, bore, length),
-                conductance=wide,
-                critical_ratio=whole.critical_ratio,
-            )
-            for a, b in pairwise([*nodes, CHAMBER])
-        ]
+        ends = pairwise([*nodes, CHAMBER])
+        edges = [flow_edge.line(f"of_{a}", a, b, bore, length, CELLS) for a, b in ends]
     if laboratory.leak_conductance > 0.0:
         c = laboratory.leak_conductance  # measured leaks follow the gauge pressure, and no orifice
         edges.append(flow_edge.relief("leak", CHAMBER, c, 0.0, limit=0.0, per_excess=c * STANDARD_DENSITY))

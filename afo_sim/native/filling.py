@@ -39,16 +39,9 @@ def air_rows(circuit: Circuit, ids: CircuitIds) -> tuple[dict[str, Values], dict
         following = [*(known[key] for key in [*network.edges][1:]), -1]
         at = ids.chambers | ids.volumes
         before = {number: at.get(name, -1) for name, number in network.numbers.items()}
-        edges |= {
-            key: {
-                "origin": origin,
-                "end": end,
-                "following": after,
-                "tank": -1,
-                "before": before.get(origin, -1),
-            }
-            for (key, (origin, end)), after in zip(network.edges.items(), following, strict=True)
-        }
+        for (key, (origin, end)), after in zip(network.edges.items(), following, strict=True):
+            joined: Values = {"origin": origin, "end": end, "following": after, "tank": -1}
+            edges[key] = joined | {"before": before.get(origin, -1)}
     return nodes, edges
 
 

@@ -313,9 +313,12 @@ class FlowEdge:
         )
 
 
-def line(name: str, origin: str, end: str, bore: float, length: float) -> FlowEdge:
-    """A tube whose air has inertia, that of 5 cm at least, by its inner diameter and length [m]."""
-    c, b = tube_conductance(bore, length), tube_critical_ratio(bore, length)
+def line(name: str, origin: str, end: str, bore: float, length: float, parts: int = 1) -> FlowEdge:
+    """A tube whose air has inertia, that of 5 cm at least, by its inner diameter and length [m].
+
+    Of one of some equal parts in series: each has its share of the friction, C goes with √parts.
+    """
+    c, b = parts**0.5 * tube_conductance(bore, length * parts), tube_critical_ratio(bore, length * parts)
     return FlowEdge(name, origin, end, c, b, INERTIAL, (0.25 * math.pi * bore**2 / max(length, 0.05),), 0.0)
 
 
