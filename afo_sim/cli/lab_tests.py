@@ -444,5 +444,5 @@ def _ledger(
         print("" if data else bench_sets.absent())
     if rows:
         print_table("predicted and measured", list(lab.HEADER), lab.table(rows))
-    sources = dict.fromkeys(f"{row.device}: {row.source}" for row in rows)
+    sources = dict.fromkeys(f"{row.device}: {row.source}" for row in rows if row.source)
     print("\n".join([*(lab.summary(rows) if worn else ()), "", *sources]))

@@ -248,6 +248,7 @@ class ReplayProblem(FitProblem):
     channels: tuple[str, ...] = ()
     muscle: Any = None
     sets: Laid = None
+    inside = 0.01  # a search that begins at a bound hardly leaves it
 
     @property
     def options(self) -> Mapping[str, Any]:

@@ -198,6 +198,17 @@ def test_the_command_writes_measured_beside_predicted(tmp_path: pathlib.Path, ca
     assert "no such" in call(capsys, "stand", "replay", tmp_path / "none.csv")[2]
 
 
+def test_a_search_leaves_the_bound_at_which_it_begins() -> None:
+    """A lag of 8 ms, from none; the conductance from two thirds of its own."""
+    made = replay(pulsed(tube_volume="200 ml", lag="8 ms"))
+    seen = pulsed(tube_volume="200 ml", conductance="0.13 dm^3/(s*bar)")
+    seen |= {"pressure [Pa]": made.predicted["pressure"]}
+    del seen["pressure [bar]"]
+    values = fit_replay([seen], ["conductance", "lag"], ["pressure"]).values
+    assert values["lag"] == pytest.approx(8e-3, abs=2e-4)
+    assert values["conductance"] == pytest.approx(0.2e-8, rel=0.01)
+
+
 def test_a_setting_that_the_log_does_not_tell_has_no_interval() -> None:
     """A stiff frame moves no pressure; the volume is within its interval, the gauge's noise given."""
     made = replay(pulsed(tube_volume="15 ml"))
