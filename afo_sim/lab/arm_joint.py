@@ -136,7 +136,8 @@ class Joint:
     @property
     def text(self) -> str:
         """Its numbers [SI], and which of them end at a bound of what is plausible."""
-        ends = [n for n, x in self.numbers.items() if np.isclose(x, RANGES[n][1:], rtol=0.0, atol=1e-6).any()]
+        near = {n: 1e-3 * (high - low) for n, (_, low, high) in RANGES.items()}
+        ends = [n for n, x in self.numbers.items() if np.abs(np.subtract(RANGES[n][1:], x)).min() < near[n]]
         bound = f"; at a bound, not identified: {', '.join(ends)}" if ends else ""
         return ", ".join(f"{name} {value:.3g}" for name, value in self.numbers.items()) + bound
 

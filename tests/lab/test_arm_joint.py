@@ -236,6 +236,12 @@ def test_joints_of_a_measured_arm_are_told_better_than_by_a_linear_model(tmp_pat
         SCRIPT.write(each, folder / f"{joint + 1}.csv")
     rows = list(bench_sets.bench(tmp_path))
     assert [row.verdict for row in rows] == ["agrees"] * 4
+    assert ["at a bound" in row.fitted[1] for row in rows] == [
+        False,
+        False,
+        False,
+        True,
+    ]  # the wrist's cables
     assert all(row.held_out[1] < row.simpler < row.as_given for row in rows[:3])
     for joint in (0, 3):
         sides = {name: found[joint][other] for name, other in zip(SIDES, SIDES[::-1], strict=True)}
