@@ -2,6 +2,7 @@
 
 import json
 import pathlib
+import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -13,9 +14,10 @@ from measuring import Figure, figure, in_turn, ratio, spent
 from mujoco.batch import Batch
 
 from afo_sim import native
-from afo_sim.description import expand
-from afo_sim.model import walking_start
+from afo_sim.common import names
+from afo_sim.description import expand, load
 from afo_sim.simulation import EVERYTHING, Asked
+from afo_sim.simulation.simulate import begun_case
 from afo_sim.simulation.stepping import BatchStepper, Rows, Stop
 from afo_sim.study import Plan, design, engine, runner, sweep_plan
 from afo_sim.study.processes import Processes
@@ -74,8 +76,18 @@ def designs(
     count: int, sets: Mapping[str, str], threads: int, asked: Asked = EVERYTHING, by: By = engine.outcomes
 ) -> Callable[[], float]:
     """A measurement: designs per second, from descriptions to the metrics that are asked for."""
-    cases = cases_of(count, sets)
-    scenario = json.loads(json.dumps(expand("scenario", SCENARIO)))  # as a sweep holds it
+    return outcomes_of(SCENARIO, cases_of(count, sets), threads, asked, by)
+
+
+def outcomes_of(
+    name: str,
+    cases: Sequence[Mapping[str, object]],
+    threads: int,
+    asked: Asked,
+    by: By = engine.outcomes,
+) -> Callable[[], float]:
+    """A measurement: cases of a scenario per second."""
+    scenario = json.loads(json.dumps(expand("scenario", name)))  # as a sweep holds it
 
     def measure() -> float:
         begun = time.perf_counter()
@@ -83,8 +95,8 @@ def designs(
         seconds = time.perf_counter() - begun
         bad = [outcome.reason for outcome in found if outcome.status != engine.OK]
         if bad:
-            raise SystemExit(f"{len(bad)} of {count} cases do not run: {bad[0]}")
-        return count / seconds
+            raise SystemExit(f"{len(bad)} of {len(cases)} cases of {name} do not run: {bad[0]}")
+        return len(cases) / seconds
 
     return measure
 
@@ -110,7 +122,7 @@ def bare(
     batch = Batch(cases[0].built.model, nsim=len(cases), nthread=threads)
     batch.set_models([case.built.model for case in cases])
     with native.installed():
-        first = np.array([walking_start(case.built, case.control[0]) for case in cases])
+        first = np.array([begun_case(case.built, case.control).state for case in cases])
     controls = np.stack([case.control for case in cases])
     if steps is not None:
         controls = np.resize(controls.swapaxes(0, 1), (steps, *controls.shape[::2])).swapaxes(0, 1)
@@ -166,31 +178,61 @@ def design_rates(count: int, repeats: int) -> list[Figure]:
 
 
 def overheads(count: int, repeats: int) -> list[Figure]:
-    """Processor time of settled designs over that of the engine alone for as many steps of the same models.
+    """Processor time of designs over that of the engine alone for as many steps of the same models.
 
     Parameters
     ----------
     count : designs
     repeats : rounds
     """
+    ways = {way: (SCENARIO, {"timestep": "2 ms", **WAYS[way][0]}, WAYS[way][1]) for way in list(WAYS)[::2]}
+    ways |= {f"{name}, all metrics": (name, {}, EVERYTHING) for name in sorted(names("scenario"))}
     found: list[Figure] = []
-    for way in ("settled designs", "settled designs, all metrics"):
-        sets, asked = WAYS[way]
-        once = designs(count, {"timestep": "2 ms", **sets}, 1, asked)
+    for way, (scenario, sets, asked) in ways.items():
+        cases = cases_of(count, sets) if sets else alike_cases(scenario, count)
+        once = outcomes_of(scenario, cases, 1, asked)
+        once()
         with steps_counted() as counted:
             once()
         steps = round(sum(counted) / count)
-        models = [_ready(k, {**case, **sets}, "2 ms") for k, case in enumerate(cases_of(count, sets))]
+        models = [_ready(scenario, k, case) for k, case in enumerate(cases)]
         engine_alone = bare(models, 1, 1.0, steps)
-        measures = {way: _processor_of(once), "engine": _processor_of(engine_alone)}
-        times = in_turn(measures, repeats, first=True)
+        times = in_turn(
+            {way: _processor_of(once), "engine": _processor_of(engine_alone)}, repeats, first=True
+        )
         found += [
             figure(f"{way}, steps of each", "", "lower", steps),
+            figure(f"{way}, Python calls of each", "", "lower", python_calls(once) / count),
             figure(f"{way}, processor time of each", "ms", "lower", 1e3 / count * np.array(times[way])),
             figure("…of which the engine's steps", "ms", "lower", 1e3 / count * np.array(times["engine"])),
             ratio(f"{way}, overhead factor", times[way], times["engine"], "lower"),
         ]
     return found
+
+
+def alike_cases(scenario: str, count: int) -> list[dict[str, object]]:
+    """Cases of a scenario that differ in the supply's pressure, or where there is none in the person's mass."""
+    described = load("scenario", scenario)
+    shares = np.linspace(0.8, 1.0, count)
+    if described.orthosis.chamber:
+        return [{"supply.pressure": f"{share * described.supply.pressure} Pa"} for share in shares]
+    return [{"patient.body_mass": f"{70.0 * share} kg"} for share in shares]
+
+
+def python_calls(once: Callable[[], float]) -> int:
+    """Calls of Python functions while something runs."""
+    calls = 0
+
+    def watch(frame: object, event: str, _: object) -> None:
+        nonlocal calls
+        calls += event == "call"
+
+    sys.setprofile(watch)
+    try:
+        once()
+    finally:
+        sys.setprofile(None)
+    return calls
 
 
 def _processor_of(once: Callable[[], float]) -> Callable[[], float]:
@@ -229,7 +271,7 @@ def stride_rates(count: int, repeats: int) -> list[Figure]:
     measures: dict[str, Callable[[], float]] = {}
     for step in STEPS:
         sets = {"timestep": step, **WALKED}
-        models = [_ready(k, case) for k, case in enumerate(cases_of(min(count, BARE), sets))]
+        models = [_ready(SCENARIO, k, case) for k, case in enumerate(cases_of(min(count, BARE), sets))]
         walk = models[0].built.walk
         assert walk is not None
         strides = float(walk.phase[-1] - walk.phase[0])
@@ -239,8 +281,8 @@ def stride_rates(count: int, repeats: int) -> list[Figure]:
     return _told(measures, "strides/s", repeats)
 
 
-def _ready(number: int, sets: Mapping[str, object], step: str = STEPS[0]) -> engine.Prepared:
-    case = engine.prepare(SCENARIO, number, {"timestep": step, **WALKED, **sets})
+def _ready(scenario: str, number: int, sets: Mapping[str, object]) -> engine.Prepared:
+    case = engine.prepare(scenario, number, sets)
     if isinstance(case, engine.Outcome):
         raise SystemExit(f"case {number} does not run: {case.reason}")
     return case
