@@ -238,9 +238,13 @@ def _made(seen: _Seen) -> Geometry:
     joints = [joint.name for joint in leg.joints] if seen.own else []
     bare = leg.copy().compile() if scenario.walking else None
     spec = assemble(leg, scenario, circuit, seen.size)
-    # MuJoCo would move each shape with its body in every step
-    spec.compiler.discardvisual = True
-    model = compiled(spec, scenario)
+    # MuJoCo would move each shape with its body in every step, and follow each of several alike paths
+    stepped = spec.copy()
+    stepped.compiler.discardvisual = True
+    for name, leader in ((name, muscle.name) for muscle in circuit.muscles for name in muscle.tendons[1:]):
+        stepped.actuator(name).target = leader
+        stepped.delete(stepped.tendon(name))
+    model = compiled(stepped, scenario)
     check_leg(model, scenario)
     ids = native.circuit_ids(model, circuit)
     qpos, dof = int(model.joint(ANKLE).qposadr[0]), int(model.joint(ANKLE).dofadr[0])
