@@ -32,6 +32,7 @@ from .leg_shapes import leg_geoms as leg_geoms
 from .leg_shapes import support as support
 from .mirror import mirror_shapes as mirror_shapes
 from .mounting import ANKLE as ANKLE
+from .mounting import GAIN_STATE as GAIN_STATE
 from .mounting import add_motor as add_motor
 from .mounting import chamber_of as chamber_of
 from .mounting import muscle_names as muscle_names
@@ -109,7 +110,6 @@ from .walk import Walk as Walk
 from .walk import phase_at as phase_at
 from .walk import stride_time_of as stride_time_of
 from .walk_bodies import ACTIVE as ACTIVE
-from .walk_bodies import FLOORS as FLOORS
 from .walk_bodies import GROUND as GROUND
 from .walk_bodies import PADS as PADS
 from .walk_bodies import SINK as SINK

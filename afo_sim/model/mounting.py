@@ -1,6 +1,7 @@
 """Names of muscles, chambers and valves, their ids in the model, and its paths swept over the ankle."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -33,6 +34,10 @@ def chamber_of(muscle: str, group: MuscleGroup) -> str:
     return group.chamber or muscle.rsplit("_", 1)[0]
 
 
+# of a gain by the velocity: its input is a state, of which the callbacks give the rate
+GAIN_STATE: dict[str, Any] = {"actdim": 1, "actearly": True, "dyntype": mujoco.mjtDyn.mjDYN_USER}
+
+
 def add_motor(
     spec: mujoco.MjSpec, name: str, joint: str, gains: tuple[float, ...], *, callback: bool = False
 ) -> None:
@@ -46,6 +51,7 @@ def add_motor(
         gainprm=[*gains] + [0.0] * (10 - len(gains)),
         biastype=mujoco.mjtBias.mjBIAS_USER if callback else mujoco.mjtBias.mjBIAS_NONE,
         userdata=[0.0] * native.N_USER,
+        **GAIN_STATE if len(gains) == 3 else {},
     )
 
 

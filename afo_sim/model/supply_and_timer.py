@@ -10,7 +10,7 @@ from afo_sim.model.build import Built
 from afo_sim.model.foot import REST, rest_moment
 from afo_sim.model.muscle_weakness import ground_moment
 from afo_sim.model.walk import JOINTS, Clock, Intervals
-from afo_sim.model.walk_bodies import ACTIVE, FLOORS, GROUND, STIFFNESS, SUPPORT
+from afo_sim.model.walk_bodies import ACTIVE, GROUND, PADS, STIFFNESS, SUPPORT
 
 OFF = -1.0  # input of a drive that leaves its valves to their own inputs
 
@@ -46,8 +46,8 @@ def _walking_controls(built: Built, control: np.ndarray) -> None:
     else:
         control[:, index.walking[GROUND]] = built.contact.moment[steps]
         control[:, index.walking[SUPPORT]] = built.contact.support[steps]
-        floors = [index.walking[name] for name in FLOORS if name in index.walking]
-        control[:, floors] = built.contact.floor[steps]
+        pads = [index.walking[name] for name in PADS if name in index.walking]
+        control[:, pads] = built.contact.floor[steps]
     control[:, index.walking[ACTIVE]] = own.moment[steps]
     control[:, index.walking[STIFFNESS]] = own.stiffness[steps]
     if walk.toe is not None:

@@ -7,7 +7,7 @@ from afo_sim import native
 from afo_sim.description import Scenario
 from afo_sim.model.contact import ground_of, pad_stiffness
 from afo_sim.model.foot import REST, Foot, add_rest
-from afo_sim.model.mounting import ANKLE, add_motor
+from afo_sim.model.mounting import ANKLE, GAIN_STATE, add_motor
 from afo_sim.model.outsole import POINTS, SOLE, padded
 from afo_sim.model.person import Size, in_contact, reflex_gain
 from afo_sim.model.walk import ARMATURE, JOINTS
@@ -15,7 +15,7 @@ from afo_sim.model.walk import ARMATURE, JOINTS
 DRIVES = tuple(f"drive_{joint}" for joint in JOINTS)
 GROUND, ACTIVE, STIFFNESS, SPASTIC = "ground", "active_moment", "active_stiffness", "spasticity"
 SINK, SUPPORT = "sink", "support"  # the joint of the leg's compliance, and its actuator
-PADS, FLOORS = (tuple(f"{kind}_{point}" for point in POINTS) for kind in ("pad", "floor"))
+PADS = tuple(f"pad_{point}" for point in POINTS)
 
 
 def add_walking(spec: mujoco.MjSpec, scenario: Scenario, size: Size) -> None:
@@ -57,7 +57,7 @@ def add_walking(spec: mujoco.MjSpec, scenario: Scenario, size: Size) -> None:
 
 
 def _add_contact(spec: mujoco.MjSpec, points: tuple[str, ...]) -> None:
-    """A pad under each point of the sole, the floor's height there, and the body's support."""
+    """A pad under each point of the sole, whose input is the floor's height there; the body's support."""
     spec.worldbody.add_site(name=GROUND)
     there = {site.name for site in spec.sites}
     for point in points:
@@ -73,9 +73,8 @@ def _add_contact(spec: mujoco.MjSpec, points: tuple[str, ...]) -> None:
             gainprm=[0.0, 0.0, -1.0] + [0.0] * 7,
             biastype=mujoco.mjtBias.mjBIAS_USER,
             userdata=[0.0] * native.N_USER,
+            **GAIN_STATE,
         )
-    for point in points:
-        add_motor(spec, f"floor_{point}", ANKLE, (0.0,))
     add_motor(spec, SUPPORT, SINK, (1.0,), callback=True)
 
 
@@ -83,7 +82,7 @@ def walking_actuators(model: mujoco.MjModel) -> dict[str, int]:
     """Ids of the actuators that walking adds, by name; none where the shank is fixed."""
     ids = {
         name: mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_ACTUATOR, name)
-        for name in (*DRIVES, GROUND, ACTIVE, STIFFNESS, SPASTIC, REST, *PADS, *FLOORS, SUPPORT)
+        for name in (*DRIVES, GROUND, ACTIVE, STIFFNESS, SPASTIC, REST, *PADS, SUPPORT)
     }
     return {name: i for name, i in ids.items() if i >= 0}
 
@@ -98,5 +97,5 @@ def fill_walking(model: mujoco.MjModel, actuators: dict[str, int], scenario: Sce
         model.actuator_user[actuators[SUPPORT]] = native.motor_row(damping=brakes)
         for point, stiff in pad_stiffness(ground, foot).items():
             model.actuator_user[actuators[f"pad_{point}"]] = native.pad_row(
-                stiffness=stiff, damping=ground.damping, floor=actuators[f"floor_{point}"]
+                stiffness=stiff, damping=ground.damping
             )

@@ -12,9 +12,9 @@ its states are in `act`, its input in `ctrl`:
     line     a joint, no force  –                       flow
     passive  ankle              knee angle              –
     friction a joint, no force  –                       states of a muscle's friction
-    spastic  ankle              none (see below)        –
-    pad      a sole point's z   none (see below)        –
-    grip     a sole point's x   none (see below)        where the floor holds it
+    spastic  ankle              –                       what its gain carries (see below)
+    pad      a sole point's z   height of the floor     what its gain carries
+    grip     a sole point's x   –                       where the floor holds it, what its gain carries
     reflex   toes               –                       phase of the gait, foot strikes
     leg muscle  tendon          –                       activation, fibre, energy
     motor    joint              MuJoCo's own            –
@@ -37,9 +37,9 @@ Three numerical matters:
   carried by the same gain (`guides.py`): what the joint feels is then not the muscle's tension.
 * Half of a joint's damping is MuJoCo's, which takes it at the end of a step, and half the passive ankle's, or
   that of the leg's support, which takes it at the start: the trapezoidal rule.
-* A pad under the sole, and a reflex, carry half their damping by the same gain, by the same rule, a pad its
-  spring's too, as a tension's. What the gain adds to the force the bias takes away. The floor's height is the
-  `ctrl` of a motor without force.
+* A pad under the sole, a grip, and a reflex carry half their damping by such a gain, by the same rule, a pad
+  and a grip their spring's too, as a tension's. The input of the gain is a state that the step takes early
+  (`actearly`): the dyn gives its rate. What the gain adds to the force the bias takes away.
 """
 
 from collections.abc import Callable
@@ -49,7 +49,7 @@ from afo_sim.native.air_step import air_dyn, restriction_dyn
 from afo_sim.native.driving import drive_dyn, valve_dyn
 from afo_sim.native.error_codes import FINE, NO_NUMBER
 from afo_sim.native.guides import behind_guides
-from afo_sim.native.muscle import bias_beside_gain, friction_dyn, sole_pad_force
+from afo_sim.native.muscle import beside_gain, friction_dyn, sole_pad_force
 from afo_sim.native.network import network_dyn
 from afo_sim.native.slots import (
     KIND_CHAMBER,
@@ -100,14 +100,13 @@ def define(fail: Callable[[int, int], None]) -> tuple[Any, Any]:
                 fail(NO_NUMBER, i)
             return moment - u[j + PASSIVE_ROW.load] - u[j + PASSIVE_ROW.damping] * d.actuator_velocity[i]
         if kind == KIND_SPASTIC:
-            gain = u[j + SPASTIC_ROW.gain]
-            moment = spastic_moment(d.actuator_velocity[i], gain)
-            return bias_beside_gain(d, i, moment, 0.5 * gain if moment < 0.0 else 0.0)
+            moment = spastic_moment(d.actuator_velocity[i], u[j + SPASTIC_ROW.gain])
+            return beside_gain(m, d, i, m.actuator_actadr[i], moment)
         if kind == KIND_PAD:
-            force, damping = sole_pad_force(m, d, i, j)
+            force, _ = sole_pad_force(m, d, i, j)
             if force != force:
                 fail(NO_NUMBER, i)
-            return bias_beside_gain(d, i, force, damping)
+            return beside_gain(m, d, i, m.actuator_actadr[i], force)
         if kind == KIND_LEG_MUSCLE:
             tension = d.userdata[int(u[j + LEG_MUSCLE_ROW.userdata]) + LEG_MUSCLE_DATA.tension]
             if tension != tension:
@@ -122,8 +121,8 @@ def define(fail: Callable[[int, int], None]) -> tuple[Any, Any]:
         return 0.0
 
     def dyn(m: Any, d: Any, i: int) -> float:
-        j = m.nuser_actuator * i
-        kind = m.actuator_user[j + 1]
+        u, j = m.actuator_user, m.nuser_actuator * i
+        kind = u[j + 1]
         if kind == KIND_NETWORK:
             complaint, actuator = network_dyn(m, d, i, j)
             if complaint != FINE:
@@ -146,6 +145,12 @@ def define(fail: Callable[[int, int], None]) -> tuple[Any, Any]:
             leg_muscle_dyn(m, d, i, j)
         elif kind == KIND_GRIP:
             grip_dyn(m, d, i, j)
+        elif kind == KIND_PAD:
+            return (sole_pad_force(m, d, i, j)[1] - d.act[m.actuator_actadr[i]]) / m.opt.timestep
+        elif kind == KIND_SPASTIC:
+            gain = u[j + SPASTIC_ROW.gain]
+            damping = 0.5 * gain if spastic_moment(d.actuator_velocity[i], gain) < 0.0 else 0.0
+            return (damping - d.act[m.actuator_actadr[i]]) / m.opt.timestep
         return 0.0
 
     return bias, dyn

@@ -213,7 +213,6 @@ REFERENCES: dict[float, dict[int, tuple[float, bool]]] = {kind: {} for kind in s
     },
     slots.KIND_DRIVE: {slots.DRIVE_ROW.chamber: (slots.KIND_CHAMBER, False)},
     slots.KIND_FRICTION: {slots.FRICTION_ROW.muscle: (slots.KIND_MUSCLE, False)},
-    slots.KIND_PAD: {slots.PAD_ROW.floor: (slots.KIND_MOTOR, False)},
     slots.KIND_GRIP: {slots.GRIP_ROW.pad: (slots.KIND_PAD, False)},
     slots.KIND_REFLEX: {
         slots.REFLEX_ROW.other: (slots.KIND_REFLEX, False),

@@ -85,19 +85,16 @@ def damping(m: Any, k: int, rate: float, absolute: float) -> float:
 
 
 @register_jitable
-def bias_beside_gain(d: Any, i: int, force: float, derivative: float) -> float:
-    """Bias that makes the actuator's whole force `force` [N], and the derivative left for its gain."""
-    ctrl = d.ctrl
-    gained = d.actuator_velocity[i] * ctrl[i]
-    ctrl[i] = derivative
-    return gained + force
+def beside_gain(m: Any, d: Any, i: int, state: int, force: float) -> float:
+    """Bias that makes the actuator's whole force `force` [N]; its gain's input is what a state becomes."""
+    return force + d.actuator_velocity[i] * (d.act[state] + m.opt.timestep * d.act_dot[state])
 
 
 @register_jitable
 def sole_pad_force(m: Any, d: Any, i: int, j: int) -> tuple[float, float]:
     """Upward force of the pad actuator i whose row starts at j [N], and what its gain carries [N·s/m]."""
     u = m.actuator_user
-    floor, height = d.ctrl[int(u[j + PAD_ROW.floor])], d.actuator_length[i]
+    floor, height = d.ctrl[i], d.actuator_length[i]
     force, damping = pad_force(
         floor, height, d.actuator_velocity[i], u[j + PAD_ROW.stiffness], u[j + PAD_ROW.damping]
     )

@@ -88,6 +88,6 @@ def spastic_row(*, gain: float) -> np.ndarray:
     return row(KIND_SPASTIC, gain=gain)
 
 
-def pad_row(*, stiffness: float, damping: float, floor: int) -> np.ndarray:
+def pad_row(*, stiffness: float, damping: float) -> np.ndarray:
     """`actuator_user` of a pad under the sole."""
-    return row(KIND_PAD, stiffness=stiffness, damping=damping, floor=floor)
+    return row(KIND_PAD, stiffness=stiffness, damping=damping)

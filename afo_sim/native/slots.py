@@ -20,7 +20,8 @@ a row. To compiled code they are constants. Nothing outside this package writes 
     leg muscle excitation, activation, fibre's length,          excitation, tension
                velocity, force, energy
     reflex     phase of the gait, foot strikes                  what its nerves carry, step by step
-    grip       where the sole holds the floor                   –
+    grip       where the sole holds the floor, its gain's input –
+    pad, reflex of stretch   its gain's input                   –
 
 A "last" state, and all states of a network, belong to the posture one step back. What belongs to the present
 posture is solved anew in each step and stands in `userdata`.
@@ -47,7 +48,7 @@ from afo_sim.physics import (
 )
 
 RIGID = 1e6  # stiffness of a cable that is called rigid [N/m]: 0.5 mm at 500 N
-MARK = 2839.0  # tells this project's actuators from anybody else's; another number where the places move
+MARK = 2840.0  # tells this project's actuators from anybody else's; another number where the places move
 
 KIND_MUSCLE, KIND_CHAMBER, KIND_VALVE, KIND_PASSIVE, KIND_FRICTION = 1.0, 2.0, 3.0, 4.0, 5.0
 KIND_MOTOR, KIND_SPASTIC, KIND_PAD, KIND_NETWORK, KIND_DRIVE = 6.0, 7.0, 8.0, 9.0, 10.0
@@ -266,11 +267,10 @@ class SpasticRow(NamedTuple):
 
 
 class PadRow(NamedTuple):
-    """Of a pad under the sole: [N/m], [N·s/m], actuator id whose input is the floor's height [m]."""
+    """Of a pad under the sole: [N/m], [N·s/m]; its input is the floor's height [m]."""
 
     stiffness: int
     damping: int
-    floor: int
 
 
 FIRST = 2  # place in a row behind the mark and the kind

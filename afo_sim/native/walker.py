@@ -8,7 +8,7 @@ to the posture one step back, as a network's do, so that a second `mj_forward` c
 from typing import Any
 
 from afo_sim.native.air_block import block
-from afo_sim.native.muscle import sole_pad_force
+from afo_sim.native.muscle import beside_gain, sole_pad_force
 from afo_sim.native.slots import (
     GRIP_ACT,
     GRIP_ROW,
@@ -204,16 +204,15 @@ def held_by_floor(m: Any, d: Any, i: int, j: int) -> tuple[float, float, float]:
 
 @register_jitable
 def grip_bias(m: Any, d: Any, i: int, j: int) -> float:
-    """Bias of the grip i whose row starts at j, as `bias_beside_gain`; its last state is its gain's input."""
-    force, derivative, _ = held_by_floor(m, d, i, j)
-    carried = m.actuator_actadr[i] + GRIP_ACT.carried
-    gained = d.actuator_velocity[i] * d.act[carried]
-    d.act[carried] = derivative
-    return gained + force
+    """Bias of the grip i whose row starts at j; its last state is its gain's input."""
+    force, _, _ = held_by_floor(m, d, i, j)
+    return beside_gain(m, d, i, m.actuator_actadr[i] + GRIP_ACT.carried, force)
 
 
 @register_jitable
 def grip_dyn(m: Any, d: Any, i: int, j: int) -> None:
     """Write the rates of the grip i whose row starts at j."""
-    a = m.actuator_actadr[i] + GRIP_ACT.anchor
-    d.act_dot[a] = (held_by_floor(m, d, i, j)[2] - d.act[a]) / m.opt.timestep
+    a, step = m.actuator_actadr[i], m.opt.timestep
+    _, damping, anchor = held_by_floor(m, d, i, j)
+    d.act_dot[a + GRIP_ACT.anchor] = (anchor - d.act[a + GRIP_ACT.anchor]) / step
+    d.act_dot[a + GRIP_ACT.carried] = (damping - d.act[a + GRIP_ACT.carried]) / step

@@ -10,7 +10,7 @@ import numpy as np
 from afo_sim import native
 from afo_sim.common import CallbackError, InputError
 from afo_sim.control import Command, checked_pressure
-from afo_sim.model import PADS, Built, equilibrium, walking_start
+from afo_sim.model import Built, equilibrium, walking_start
 from afo_sim.model import supply_and_timer as schedule
 from afo_sim.model.build import build
 from afo_sim.rl.dm import PhysicsError, Present, dm
@@ -122,8 +122,7 @@ class ScenarioPhysics(Forkable, dm.Physics):
         if not mine.any():
             return
         index = self.built.index
-        pads = [number for name, number in index.walking.items() if name in PADS]
-        mine[[*index.muscles.values(), *pads]] = False  # the callbacks' own
+        mine[list(index.muscles.values())] = False  # the callbacks' own
         if mine.any():
             name = self.model.id2name(int(np.flatnonzero(mine)[0]), "actuator")
             problem = f"data.ctrl of {name!r} was written directly, and each step takes its inputs elsewhere"

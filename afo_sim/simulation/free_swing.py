@@ -11,7 +11,7 @@ import numpy as np
 
 from afo_sim import native
 from afo_sim.gait import LATE_SWING, STANCE_SHARE
-from afo_sim.model import FLOORS, JOINTS, PADS, get_state
+from afo_sim.model import JOINTS, PADS, get_state
 from afo_sim.simulation.rollout import STATE
 from afo_sim.simulation.stepping import Rows, stepper_of
 
@@ -44,7 +44,7 @@ def _walked(built: "Built", rows: Rows, control: np.ndarray, swings: list[slice]
     model, index, mode = built.model, built.index.walking, built.scenario.callback
     longest = max(swing.stop - swing.start for swing in swings)
     inputs = np.stack([np.resize(control[swing], (longest, model.nu)) for swing in swings])
-    inputs[:, :, [index[name] for name in FLOORS if name in index]] = AWAY
+    inputs[:, :, [index[name] for name in PADS if name in index]] = AWAY
     states, qpos = [], np.empty((len(swings), longest, model.nq))
     for swing in swings:  # from which their first rows were stepped
         data = native.scratch(model)

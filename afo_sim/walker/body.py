@@ -17,6 +17,7 @@ from afo_sim.common import GRAVITY, InputError
 from afo_sim.description import Scenario
 from afo_sim.model import (
     ANKLE,
+    GAIN_STATE,
     POINTS,
     SOLE,
     UNDRIVEN,
@@ -98,7 +99,7 @@ def build_body(scenario: Scenario, strength: dict[str, float] | None = None, spr
     except ValueError as error:
         raise InputError(f"MuJoCo cannot compile the walker: {error}", file=scenario.leg.file) from None
     model.jnt_stiffness[model.joint(ANKLE).id] += spring
-    rows, named = model.actuator_user, _named(model)
+    named = _named(model)
     muscles = np.array([[named(f"{side}{muscle}") for muscle in LEG_MUSCLES] for side in SIDES])
     reflexes = np.array([named(f"{side}{REFLEX}") for side in SIDES])
     pads = np.array([[named(f"{side}pad_{point}") for point in POINTS] for side in SIDES])
@@ -108,7 +109,6 @@ def build_body(scenario: Scenario, strength: dict[str, float] | None = None, spr
         _fill_leg(body, k, strength or {})
         _fill_floor(body, k)
         _fill_tissue(body, k)
-    rows[[named(FLOOR), *(named(f"{name}_angle") for name in STOPS)]] = native.motor_row()
     if circuit is None:
         return body
     ids = native.circuit_ids(model, circuit)
@@ -214,9 +214,9 @@ def _add_own(spec: mujoco.MjSpec) -> int:
                 biastype=user,
                 userdata=none,
             )
-    for kind, gear, states, dynamics in (
-        ("pad", [0, 0, 1, 0, 0, 0], -1, mujoco.mjtDyn.mjDYN_NONE),
-        ("grip", [1, 0, 0, 0, 0, 0], 2, mujoco.mjtDyn.mjDYN_USER),
+    for kind, gear, states in (
+        ("pad", [0, 0, 1, 0, 0, 0], 1),
+        ("grip", [1, 0, 0, 0, 0, 0], 2),
     ):
         for side, point in itertools.product(SIDES, POINTS):
             spec.add_actuator(
@@ -225,12 +225,11 @@ def _add_own(spec: mujoco.MjSpec) -> int:
                 target=f"{side}{SOLE}{point}",
                 refsite=FLOOR,
                 gear=gear,
-                actdim=states,
-                dyntype=dynamics,
                 gaintype=mujoco.mjtGain.mjGAIN_AFFINE,
                 gainprm=[0.0, 0.0, -1.0] + [0.0] * 7,
                 biastype=user,
                 userdata=none,
+                **GAIN_STATE | {"actdim": states},
             )
     for side in SIDES:
         add_motor(spec, f"{side}{TISSUE}", f"{side}{ANKLE}", (0.0,), callback=True)
@@ -238,9 +237,6 @@ def _add_own(spec: mujoco.MjSpec) -> int:
         for name, (joint, sign, _) in STOPS.items():
             add_motor(spec, f"{side}{name}", f"{side}{joint}", (0.0, 0.0, -1.0), callback=True)
             spec.actuators[-1].gear = [sign, 0.0, 0.0, 0.0, 0.0, 0.0]
-    add_motor(spec, FLOOR, FORWARD, (0.0,))
-    for name in STOPS:
-        add_motor(spec, f"{name}_angle", FORWARD, (0.0,))
     memory = NERVES * _slots(spec.option.timestep)
     spec.nuserdata = len(SIDES) * (memory + len(native.LEG_MUSCLE_DATA) * len(LEG_MUSCLES))
     return spec.nuserdata
@@ -287,7 +283,7 @@ def _fill_floor(body: Body, k: int) -> None:
     rows, side, size, named = body.model.actuator_user, SIDES[k], body.size, _named(body.model)
     ground, stiffer = ground_of(body.scenario, Size.of(body.scenario)), size.heavier / size.taller
     for pad, point in zip(body.pads[k], POINTS, strict=True):
-        rows[pad] = native.pad_row(stiffness=ground.stiffness, damping=ground.damping, floor=named(FLOOR))
+        rows[pad] = native.pad_row(stiffness=ground.stiffness, damping=ground.damping)
         rows[named(f"{side}grip_{point}")] = native.row(
             native.KIND_GRIP,
             pad=pad,
@@ -309,7 +305,6 @@ def _fill_tissue(body: Body, k: int) -> None:
         rows[named(f"{side}{name}")] = native.pad_row(
             stiffness=STOP_STIFFNESS * body.size.springy,
             damping=STOP_DAMPING * body.size.slower,
-            floor=named(f"{name}_angle"),
         )
 
 

@@ -78,7 +78,7 @@ def start(body: Body, vector: Vector, noise: Sequence[float] | np.ndarray = ()) 
     data.qpos[int(model.joint(UP).qposadr[0])] = -lowest - SUNK
     mujoco.mj_fwdPosition(model, data)
     for name, (_, _, begins) in STOPS.items():
-        data.ctrl[model.actuator(f"{name}_angle").id] = begins
+        data.ctrl[[model.actuator(f"{side}{name}").id for side in SIDES]] = begins
     for side in range(2):
         _rest(body, data, side)
     for grip in np.flatnonzero(model.actuator_user[:, 1] == native.KIND_GRIP):

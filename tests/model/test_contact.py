@@ -8,6 +8,7 @@ import re
 from types import SimpleNamespace
 from typing import Any
 
+import mujoco
 import numpy as np
 import pytest
 from campaign import size
@@ -15,10 +16,11 @@ from changed_leg import changed_leg
 from scipy.integrate import solve_ivp
 
 import afo_sim
+from afo_sim import native
 from afo_sim.common import GRAVITY, InputError, assets
 from afo_sim.description import load
 from afo_sim.gait import file as gait_file
-from afo_sim.model import Built
+from afo_sim.model import PADS, Built, supply_and_timer, walking_start
 from afo_sim.model.build import build
 from afo_sim.model.contact import _toe_levers
 from afo_sim.physics import passive_moment
@@ -418,6 +420,30 @@ def test_a_pad_that_is_no_number_ends_the_run(mode: str) -> None:
     assert len(run["time"]) == 50
 
 
+def test_a_step_hands_dampers_to_the_integrator_and_writes_no_input_but_the_muscles() -> None:
+    """A pad's state is half of −∂F/∂v and h/4 of its secant stiffness, of this step's own force."""
+    built = contact_built({"duration": "0.3 s", "patient": "spastic"}, "walk-dropfoot-afo")
+    model, muscles = built.model, list(built.index.muscles.values())
+    pads = [built.index.walking[name] for name in PADS]
+    stiffness, damping = model.actuator_user[pads, 2], model.actuator_user[pads, 3]
+    inputs, pressed, data = supply_and_timer.controls(built), 0, mujoco.MjData(model)
+    with native.installed():
+        start = walking_start(built, inputs[0])
+        mujoco.mj_setState(model, data, start, mujoco.mjtState.mjSTATE_INTEGRATION)
+        for row in inputs:
+            data.ctrl[:] = row
+            mujoco.mj_step(model, data)
+            assert np.array_equal(np.delete(data.ctrl, muscles), np.delete(row, muscles))
+            force, depth = data.actuator_force[pads], row[pads] - data.actuator_length[pads]
+            on = (force > 0.0) & (depth > 0.0)
+            secant = np.divide(force, depth, out=np.zeros(len(pads)), where=on)
+            carried = 0.5 * stiffness * damping * depth + 0.25 * model.opt.timestep * secant
+            found = data.act[model.actuator_actadr[pads]]
+            assert found == pytest.approx(np.where(on, carried, 0.0), rel=1e-9, abs=1e-9)
+            pressed += on.any()
+    assert pressed > 100
+
+
 def test_nobodys_muscles_and_a_giant_end_no_run() -> None:
     for sets in (
         {"patient.dorsiflexor_strength": 0.0, "patient.plantarflexor_strength": 0.0},
@@ -438,7 +464,7 @@ def test_contact_is_the_default_and_the_recorded_force_adds_nothing() -> None:
     told = build(load("scenario", "walk-dropfoot-afo", sets | {"ground.mode": "contact"}))
     without = build(load("scenario", "walk-dropfoot-afo", sets | {"ground.mode": "recorded"}))
     assert plain.xml == told.xml
-    assert plain.model.nu == told.model.nu == without.model.nu + 9
+    assert plain.model.nu == told.model.nu == without.model.nu + 5  # four pads, the support
     before, after = run_built(plain), run_built(told)
     assert list(before.columns) == list(after.columns)
     assert all(np.array_equal(before[name], after[name]) for name in before.columns)

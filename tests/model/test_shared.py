@@ -31,9 +31,10 @@ SHARED = [
 SHORT = {"duration": "0.1 s"}
 EACH = size(3, 1)  # of the numbers of a description: in the suite every third is changed
 WALK = expand("scenario", "walk-dropfoot-afo")
-# of shapes, and the tolerance of sleep, which MuJoCo takes from their extent
+# of shapes, the tolerance of sleep, which MuJoCo takes from their extent, and paths: alike ones are one
 OF_SHAPES = re.compile(
     r"geom_|body_geom|names?|bvh|oct|_sizes|narena|nbuffer|dof_length|mat_|tex_|mesh_|stat\."
+    r"|tendon_|ten_J|wrap_|actuator_trnid"
 )
 
 
