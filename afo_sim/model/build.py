@@ -50,7 +50,7 @@ MISFIT = 0.042  # of the recorded sole from the floor in stance; the shipped wal
 class Built(Shown):
     """A compiled scenario: the model that runs, and the warnings of building it.
 
-    `model` is without what only pictures need; `full_model` has all, the same parameters, and moves alike.
+    `model` is without what only pictures need, alike muscles on one path; `full_model` has all, moves alike.
 
     `walk`, `foot` (with the orthosis) and `active` are there when recorded walking drives the shank,
     `contact` when the foot meets a floor, `side_arms` when muscles may turn the foot to its sides.
