@@ -32,16 +32,13 @@ def add_walking(spec: mujoco.MjSpec, scenario: Scenario, size: Size) -> None:
         if name == JOINTS[-1] and in_contact(scenario):
             # The leg's compliance against the ground, upward positive; before the shank turns, along the
             # world's z
-            ground, rest = (
-                ground_of(scenario, Size(taller=size.taller)),
-                [0.0, 0.0],
-            )  # of MuJoCo's polynomials
+            ground, rest = ground_of(scenario, Size(taller=size.taller)), [0.0, 0.0]
             shank.add_joint(
                 name=SINK,
                 type=slide,
                 axis=[0.0, 0.0, 1.0],
                 pos=at,
-                stiffness=[ground.body_stiffness * size.heavier, *rest],
+                stiffness=[ground.body_stiffness * size.heavier, *rest],  # a polynomial
                 damping=[0.5 * ground.body_damping * size.heavier, *rest],  # the other half is the support's
             )
         shank.add_joint(name=name, type=kind, axis=axis, pos=at, armature=ARMATURE)
