@@ -259,6 +259,10 @@ def _made(seen: _Seen) -> Geometry:
             walking=walking_actuators(model),
             ankle_qpos=qpos,
             ankle_dof=dof,
+            joints={
+                model.joint(k).name: (int(model.jnt_qposadr[k]), int(model.jnt_dofadr[k]))
+                for k in range(model.njnt)
+            },
         ),
         angles=angles,
         lengths=sweep_lengths(model, list(ids.muscles.values()), qpos, angles),

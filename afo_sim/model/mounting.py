@@ -20,6 +20,7 @@ class Index(native.CircuitIds):
     walking: dict[str, int]
     ankle_qpos: int
     ankle_dof: int
+    joints: dict[str, tuple[int, int]]  # places in qpos and qvel
 
 
 def muscle_names(orthosis: Orthosis) -> dict[str, MuscleGroup]:

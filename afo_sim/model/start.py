@@ -57,7 +57,7 @@ def walking_start(built: Built, control: np.ndarray, air: Guess | None = None) -
     native.step_back(model, data)
     mujoco.mj_forward(model, data)
     joints = [*([] if toes is None else [toes.joint]), *([] if built.contact is None else [SINK])]
-    turning = [ankle, *(int(model.joint(name).dofadr[0]) for name in joints)]
+    turning = [ankle, *(built.index.joints[name][1] for name in joints)]
     data.qvel[turning] -= 0.5 * model.opt.timestep * data.qacc[turning]
     data.ctrl[:] = 0.0
     return get_state(model, data)
@@ -68,14 +68,13 @@ def _at_first_posture(built: Built) -> mujoco.MjData:
     assert built.walk is not None
     data, ankle = native.scratch(built.model), built.index.ankle_dof
     place, velocity, ankle_velocity = built.walk.start()
-    joints = [int(built.model.joint(name).dofadr[0]) for name in JOINTS]
-    data.qpos[[*joints, built.index.ankle_qpos]] = place
+    places, joints = np.array([built.index.joints[name] for name in JOINTS]).T
+    data.qpos[[*places, built.index.ankle_qpos]] = place
     data.qvel[joints], data.qvel[ankle] = velocity, ankle_velocity
     toe, toes = built.walk.toe, built.scenario.leg.toes
     if toe is not None and toes is not None:
-        hinge = built.model.joint(toes.joint)
-        data.qpos[hinge.qposadr[0]] = toe[1]
-        data.qvel[hinge.dofadr[0]] = (toe[2] - toe[0]) / (2.0 * built.walk.timestep)
+        at, dof = built.index.joints[toes.joint]
+        data.qpos[at], data.qvel[dof] = toe[1], (toe[2] - toe[0]) / (2.0 * built.walk.timestep)
     return data
 
 

@@ -33,6 +33,7 @@ from .circuit import circuit_ids as circuit_ids
 from .compiled import mujoco_library as mujoco_library
 from .engine_clock import without_clock as without_clock
 from .filling import assert_muscles_pull as assert_muscles_pull
+from .filling import muscle_rows as muscle_rows
 from .filling import fill_chambers as fill_chambers
 from .filling import fill_circuit as fill_circuit
 from .filling import fill_inverse_masses as fill_inverse_masses

@@ -1,5 +1,6 @@
 """Parameters of a circuit into a compiled model, its first air, and whether its muscles pull."""
 
+import functools
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import astuple
@@ -334,6 +335,16 @@ def assert_muscles_pull(model: mujoco.MjModel, state: np.ndarray) -> None:
     assert_live(model, data, _of_kind(model, slots.KIND_MUSCLE))
 
 
+def muscle_rows(model: mujoco.MjModel) -> bytes:
+    """Sizes of a model, and what its muscles, their air and anchors are: all that those carry at rest."""
+    kinds = slots.KIND_MUSCLE, slots.KIND_CHAMBER, slots.KIND_NETWORK, slots.KIND_VOLUME, slots.KIND_STORE
+    muscles, *others = (_of_kind(model, kind) for kind in kinds)
+    rows = model.actuator_user[muscles]
+    rows[:, slots.MUSCLE_ROW.inverse_mass] = 0.0  # of whom they move, which no muscle at rest asks
+    rest = model.actuator_user[[i for found in others for i in found]]
+    return bytes(model._sizes.tobytes() + rows.tobytes() + rest.tobytes())
+
+
 def _rows(model: mujoco.MjModel) -> np.ndarray:
     """The actuators' parameters, written in place; somebody else's may be wider (nu, slots.N_USER)."""
     return model.actuator_user[:, : slots.N_USER]
@@ -341,6 +352,13 @@ def _rows(model: mujoco.MjModel) -> np.ndarray:
 
 def _of_kind(model: mujoco.MjModel, kind: float) -> list[int]:
     """Ids of this project's actuators of one kind."""
-    user = model.actuator_user
-    found: list[int] = np.flatnonzero((user[:, 0] == slots.MARK) & (user[:, 1] == kind)).tolist()
+    return _kinds(model.actuator_user[:, :2].tobytes()).get(kind, [])
+
+
+@functools.lru_cache(maxsize=16)  # models of one layout have the same
+def _kinds(marks: bytes) -> dict[float, list[int]]:
+    found: dict[float, list[int]] = {}
+    for i, (mark, kind) in enumerate(np.frombuffer(marks).reshape(-1, 2).tolist()):
+        if mark == slots.MARK:
+            found.setdefault(kind, []).append(i)
     return found

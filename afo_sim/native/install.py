@@ -227,16 +227,30 @@ REFERENCES: dict[float, dict[int, tuple[float, bool]]] = {kind: {} for kind in s
 def assert_rows(model: mujoco.MjModel) -> None:
     """Check that this project's actuators, and all that ask for a callback, name actuators that exist."""
     rows, nu = model.actuator_user, model.nu
-    ours, kind_of = rows[:, 0] == slots.MARK, rows[:, 1].tolist()
-    for i in np.flatnonzero(asks_for_callback(model) | ours).tolist():
-        if not ours[i] or kind_of[i] not in REFERENCES:
-            raise CallbackError(f"actuator {model.actuator(i).name!r} has lost its parameters")
-        for slot, (kind, optional) in REFERENCES[kind_of[i]].items():
-            other = float(rows[i, slot])
-            if optional and other == -1.0:
-                continue
-            if not (0.0 <= other < nu and other.is_integer() and kind_of[int(other)] == kind):
-                raise CallbackError(f"actuator {model.actuator(i).name!r} refers to actuator {other:g}")
+    lost, (i, slot, kind, optional) = _references(rows[:, :2].tobytes(), asks_for_callback(model).tobytes())
+    if lost is not None:
+        raise CallbackError(f"actuator {model.actuator(lost).name!r} has lost its parameters")
+    other = rows[i, slot]
+    there = (other >= 0.0) & (other < nu) & (other == np.floor(other))
+    there &= rows[np.where(there, other, 0.0).astype(int), 1] == kind
+    wrong = np.flatnonzero(~(there | (optional & (other == -1.0))))
+    if len(wrong):
+        name = model.actuator(int(i[wrong[0]])).name
+        raise CallbackError(f"actuator {name!r} refers to actuator {other[wrong[0]]:g}")
+
+
+@functools.lru_cache(maxsize=16)  # models of one layout have the same
+def _references(marks: bytes, asks: bytes) -> tuple[int | None, tuple[np.ndarray, ...]]:
+    """First actuator without parameters; row, place, wanted kind of each reference, whether none will do."""
+    found: list[tuple[int, int, float, bool]] = []
+    pairs = np.frombuffer(marks).reshape(-1, 2).tolist()
+    for i, ((mark, kind), asked) in enumerate(zip(pairs, np.frombuffer(asks, bool), strict=True)):
+        if (asked or mark == slots.MARK) and (mark != slots.MARK or kind not in REFERENCES):
+            return i, (np.empty(0, int),) * 4
+        if mark == slots.MARK:
+            found += [(i, slot, *wanted) for slot, wanted in REFERENCES[kind].items()]
+    i, slot, kind, optional = np.array(found, float).reshape(-1, 4).T
+    return None, (i.astype(int), slot.astype(int), kind, optional > 0.0)
 
 
 def assert_live(model: mujoco.MjModel, data: mujoco.MjData, muscles: Sequence[int]) -> None:

@@ -1,6 +1,5 @@
 """A stride in steps of `LONG`, for the search of the settled one: a guess, on which no result depends."""
 
-import copy
 import dataclasses
 
 import mujoco
@@ -15,28 +14,31 @@ LEAST = 2.5  # times the asked step, below which longer steps save little
 
 
 def coarse(built: Built, control: np.ndarray) -> tuple[Built, np.ndarray] | None:
-    """The scenario in long steps, and its inputs over two strides; None where only the asked step will do."""
+    """The scenario in long steps, and its inputs over two strides; None where only the asked step will do.
+
+    Its model is the same one: who steps it sets the time step.
+    """
     scenario, n = built.scenario, steps_of_stride(built.scenario)
     count = round(n * scenario.timestep / LONG)
     if n < LEAST * count or remembers(built, control):
         return None
-    step = scenario.timestep * n / count
-    model = copy.copy(built.model)
-    model.opt.timestep = step
-    long = dataclasses.replace(built, model=model, scenario=scenario.model_copy(update={"timestep": step}))
-    return long, np.tile(_inputs(built, control, n, count), (2, 1))
+    long = scenario.model_copy(update={"timestep": scenario.timestep * n / count})
+    inputs = _inputs(built, control, n, count)
+    return dataclasses.replace(built, scenario=long), np.concatenate([inputs, inputs])
 
 
 def _inputs(built: Built, control: np.ndarray, n: int, count: int) -> np.ndarray:
     """Inputs of the second stride's long steps (count, nu)."""
     assert built.walk is not None
     index = built.index
-    at = np.linspace(n, 2 * n, count + 1)
+    at = n + np.arange(count + 1) * (n / count)
     found = _between(control, at[:-1])
     valves = list(index.valves.values())
-    opened = np.concatenate([np.zeros((1, len(valves))), np.cumsum(control[:, valves], axis=0)])
-    found[:, valves] = np.diff(_between(opened, at), axis=0) * (count / n)
-    pose = _between(built.walk.pose, 1.0 + np.linspace(n - n / count, 2 * n, count + 2))
+    opened = np.zeros((len(control) + 1, len(valves)))
+    np.cumsum(control[:, valves], axis=0, out=opened[1:])
+    opened = _between(opened, at)
+    found[:, valves] = (opened[1:] - opened[:-1]) * (count / n)
+    pose = _between(built.walk.pose, 1.0 + n + np.arange(-1, count + 1) * (n / count))
     step = built.scenario.timestep * n / count
     found[:, [index.walking[f"drive_{joint}"] for joint in JOINTS]] = np.diff(pose, 2, axis=0) / step**2
     return found
@@ -58,7 +60,6 @@ def at_heel_strike(built: Built, state: np.ndarray, step: float) -> np.ndarray:
     mujoco.mj_setState(model, data, state, mujoco.mjtState.mjSTATE_INTEGRATION)
     data.time = 0.0
     before = _between(pose, np.array([1.0 + n - step / built.scenario.timestep]))[0]
-    for k, joint in enumerate(JOINTS):
-        data.qpos[model.joint(joint).qposadr[0]] = pose[1, k]
-        data.qvel[model.joint(joint).dofadr[0]] = (pose[1 + n, k] - before[k]) / step
+    places, dofs = np.array([built.index.joints[joint] for joint in JOINTS]).T
+    data.qpos[places], data.qvel[dofs] = pose[1], (pose[1 + n] - before) / step
     return get_state(model, data)

@@ -7,21 +7,22 @@ after each jump of the air before it is judged. Where it can be, the search begi
 (`coarse_stride.py`), and goes on in the asked ones with their air and slopes.
 """
 
+import ctypes
 import dataclasses
-import functools
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import lru_cache, partial
+from typing import Any
 
 import mujoco
 import numpy as np
 
 from afo_sim import native
 from afo_sim.common import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT, SimulationError
-from afo_sim.description.orthosis import Chamber
 from afo_sim.model import AFTER, JOINTS, Built, cooled, steps_of_stride
 from afo_sim.model.prefill import prefill
-from afo_sim.physics import valve_flow
+from afo_sim.physics import compiled_functions, valve_flow
 from afo_sim.simulation.coarse_stride import at_heel_strike, coarse
 from afo_sim.simulation.rollout import (
     METRIC_FIELDS,
@@ -67,15 +68,17 @@ def settle(
     workspace = workspace or Workspace()
     found: dict[int, Settled] = {}
     with native.installed(mode), native.without_clock():
-        cases: dict[int, Case] = {}
-        for k, (built, control) in enumerate(zip(builts, controls, strict=True)):
+        begun = [
             # friction that keeps the past keeps that of this start
-            air = None if sticks(built) else functools.partial(first_air, control=control)
-            case = begun_case(built, control, air=air)
-            if (reason := limp(case)) is None:
-                cases[k] = case
+            begun_case(built, control, air=None if sticks(built) else partial(first_air, control=control))
+            for built, control in zip(builts, controls, strict=True)
+        ]
+        cases: dict[int, Case] = {}
+        for k, reason in enumerate(limp(begun)):
+            if reason is None:
+                cases[k] = begun[k]
             else:
-                found[k] = Settled(not_begun(built.model, reason))
+                found[k] = Settled(not_begun(builts[k].model, reason))
         if cases:
             walks = [_Walk(builts[k], controls[k], case) for k, case in cases.items()]
             party = _Party(_begun_near(walks, mode, workspace), mode, fields)
@@ -103,11 +106,15 @@ def _begun_near(walks: list[_Walk], mode: native.Mode, workspace: Workspace) -> 
             built, control = there
             state = at_heel_strike(walk.built, walk.case.state, built.scenario.timestep)
             near = _Walk(built, control, Case(built.model, state, walk.case.policy))
-            longer.setdefault(steps_of_stride(built.scenario), {})[k] = near
+            longer.setdefault(len(control) // 2, {})[k] = near
     for alike in longer.values():
+        # their models take the longer steps meanwhile: a copy of one costs as much as a hundred steps
+        for near in alike.values():
+            near.case.model.opt.timestep = near.built.scenario.timestep
         party, places = _Party(list(alike.values()), mode, ("userdata",), ROUGH), list(alike)
         for place, search, failure in party.ended(workspace):
             k, walk = places[place], walks[places[place]]
+            walk.case.model.opt.timestep = walk.built.scenario.timestep
             found[k] = dataclasses.replace(walk, steps=search.strides * party.n)
             if failure is None and search.found:
                 state = at_heel_strike(walk.built, party.stepper.state(place), walk.built.scenario.timestep)
@@ -210,6 +217,7 @@ class _Party:
 
 FILLED = 0.5  # share of the supply's pressure at which the volume is taken, and from which it begins
 PARTS, STRIDES = 60, 3  # coarse steps of a stride, strides
+_FILLING = (ctypes.c_void_p, *(ctypes.c_double,) * 7)  # of `_filled`
 
 
 def first_air(built: Built, data: mujoco.MjData, control: np.ndarray) -> dict[int, float]:
@@ -221,18 +229,24 @@ def first_air(built: Built, data: mujoco.MjData, control: np.ndarray) -> dict[in
     set_to = built.scenario.supply.pressure  # a line before a regulator has more
     supply = {i: min(float(control[n, i]), set_to) for i in index.chambers.values()}
     native.fill_chambers(built.model, data, {i: FILLED * pressure for i, pressure in supply.items()})
-    cuts = np.linspace(0, n, PARTS + 1).astype(int)
+    cuts = _cuts(n)
     found, shut = {}, []
+    (filled,) = compiled_functions("first_air", _FILLING, _filled)
     for name, chamber in built.scenario.orthosis.chamber.items():
         actuator = index.chambers[name]
-        coils = control[:, [index.valves[f"{name}_inlet"], index.valves[f"{name}_outlet"]]]
+        coils = control[n : 2 * n, [index.valves[f"{name}_inlet"], index.valves[f"{name}_outlet"]]]
         if not coils.any():
             shut.append(actuator)
             continue
-        opened = [np.add.reduceat(coil, cuts[:-1]) / np.diff(cuts) for coil in coils[n : 2 * n].T]
+        opened = np.add.reduceat(coils, cuts[:-1]) / (cuts[1:] - cuts[:-1])[:, np.newaxis]
+        if not opened[:, 0].any():  # never filled
+            found[actuator] = 0.0
+            continue
         volume = float(native.read_flows(built.model, data.userdata, actuator).volume)
-        fed = supply[actuator] + AMBIENT_PRESSURE
-        found[actuator] = _pressure(chamber, fed, volume, opened, built.scenario.timestep * n)
+        per_mass = GAS_CONSTANT * AMBIENT_TEMPERATURE / volume * built.scenario.timestep * n / PARTS
+        inlet, outlet = chamber.inlet, chamber.vent
+        valves = inlet.conductance, inlet.critical_ratio, outlet.conductance, outlet.critical_ratio
+        found[actuator] = filled(opened.ctypes.data, STRIDES * PARTS, supply[actuator], per_mass, *valves)
     if shut:
         prefill(built, data)
         held = [float(native.read_held(built.model, data.act, k)[0]) for k in shut]
@@ -241,22 +255,29 @@ def first_air(built: Built, data: mujoco.MjData, control: np.ndarray) -> dict[in
     return found
 
 
-def _pressure(
-    chamber: Chamber, supply: float, volume: float, opened: list[np.ndarray], stride: float
+@lru_cache(maxsize=8)
+def _cuts(n: int) -> np.ndarray:
+    return np.linspace(0, n, PARTS + 1).astype(int)
+
+
+def _filled(
+    opened: Any,
+    parts: float,
+    supply: float,
+    per_mass: float,
+    inlet: float,
+    inlet_ratio: float,
+    outlet: float,
+    outlet_ratio: float,
 ) -> float:
-    """Gauge pressure after a few strides [Pa], from the valves' openings in each part of one."""
-    if not opened[0].any():  # never filled
-        return 0.0
+    """Gauge pressure after a few strides [Pa], from the valves' openings in each part of one (PARTS, 2)."""
     ambient, warm = AMBIENT_PRESSURE, AMBIENT_TEMPERATURE
-    per_mass = GAS_CONSTANT * warm / volume * stride / PARTS
-    inlet, outlet = chamber.inlet, chamber.vent
-    pressure = ambient + FILLED * (supply - ambient)
-    for _ in range(STRIDES):
-        for into, out in np.transpose(opened).tolist():
-            entering = valve_flow(supply, warm, pressure, warm, into, inlet.conductance, inlet.critical_ratio)
-            leaving = valve_flow(
-                pressure, warm, ambient, warm, out, outlet.conductance, outlet.critical_ratio
-            )
-            pressure += per_mass * (entering - leaving)
-            pressure = min(max(pressure, ambient), supply)  # a coarse step may overshoot
+    fed = supply + ambient
+    pressure = ambient + FILLED * (fed - ambient)
+    for part in range(int(parts)):
+        k = 2 * (part % PARTS)
+        entering = valve_flow(fed, warm, pressure, warm, opened[k], inlet, inlet_ratio)
+        leaving = valve_flow(pressure, warm, ambient, warm, opened[k + 1], outlet, outlet_ratio)
+        pressure += per_mass * (entering - leaving)
+        pressure = min(max(pressure, ambient), fed)  # a coarse step may overshoot
     return pressure - ambient
