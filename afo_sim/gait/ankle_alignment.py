@@ -56,16 +56,16 @@ def fit_to_leg(
     return Placed(moved, along, vertical)
 
 
-def lay_on_floor(placed: Placed, low: np.ndarray) -> Placed:
+def lay_on_floor(placed: Placed, low: np.ndarray) -> tuple[Placed, FourierSeries | None]:
     """Move the ankle vertically, so that the sole's lowest point, at heights `low` [m] (n,), is on the floor
-    while it is loaded; the moment about the ankle stays.
+    while it is loaded, and by what; the moment about the ankle stays.
 
     The ankle is back on its recorded path `LEAVES` of the stride after toe-off, smoothly to its acceleration:
     a shorter way would jerk the foot, a longer one reaches mid-swing, where clearance is read.
     """
     cycle, off = placed.cycle, stance(placed.cycle)
     if off == 0.0:  # nothing is borne
-        return placed
+        return placed, None
     on = float(cycle.phase[np.argmax(cycle.grf_z > STANCE_FORCE)])
     stands = (cycle.phase >= on) & (cycle.phase <= off)
     first, last = np.interp([on, off], cycle.phase, low)
@@ -77,7 +77,7 @@ def lay_on_floor(placed: Placed, low: np.ndarray) -> Placed:
     moved = dataclasses.replace(cycle, ankle_z=cycle.ankle_z + raised, cop_x=cycle.cop_x - ahead)
     vars(moved)["flat"] = cycle.flat
     vars(moved)["series"] = cycle.series | {"ankle_z": cycle.series["ankle_z"] + lift}
-    return dataclasses.replace(placed, cycle=moved, laid=float(np.abs(raised[stands]).max()))
+    return dataclasses.replace(placed, cycle=moved, laid=float(np.abs(raised[stands]).max())), lift
 
 
 def _eased(share: np.ndarray) -> np.ndarray:

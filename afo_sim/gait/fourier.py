@@ -1,5 +1,6 @@
 """Periodic signals as Fourier series: smooth at any phase, with exact derivatives."""
 
+import functools
 import math
 from dataclasses import dataclass
 from typing import Self
@@ -23,6 +24,14 @@ class Wave:
         return cls(phases, np.exp(2j * np.pi * (phases % 1.0)))
 
 
+@functools.lru_cache(maxsize=16)  # strides are sampled at the same phases
+def _basis(phases: bytes, harmonics: int) -> tuple[np.ndarray, np.ndarray]:
+    """What a mean, cosines and sines are at phases, and what makes their weights of samples there."""
+    wave = 2.0 * np.pi * np.outer(np.frombuffer(phases), np.arange(1, harmonics + 1))
+    basis = np.column_stack([np.ones(len(wave)), np.cos(wave), np.sin(wave)])
+    return basis, np.linalg.pinv(basis)
+
+
 @dataclass(frozen=True, eq=False)
 class FourierSeries:
     """A signal over phase: mean + progress · phase + harmonics of one cycle."""
@@ -39,9 +48,8 @@ class FourierSeries:
         """The least-squares series through samples of one cycle."""
         closing = float(values[-1] - values[0])
         level = values - closing * (phase - (0.0 if progressing else 0.5))
-        wave = 2.0 * np.pi * np.outer(phase[:-1], np.arange(1, harmonics + 1))  # phase 1 is phase 0 again
-        basis = np.column_stack([np.ones(len(wave)), np.cos(wave), np.sin(wave)])
-        weights, *_ = np.linalg.lstsq(basis, level[:-1], rcond=None)
+        basis, inverse = _basis(phase[:-1].tobytes(), harmonics)  # phase 1 is phase 0 again
+        weights = inverse @ level[:-1]
         left = level[:-1] - basis @ weights
         return cls(
             mean=float(weights[0]),
@@ -49,7 +57,7 @@ class FourierSeries:
             cosine=weights[1 : harmonics + 1],
             sine=weights[harmonics + 1 :],
             closing_error=0.0 if progressing else closing,
-            residual=float(np.sqrt(np.mean(left**2))),
+            residual=math.sqrt(float(left @ left) / len(left)),
         )
 
     def __add__(self, other: "FourierSeries") -> "FourierSeries":
@@ -57,7 +65,7 @@ class FourierSeries:
         count = max(len(self.cosine), len(other.cosine))
 
         def longer(values: np.ndarray) -> np.ndarray:
-            return np.pad(values, (0, count - len(values)))
+            return np.concatenate([values, np.zeros(count - len(values))])
 
         return FourierSeries(
             mean=self.mean + other.mean,

@@ -62,6 +62,15 @@ def turned_all(
     return [(x * turn.cosine - z * turn.sine, x * turn.sine + z * turn.cosine) for x, z in points]
 
 
+def carried(
+    point: tuple[float, float], pitch: np.ndarray | Turn, acceleration: np.ndarray
+) -> np.ndarray:
+    """Moment about the ankle that accelerates a point of the foot as the ankle, over its mass [m²/s²] (n,)."""
+    x, z = turned(point, pitch)
+    found: np.ndarray = x * acceleration[:, 1] - z * acceleration[:, 0]
+    return found
+
+
 @dataclass(frozen=True)
 class ToeSegment:
     """The toes of a foot, in its axes where they are not extended.
@@ -142,9 +151,7 @@ class Foot:
         self, pitch: "np.ndarray | Turn", acceleration: np.ndarray, shank_acceleration: np.ndarray
     ) -> np.ndarray:
         """Moment about the ankle that the driven shank's acceleration puts on the foot."""
-        x, z = turned(self.centre, pitch)
-        carried = self.mass * (x * acceleration[:, 1] - z * acceleration[:, 0])
-        return self.inertia * shank_acceleration - carried
+        return self.inertia * shank_acceleration - self.mass * carried(self.centre, pitch, acceleration)
 
     def gravity_moment(self, pitch: "np.ndarray | Turn") -> np.ndarray:
         """Weight about the ankle, dorsiflexion positive [N·m] (n,), at sole pitches [rad] (n,)."""

@@ -7,19 +7,21 @@ lags. The instants at which the sides change belong to the gait cycle, and betwe
 form. So the activation at an instant does not depend on the time step.
 """
 
+import ctypes
 import functools
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from afo_sim.common import GRAVITY
 from afo_sim.description import Patient, Scenario
 from afo_sim.gait import GaitCycle, Wave
-from afo_sim.model.foot import Foot, turned
+from afo_sim.model.foot import Foot, carried
 from afo_sim.model.person import Size, Tissue, healthy_tissue, own_tissue, reflex_gain
-from afo_sim.model.walk import Walk, bent
-from afo_sim.physics import passive_moments
+from afo_sim.model.walk import PLACE, Walk
+from afo_sim.physics import compiled_functions, passive_moments
 
 # Quasi-stiffness of the active ankle about its recorded angle, by gait phase, of a person of the leg's height
 # [N·m/(rad·kg)]; it goes with mass × length: stance after
@@ -55,41 +57,54 @@ def ground_moment(walk: Walk, body_mass: float) -> np.ndarray:
     return body_mass * GRAVITY * walk.ground_lever
 
 
-def needed_moment(walk: Walk, foot: Foot, body_mass: float) -> np.ndarray:
-    """Internal ankle moment that the recorded motion needs of a foot, by inverse dynamics."""
-    a = walk.acceleration
-    inertial = foot.inertia * walk.ankle_acceleration - foot.frame_moment(walk.turn, a[:, :2], a[:, 2])
-    if foot.toes is not None:
+def needed_moment(walk: Walk, foot: Foot, body_mass: float, toe: np.ndarray | None = None) -> np.ndarray:
+    """Internal ankle moment that the recorded motion needs of a foot, by inverse dynamics; `toe` instead of
+    the walk's."""
+    moment = foot.inertia * walk.turning + foot.mass * _borne(walk, foot.centre)
+    if (toes := foot.toes) is not None:
         # Ankle moment that the recorded motion needs since the toes are bent, beyond that of straight toes
-        assert walk.toe is not None
-        own = foot.toes.inertia - foot.toes.mass * (foot.toes.centre[0] ** 2 + foot.toes.centre[1] ** 2)
-        square = walk.timestep**2
-        turning, moved = _carried(walk, foot.toes.hinge, foot.toes.centre)
-        straight, still = _carried(walk.bent_from or walk, foot.toes.hinge, foot.toes.centre)
-        moment: np.ndarray = own * turning / square + foot.toes.mass * moved
-        moment -= own * straight / square + foot.toes.mass * still
-        inertial = inertial + moment
-    return inertial - foot.gravity_moment(walk.turn) - ground_moment(walk, body_mass)
+        toe = walk.toe if toe is None else toe
+        assert toe is not None
+        own = toes.inertia - toes.mass * (toes.centre[0] ** 2 + toes.centre[1] ** 2)
+        numbers = np.array([*toes.hinge, *toes.centre, own, toes.mass, walk.timestep**2])
+        bent, turn = np.empty(len(moment)), walk.sole
+        arrays = bent, turn.cosine, turn.sine, toe, walk.acceleration, numbers
+        (bend,) = compiled_functions("toes", _TOES, _bent_toes)
+        bend(*(array.ctypes.data for array in arrays), len(bent))
+        moment += bent
+    return moment - ground_moment(walk, body_mass)
 
 
-@functools.lru_cache(maxsize=8)  # walkers of any mass share that of straight toes
-def _carried(
-    walk: Walk, hinge: tuple[float, float], centre: tuple[float, float]
-) -> tuple[np.ndarray, np.ndarray]:
-    """Second difference of the toes' pitch, and their moment about the ankle as a point, over its mass.
+@functools.lru_cache(maxsize=8)  # walkers of any mass share that of one stride
+def _borne(walk: Walk, centre: tuple[float, float]) -> np.ndarray:
+    return carried(centre, walk.turn, walk.acceleration[:, :2] + (0.0, GRAVITY))
 
-    Units: hinge, centre [m], returns [rad], [m²/s²] (n_step,).
-    """
-    pitch, turn = walk.ankle - walk.pose[:, 2], walk.sole
-    at = turned(hinge, turn)
-    if walk.toe is not None:
-        pitch, turn = pitch + walk.toe, turn.further(walk.toe)
-    ahead, above = turned(centre, turn)
-    x, z = at[0] + ahead, at[1] + above
-    square = walk.timestep**2
-    along, upward = np.diff(x, 2) / square, np.diff(z, 2) / square + GRAVITY
-    carried = x[1:-1] * (walk.acceleration[:, 1] + upward) - z[1:-1] * (walk.acceleration[:, 0] + along)
-    return np.diff(pitch, 2), carried
+
+_TOES = (*(ctypes.c_void_p,) * 6, ctypes.c_int64)
+
+
+def _bent_toes(
+    out: Any, cosine: Any, sine: Any, bent: Any, acceleration: Any, p: Any, size: int
+) -> float:
+    """What toes need since they are bent, into `out` (size,); all else has one sample before and after."""
+    x0 = z0 = x1 = z1 = flat_x0 = flat_z0 = flat_x1 = flat_z1 = 0.0
+    for k in range(size + 2):
+        c, s, more, square = cosine[k], sine[k], bent[k], p[6]
+        along, across = math.cos(more), math.sin(more)
+        bent_c, bent_s = c * along - s * across, s * along + c * across
+        at_x, at_z = p[0] * c - p[1] * s, p[0] * s + p[1] * c
+        x, z = at_x + p[2] * bent_c - p[3] * bent_s, at_z + p[2] * bent_s + p[3] * bent_c
+        flat_x, flat_z = at_x + p[2] * c - p[3] * s, at_z + p[2] * s + p[3] * c
+        if k > 1:
+            forward, up = acceleration[3 * k - 6], acceleration[3 * k - 5] + GRAVITY
+            moved = x1 * (up + (z - 2.0 * z1 + z0) / square)
+            moved -= z1 * (forward + (x - 2.0 * x1 + x0) / square)
+            moved -= flat_x1 * (up + (flat_z - 2.0 * flat_z1 + flat_z0) / square)
+            moved += flat_z1 * (forward + (flat_x - 2.0 * flat_x1 + flat_x0) / square)
+            out[k - 2] = p[4] * (more - 2.0 * bent[k - 1] + bent[k - 2]) / square + p[5] * moved
+        x0, z0, flat_x0, flat_z0 = x1, z1, flat_x1, flat_z1
+        x1, z1, flat_x1, flat_z1 = x, z, flat_x, flat_z
+    return 0.0
 
 
 def active(walk: Walk, foot: Foot, scenario: Scenario, body_mass: float) -> Active:
@@ -156,8 +171,8 @@ def _strength(
     if np.ptp(sides) == 0.0:
         return np.full(len(time), sides[0])
     stride = _one_stride(walk.off_floor, stride_time, walk.offset)
-    stride = stride if walk.resting is None else bent(stride, walk.resting)
-    moment = _actively(stride, needed_moment(stride, foot, body_mass), tissue)
+    toe = None if walk.resting is None else walk.resting.at(stride.wave)
+    moment = _actively(stride, needed_moment(stride, foot, body_mass, toe), tissue)
     # Instants of a walk at which the active side changes, and the side that it starts with
     edges = crossings(moment)
     start, end = walk.phase[1], walk.phase[-1]
@@ -172,7 +187,7 @@ def _strength(
 
 def passive_along(walk: Walk, tissue: Tissue) -> np.ndarray:
     """Passive moment of the tissue at the recorded angles, dorsiflexion positive [N·m] (n_step,)."""
-    return tissue.scale * _healthy_mean_along(walk.bent_from or walk, tissue.offset)
+    return tissue.scale * _healthy_mean_along(walk.level or walk, tissue.offset)
 
 
 @functools.lru_cache(maxsize=8)  # cases of a sweep share it
@@ -187,7 +202,7 @@ def _one_stride(cycle: GaitCycle, stride_time: float, offset: float) -> Walk:
     """One stride of a gait cycle, from heel strike to heel strike, at `SAMPLES` instants, of a rigid foot."""
     phase = (np.arange(SAMPLES + 2) - 1.0) / SAMPLES
     wave = Wave.at(phase)
-    pose = np.stack([cycle.signal(name, wave) for name in ("ankle_x", "ankle_z", "shank_angle")], axis=1)
+    pose = np.stack([cycle.signal(name, wave) for name in PLACE], axis=1)
     ankle = cycle.signal("ankle_angle", wave) + offset
     knee = cycle.signal("knee_angle", wave)
     return Walk(cycle, (0.0, 0.0), stride_time / SAMPLES, phase, pose, ankle, knee, offset, wave, cycle)

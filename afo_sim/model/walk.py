@@ -26,7 +26,7 @@ from afo_sim.model.person import Size, in_contact, persons_stride, taller_than_r
 
 ARMATURE = 1e12  # of the shank's joints [kg, kg·m²]
 JOINTS = ("shank_x", "shank_z", "shank_angle")
-SIGNALS = ("shank_angle", "ankle_angle", "knee_angle")  # the same in every leg
+PLACE = ("ankle_x", "ankle_z", "shank_angle")  # the shank's, of a pose
 LEAST_STEP = 1e-9  # of a stride, below which a step goes nowhere: its share would be rounding [-]
 Intervals = tuple[tuple[float, float], ...]
 
@@ -130,8 +130,8 @@ class Walk:
     extension [rad], None of a rigid foot; all (n_step + 2, …), sample 0 at −h. offset is what was added to
     the recorded ankle angle [rad]; shift is how far the recorded ankle went, along the shank and vertically,
     upward positive [m]; wave is of the phase; off_floor is the cycle before its sole was laid on the floor in
-    stance, laid how far that was at most [m]; resting gives the toes' rest extension at any phase; bent_from
-    is the same walk of a rigid foot, of whatever person.
+    stance, laid how far that was at most [m]; resting gives the toes' rest extension at any phase; level is the
+    same walk of straight toes before its sole was laid, which has the same angles; None of itself.
     """
 
     cycle: GaitCycle
@@ -147,7 +147,7 @@ class Walk:
     laid: float = 0.0
     toe: np.ndarray | None = None
     resting: Resting | None = None
-    bent_from: "Walk | None" = None
+    level: "Walk | None" = None
 
     # what every case of a sweep needs of it, computed once
 
@@ -170,6 +170,11 @@ class Walk:
     def ankle_acceleration(self) -> np.ndarray:
         """Of the recorded ankle [rad/s²] (n_step,)."""
         return _kept(np.diff(self.ankle, 2) / self.timestep**2)
+
+    @functools.cached_property
+    def turning(self) -> np.ndarray:
+        """Angular acceleration of the recorded foot [rad/s²] (n_step,)."""
+        return _kept(self.ankle_acceleration - self.acceleration[:, 2])
 
     @functools.cached_property
     def turn(self) -> Turn:
@@ -207,26 +212,35 @@ class Walk:
         return np.append(self.pose[1], self.ankle[1]), velocity, float(ankle_velocity)
 
 
+def _changed(walk: Walk, *without: str, **values: object) -> Walk:
+    """A copy with other values, and with what is computed of a walk but for some of it."""
+    for name, each in vars(Walk).items():
+        if isinstance(each, functools.cached_property) and name not in without:
+            getattr(walk, name)  # for the next copy, too
+    found = copy.copy(walk)
+    vars(found).update(values)
+    for name in without:
+        vars(found).pop(name, None)
+    return found
+
+
 # Where an orthosis has the outsole, toes rest as heavy a walker's bend it: all else is the same for all.
 @functools.lru_cache(maxsize=4)
 def bent(walk: Walk, resting: Resting) -> Walk:
     """A walk of a rigid foot with toes that rest bent."""
-    for name, each in vars(Walk).items():
-        if isinstance(each, functools.cached_property):
-            getattr(walk, name)  # for the next copy, too
-    toed = copy.copy(walk)
-    vars(toed).update(toe=_kept(resting.at(walk.wave)), resting=resting, bent_from=walk)
-    return toed
+    toe = _kept(resting.at(walk.wave))
+    return _changed(walk, toe=toe, resting=resting, level=walk.level or walk)
 
 
 def lay_out(scenario: Scenario, foot: Foot) -> Walk:
     """Read the scenario's gait cycle, fit it to the leg, and sample it at every step."""
     assert scenario.gait is not None
-    gait = scenario.gait.model_copy(update={"ankle_offset": scenario.gait.ankle_offset + foot.level})
+    gait, offset = scenario.gait, scenario.gait.ankle_offset + foot.level
+    stride, stands = persons_stride(scenario), _Stands.of(scenario, foot, offset)
+    walk = _walked(stride, gait, offset, stands, scenario.timestep, scenario.n_step)
     resting = None if scenario.leg.toes is None else Resting.of(scenario)
-    stands = _Stands.of(scenario, foot, gait.ankle_offset)
-    laid = (foot.shape, resting) if in_contact(scenario) else None
-    walk = _laid_out(persons_stride(scenario), gait, stands, laid, scenario.timestep, scenario.n_step)
+    if in_contact(scenario):
+        walk = _laid_out(walk, _fitted(stride, stands), foot.shape, resting)
     return walk if resting is None else bent(walk, resting)
 
 
@@ -281,47 +295,40 @@ def _fitted(stride: GaitCycle, stands: _Stands) -> Placed:
     return placed
 
 
-@functools.lru_cache(maxsize=4)
-def _sampled(
-    cycle: GaitCycle, gait: Gait, timestep: float, n_step: int
-) -> tuple[np.ndarray, dict[str, np.ndarray], Wave]:
-    """Gait phase, and what does not depend on the ankle's height and offset."""
-    phase = _kept(phase_at(gait, cycle.stride_time, (np.arange(n_step + 2) - 1.0) * timestep))
-    wave = Wave.at(phase)
-    return phase, {name: cycle.signal(name, wave) for name in SIGNALS}, wave
-
-
 @functools.lru_cache(maxsize=4)  # a design has a coarse, a fine and a first walk
-def _laid_out(
-    stride: GaitCycle,
-    gait: Gait,
-    stands: _Stands,
-    laid: tuple[Foot, Resting | None] | None,
-    timestep: float,
-    n_step: int,
+def _walked(
+    stride: GaitCycle, gait: Gait, offset: float, stands: _Stands, timestep: float, n_step: int
 ) -> Walk:
-    """A sampled walk; `laid` is the foot whose sole is laid on the floor, and where its toes rest."""
-    fitted = placed = _fitted(stride, stands)
-    if laid is not None:
-        foot, resting = laid
-        at = Wave.at(fitted.cycle.phase)
-        turn = (
-            fitted.cycle.signal("ankle_angle", at)
-            + gait.ankle_offset
-            - fitted.cycle.signal("shank_angle", at)
-        )
-        sole = foot.outsole(turn, 0.0 if resting is None else resting.at(at))
-        height = fitted.cycle.signal("ankle_z", at) + np.minimum.reduce([z for _, z in sole.values()])
-        placed = lay_on_floor(fitted, height)
-    cycle, shift = placed.cycle, (placed.along, placed.vertical)
-    as_recorded = gait.model_copy(update={"ankle_offset": 0.0})
-    phase, signals, wave = _sampled(stride, as_recorded, timestep, n_step)
-    ankle_x, ankle_z = cycle.signal("ankle_x", wave), cycle.signal("ankle_z", wave)
-    pose = _kept(np.stack([ankle_x, ankle_z, signals["shank_angle"]], axis=1))
-    ankle = _kept(signals["ankle_angle"] + gait.ankle_offset)
-    knee = _kept(signals["knee_angle"])
-    beside = gait.ankle_offset, wave, fitted.cycle, placed.laid
-    return Walk(cycle, shift, timestep, phase, pose, ankle, knee, *beside)
+    """A sampled walk whose sole is where it was recorded."""
+    placed = _fitted(stride, stands)
+    cycle = placed.cycle
+    phase = _kept(phase_at(gait, stride.stride_time, (np.arange(n_step + 2) - 1.0) * timestep))
+    wave = Wave.at(phase)
+    pose = _kept(np.stack([cycle.signal(name, wave) for name in PLACE], axis=1))
+    ankle, knee = _kept(stride.signal("ankle_angle", wave) + offset), _kept(stride.signal("knee_angle", wave))
+    shift = placed.along, placed.vertical
+    return Walk(cycle, shift, timestep, phase, pose, ankle, knee, offset, wave, cycle)
+
+
+@functools.lru_cache(maxsize=4)
+def _laid_out(walk: Walk, placed: Placed, foot: Foot, resting: Resting | None) -> Walk:
+    """A sampled walk whose sole is laid on the floor, of that foot whose toes rest there."""
+    turn, at = _pitch(placed.cycle, walk.offset)
+    sole = foot.outsole(turn, 0.0 if resting is None else resting.at(at))
+    low = np.minimum.reduce([z for _, z in sole.values()])
+    raised, lift = lay_on_floor(placed, placed.cycle.signal("ankle_z", at) + low)
+    pose = walk.pose.copy()
+    if lift is not None:
+        pose[:, 1] += lift(walk.wave)
+    values = {"cycle": raised.cycle, "pose": _kept(pose), "laid": raised.laid, "level": walk}
+    return _changed(walk, "acceleration", "ground", "ground_lever", **values)
+
+
+@functools.lru_cache(maxsize=8)
+def _pitch(cycle: GaitCycle, offset: float) -> tuple[Turn, Wave]:
+    """The sole's at a cycle's samples, with an angle added to the ankle's [rad], and where these are."""
+    at = Wave.at(cycle.phase)
+    return Turn.by(cycle.signal("ankle_angle", at) + offset - cycle.signal("shank_angle", at)), at
 
 
 def _kept(array: np.ndarray) -> np.ndarray:
