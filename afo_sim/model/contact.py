@@ -19,8 +19,10 @@ borne by the flexors, too: both act as recorded and cancel, so that neither is i
 presses on the tip. Its pad stops toes that drag.
 """
 
+import ctypes
 import functools
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -30,10 +32,11 @@ import numpy as np
 from afo_sim import native
 from afo_sim.common import GRAVITY, InputError, Notice
 from afo_sim.description import Ground
-from afo_sim.model.foot import TOE_POINTS, Foot, turned
+from afo_sim.model.foot import TOE_POINTS, Foot, Turn, turned
 from afo_sim.model.outsole import BEARING, padded
 from afo_sim.model.person import USUAL_GROUND, Size, walker_of
 from afo_sim.model.walk import Walk
+from afo_sim.physics import compiled_functions
 
 if TYPE_CHECKING:
     from afo_sim.description import Scenario
@@ -115,7 +118,7 @@ def check_sole(foot: Foot, scenario: "Scenario") -> None:
 
 
 @dataclass(frozen=True)
-class _Carried:
+class _Borne:
     """What the registered floor takes of a compiled model.
 
     mass is that of shank and foot [kg]; shank its mass times its centre's place from the ankle (x, z)
@@ -127,7 +130,7 @@ class _Carried:
     armature: float
 
     @classmethod
-    def of(cls, model: mujoco.MjModel, foot: Foot, scenario: "Scenario") -> "_Carried":
+    def of(cls, model: mujoco.MjModel, foot: Foot, scenario: "Scenario") -> "_Borne":
         """Of a leg with what it wears."""
         data = native.scratch(model)
         mujoco.mj_kinematics(model, data)
@@ -148,56 +151,83 @@ def register(
     size, patient = Size.of(scenario), scenario.patient
     assert patient is not None
     left = 1.0 if walker_of(scenario) == "patient" else patient.plantarflexor_strength
-    carried = _Carried.of(model, foot, scenario)
+    carried = _Borne.of(model, foot, scenario)
     return _registered(walk, foot, carried, ground_of(scenario, size), size, body_mass * GRAVITY, left)
 
 
 # Cases of a sweep share it.
 @functools.lru_cache(maxsize=8)
 def _registered(
-    walk: Walk, foot: Foot, leg: _Carried, ground: Ground, size: Size, weight: float, left: float
+    walk: Walk, foot: Foot, leg: _Borne, ground: Ground, size: Size, weight: float, left: float
 ) -> Contact:
     """The same, with what is left of the toe flexors' strength."""
-    pitch = walk.ankle - walk.pose[:, 2]
-    sole = foot.outsole(pitch, 0.0 if walk.toe is None else walk.toe)
+    sole = foot.outsole(walk.sole, 0.0 if walk.toe is None else walk.toes)
     points = [sole[name] for name in padded(foot.toes)]
-    ahead = np.stack([x for x, _ in points], axis=1)[1:-1]
-    height = walk.pose[1:-1, 1, None] + np.stack([z for _, z in points], axis=1)[1:-1]
-    lever = _toe_levers(foot, pitch[1:-1], ahead)
+    x, z = (np.stack(each, axis=1)[1:-1] for each in zip(*points, strict=True))
+    ahead, height = x, walk.pose[1:-1, 1, None] + z
+    lever, pitch = _toe_levers(foot, walk.turn, ahead), walk.ankle - walk.pose[:, 2]
     # as the integrator takes velocities: the mean of the steps before and after
     velocity = (walk.pose[2:, 1] - walk.pose[:-2, 1])[:, None] + ahead * (pitch[2:] - pitch[:-2])[:, None]
     if walk.toe is not None:
         velocity += lever * (walk.toe[2:] - walk.toe[:-2])[:, None]
     velocity /= 2.0 * walk.timestep
-    forward, upward, place = (signal[1:-1] for signal in walk.ground)
+    _, upward, place = (signal[1:-1] for signal in walk.ground)
     least = size.heavier * LOADED
     pressed = np.maximum(weight * upward, 0.0)[:, None] * shares(place, ahead, height, size.taller)
     ramp = size.slower * RAMP / walk.timestep
-    above = np.maximum(height, 0.0) * (1.0 - _standing_in_strides(pressed - least, ramp, walk.phase[1:-1]))
+    stands = _standing_in_strides(pressed - least, ramp, walk.phase[1:-1])
     stiffness = np.array(list(pad_stiffness(ground, foot).values()))
-    share = 1.0 - ground.damping * velocity
-    give = np.maximum(share, FASTEST)
-    load = np.maximum(pressed - stiffness * give * above, 0.0)  # a pad in the air bears no hum of the plates
-    carried = load * np.maximum(share, 0.0) / give
-    lost = np.sum(load - carried, axis=1) / weight
+    floor, load, borne = np.empty_like(pressed), np.empty_like(pressed), np.empty((len(pressed), 4))
+    arrays = (pressed, stands, height, velocity, ahead, lever, stiffness, floor, load, borne)
+    _run(_carried, ground.damping, len(pressed), len(points), *arrays)
+    total, turning, given, lost = borne.T
     fastest = float(np.max(velocity, where=pressed > least, initial=0.0)) / size.slower
-    flexors = None
-    if walk.toe is not None:
-        given = left * np.sum(carried * lever, axis=1)
-        flexors = _hinge_moment(walk, pitch, foot, leg.armature) - given
-    total, turning = carried.sum(axis=1), np.sum(carried * ahead, axis=1)
-    shift = np.where(total > least, place - turning / np.maximum(total, least), 0.0)
-    recorded = weight * (place * upward + walk.pose[1:-1, 1] * forward)
+    flexors = None if walk.toe is None else _hinge_moment(walk, foot, leg.armature) - left * given
     return Contact(
-        floor=height - above + pressed / (stiffness * give),
+        floor=floor,
         load=load,
-        moment=recorded - turning,
-        shift=shift,
-        support=_leg_force(walk, pitch, foot, leg) - total,
-        warnings=_lost(lost, walk.phase[1:-1], fastest),
+        moment=weight * walk.ground_lever - turning,
+        shift=np.where(total > least, place - turning / np.maximum(total, least), 0.0),
+        support=_leg_force(walk, foot, leg) - total,
+        warnings=_lost(lost / weight, walk.phase[1:-1], fastest),
         loaded=least,
         flexors=flexors,
     )
+
+
+# a number, how many steps and pads, three to ten arrays
+_OVER = (ctypes.c_double, ctypes.c_int64, ctypes.c_int64)
+
+
+def _run(kernel: Callable[..., float], number: float, steps: int, pads: int, *arrays: np.ndarray) -> None:
+    """Let a kernel write into the last ones of arrays (steps, pads)."""
+    (compiled,) = compiled_functions("floor" + kernel.__name__, (*_OVER, *(ctypes.c_void_p,) * len(arrays)), kernel)
+    flat = [np.ascontiguousarray(array) for array in arrays]
+    compiled(number, steps, pads, *(array.ctypes.data for array in flat))
+
+
+def _carried(
+    damping: float, steps: int, pads: int, pressed: Any, stands: Any, height: Any, velocity: Any,
+    ahead: Any, lever: Any, stiffness: Any, floor: Any, load: Any, borne: Any,
+) -> float:  # fmt: skip
+    """Floor and load of each pad; of all force, its moments about ankle and toes' hinge, what is lost."""
+    for k in range(steps):
+        total = turning = given = lost = 0.0
+        for pad in range(pads):
+            i, stiff = k * pads + pad, stiffness[pad]
+            above = max(height[i], 0.0) * (1.0 - stands[i])
+            share = 1.0 - damping * velocity[i]
+            give = max(share, FASTEST)
+            # a pad in the air bears no hum of the plates
+            bears = max(pressed[i] - stiff * give * above, 0.0)
+            carries = bears * max(share, 0.0) / give
+            floor[i], load[i] = height[i] - above + pressed[i] / (stiff * give), bears
+            total += carries
+            turning += carries * ahead[i]
+            given += carries * lever[i]
+            lost += bears - carries
+        borne[4 * k], borne[4 * k + 1], borne[4 * k + 2], borne[4 * k + 3] = total, turning, given, lost
+    return 0.0
 
 
 def _lost(force: np.ndarray, phase: np.ndarray, fastest: float) -> tuple[Notice, ...]:
@@ -217,42 +247,53 @@ def _lost(force: np.ndarray, phase: np.ndarray, fastest: float) -> tuple[Notice,
     return (Notice("ground-force-lost", text, subject="ground.damping", **told),)
 
 
-def _toe_levers(foot: Foot, pitch: np.ndarray, ahead: np.ndarray) -> np.ndarray:
+def _toe_levers(foot: Foot, pitch: np.ndarray | Turn, ahead: np.ndarray) -> np.ndarray:
     """How far the pads lie ahead of the toes' hinge [m] (n, n_pad), 0 of those that the toes do not turn."""
     lever = np.zeros_like(ahead)
     if foot.toes is not None:
-        turning = [name in TOE_POINTS for name in padded(foot.toes)]
-        lever[:, turning] = ahead[:, turning] - turned(foot.toes.hinge, pitch)[0][:, None]
+        first = [name in TOE_POINTS for name in padded(foot.toes)].index(True)
+        lever[:, first:] = ahead[:, first:] - turned(foot.toes.hinge, pitch)[0][:, None]
     return lever
 
 
-def _hinge_moment(walk: Walk, pitch: np.ndarray, foot: Foot, armature: float) -> np.ndarray:
+def _hinge_moment(walk: Walk, foot: Foot, armature: float) -> np.ndarray:
     """What weight and inertia of toes that stand at their rest extension need about the hinge [N·m] (n,)."""
     toes = foot.toes
     assert walk.toe is not None and toes is not None
     square = walk.timestep**2
-    hinge = [np.diff(at, 2) / square for at in turned(toes.hinge, pitch)]
+    hinge = [np.diff(at, 2) / square for at in turned(toes.hinge, walk.sole)]
     along, upward = (hinge[i] + walk.acceleration[:, i] for i in range(2))
-    x, z = turned(toes.centre, (pitch + walk.toe)[1:-1])
-    own = toes.inertia * np.diff(pitch + walk.toe, 2) + armature * np.diff(walk.toe, 2)
-    found: np.ndarray = own / square + toes.mass * (x * (upward + GRAVITY) - z * along)
+    x, z = (at[1:-1] for at in turned(toes.centre, walk.toes))
+    extending = np.diff(walk.toe, 2) / square
+    own = toes.inertia * (walk.turning + extending) + armature * extending
+    found: np.ndarray = own + toes.mass * (x * (upward + GRAVITY) - z * along)
     return found
 
 
 def shares(place: np.ndarray, ahead: np.ndarray, height: np.ndarray, taller: float = 1.0) -> np.ndarray:
     """Share of the force that each pad bears, by the lever rule on the two pads beside the force."""
-    share = np.zeros_like(ahead)
-    before = place < ahead[:, 1]
-    for rows, back in ((before, 0), (~before, 1)):
-        pair = slice(back, back + 2)
-        x, z = ahead[rows, pair], height[rows, pair]
-        front = np.clip((place[rows] - x[:, 0]) / np.maximum(x[:, 1] - x[:, 0], 1e-6), 0.0, 1.0)
-        part = np.column_stack([1.0 - front, front])
-        over = z - np.maximum(z[:, ::-1], 0.0)  # over its neighbour and the floor
-        up = np.clip((over / taller - NEAR) / (FAR - NEAR), 0.0, 1.0)
-        given = part * up**2 * (3.0 - 2.0 * up)
-        share[rows, pair] = part - given + given[:, ::-1]
-    return share
+    found = np.zeros_like(ahead)
+    _run(_shared, taller, *ahead.shape, place, ahead, height, found)
+    return found
+
+
+def _shared(
+    taller: float, steps: int, pads: int, place: Any, ahead: Any, height: Any, found: Any
+) -> float:
+    for k in range(steps):
+        i = k * pads + (0 if place[k] < ahead[k * pads + 1] else 1)
+        front = (place[k] - ahead[i]) / max(ahead[i + 1] - ahead[i], 1e-6)
+        front = min(max(front, 0.0), 1.0)
+        given = 0.0  # by the pad in front to the one behind
+        for part, own, other, sign in (
+            (1.0 - front, height[i], height[i + 1], -1.0),
+            (front, height[i + 1], height[i], 1.0),
+        ):
+            over = own - max(other, 0.0)  # over its neighbour and the floor
+            up = min(max((over / taller - NEAR) / (FAR - NEAR), 0.0), 1.0)
+            given += sign * part * up * up * (3.0 - 2.0 * up)
+        found[i], found[i + 1] = 1.0 - front + given, front - given
+    return 0.0
 
 
 def _standing_in_strides(over: np.ndarray, ramp: float, phase: np.ndarray) -> np.ndarray:
@@ -266,28 +307,37 @@ def _standing_in_strides(over: np.ndarray, ramp: float, phase: np.ndarray) -> np
 
 def standing(over: np.ndarray, ramp: float) -> np.ndarray:
     """1 where a pad is loaded, smoothly to 0 within a ramp before and after."""
-    found = np.zeros(over.shape)
-    sample = np.arange(len(over))
-    for pad, load in enumerate(over.T):
-        loaded = load > 0.0
-        cuts = np.flatnonzero(loaded[1:] != loaded[:-1])
-        edges = cuts + load[cuts] / (load[cuts] - load[cuts + 1])
-        if not len(edges):
-            found[:, pad] = loaded
-            continue
-        after = np.searchsorted(edges, sample)
-        ends = edges[np.clip(after, 0, len(edges) - 1)], edges[np.clip(after - 1, 0, len(edges) - 1)]
-        away = np.where(loaded, 0.0, np.minimum(*(np.abs(end - sample) for end in ends)))
-        found[:, pad] = 0.5 + 0.5 * np.cos(np.pi * np.clip(away / ramp, 0.0, 1.0))
+    found = np.empty(over.shape)
+    _run(_stands, ramp, *over.shape, over, found)
     return found
 
 
-def _leg_force(walk: Walk, pitch: np.ndarray, foot: Foot, leg: _Carried) -> np.ndarray:
+def _stands(ramp: float, steps: int, pads: int, over: Any, found: Any) -> float:
+    for pad in range(pads):
+        edge = -math.inf  # where the load begins or ends, the last one so far
+        for k in range(steps):
+            i = k * pads + pad
+            if k > 0 and (over[i] > 0.0) != (over[i - pads] > 0.0):
+                edge = k - 1 + over[i - pads] / (over[i - pads] - over[i])
+            found[i] = k - edge
+        edge = math.inf  # the next one
+        for k in range(steps - 1, -1, -1):
+            i = k * pads + pad
+            if k < steps - 1 and (over[i] > 0.0) != (over[i + pads] > 0.0):
+                edge = k + over[i] / (over[i] - over[i + pads])
+            away = min(found[i], edge - k) / ramp
+            found[i] = 1.0 if over[i] > 0.0 else 0.0
+            if over[i] <= 0.0 and away < 1.0:
+                found[i] = 0.5 + 0.5 * math.cos(math.pi * away)
+    return 0.0
+
+
+def _leg_force(walk: Walk, foot: Foot, leg: _Borne) -> np.ndarray:
     """Upward force that shank and foot need in the recorded motion: their weight and inertia [N] (n,)."""
-    lift = turned(leg.shank, -walk.pose[:, 2])[1]
-    lift += foot.mass * turned(foot.centre, pitch)[1]
+    lift = turned(leg.shank, walk.shank)[1]
+    lift += foot.mass * turned(foot.centre, walk.sole)[1]
     if foot.toes is not None and walk.toe is not None:  # the foot's centre is that of straight toes
-        straight, bent = (turned(foot.toes.centre, turn)[1] for turn in (pitch, pitch + walk.toe))
+        straight, bent = (turned(foot.toes.centre, turn)[1] for turn in (walk.sole, walk.toes))
         lift += foot.toes.mass * (bent - straight)
     lift += leg.mass * walk.pose[:, 1]
     return np.diff(lift, 2) / walk.timestep**2 + leg.mass * GRAVITY

@@ -133,14 +133,18 @@ class Foot:
         return -float(turned(self.points["heel"], np.array(self.level))[1])
 
     def outsole(
-        self, pitch: "np.ndarray | Turn", extension: np.ndarray | float = 0.0
+        self, pitch: "np.ndarray | Turn", extension: "np.ndarray | float | Turn" = 0.0
     ) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-        """Points of the outsole from the ankle, x forward and z up [m] (n,), by name."""
+        """Points of the outsole from the ankle, x forward and z up [m] (n,), by name.
+
+        The extension is the toes' against the foot [rad], or how they are turned.
+        """
         turn, bent = Turn.by(pitch), () if self.toes is None else TOE_POINTS
         found = {name: turned(point, turn) for name, point in self.points.items() if name not in bent}
         if self.toes is None:
             return found
-        toes, (x, z) = turn.further(extension), self.toes.hinge
+        toes = extension if isinstance(extension, Turn) else turn.further(extension)
+        x, z = self.toes.hinge
         at_x, at_z = turned((x, z), turn)
         for name in TOE_POINTS:
             ahead, above = turned((self.points[name][0] - x, self.points[name][1] - z), toes)

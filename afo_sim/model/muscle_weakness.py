@@ -21,7 +21,7 @@ from afo_sim.gait import GaitCycle, Wave
 from afo_sim.model.foot import Foot, carried
 from afo_sim.model.person import Size, Tissue, healthy_tissue, own_tissue, reflex_gain
 from afo_sim.model.walk import PLACE, Walk
-from afo_sim.physics import compiled_functions, passive_moments
+from afo_sim.physics import compiled_functions, passive_moments, register_jitable
 
 # Quasi-stiffness of the active ankle about its recorded angle, by gait phase, of a person of the leg's height
 # [N·m/(rad·kg)]; it goes with mass × length: stance after
@@ -220,25 +220,37 @@ def activated(time: np.ndarray, switches: np.ndarray, levels: np.ndarray) -> np.
     """Activation of a muscle: the excitation after two equal first-order lags in series."""
     if np.ptp(levels) == 0.0:
         return np.full(len(time), levels[0])
-    # both lags from event to event: a switch, or the first lag meeting the second, which turns round
-    given, known, passed, begun = np.empty(len(time)), 0, 0, 0.0
-    first = second = target = float(levels[0])
-    while known < len(time):
-        switch = float(switches[passed]) if passed < len(switches) else math.inf
-        meeting = begun + _meeting(first, second, target)
-        event = min(switch, meeting)
-        until = known + int(np.searchsorted(time[known:], event))
-        ends = [event] if event < math.inf else []
-        left, right = _settled(first, second, target, np.append(time[known:until], ends) - begun)
-        given[known:until] = right[: until - known]
-        if event < math.inf:
-            first, second = float(left[-1]), float(left[-1] if meeting <= switch else right[-1])
-        if switch < meeting:
-            target, passed = float(levels[passed + 1]), passed + 1
-        known, begun = until, event
+    given = np.empty(len(time))
+    arrays = [np.ascontiguousarray(each, dtype=float) for each in (time, switches, levels)]
+    (follow,) = compiled_functions("activation", _FOLLOWED, _followed)
+    follow(given.ctypes.data, *(each.ctypes.data for each in arrays), len(time), len(switches))
     return given
 
 
+_FOLLOWED = (*(ctypes.c_void_p,) * 4, ctypes.c_int64, ctypes.c_int64)
+
+
+def _followed(given: Any, time: Any, switches: Any, levels: Any, size: int, count: int) -> float:
+    """Both lags from event to event: a switch, or the first lag meeting the second, which turns round."""
+    known, passed, begun = 0, 0, 0.0
+    first = second = target = levels[0]
+    while known < size:
+        switch = switches[passed] if passed < count else math.inf
+        meeting = begun + _meeting(first, second, target)
+        event = min(switch, meeting)
+        while known < size and time[known] < event:
+            given[known] = _settled(first, second, target, time[known] - begun)[1]
+            known += 1
+        if event < math.inf:
+            left, right = _settled(first, second, target, event - begun)
+            first, second = left, left if meeting <= switch else right
+        if switch < meeting:
+            target, passed = levels[passed + 1], passed + 1
+        begun = event
+    return 0.0
+
+
+@register_jitable
 def _lags(first: float, second: float, target: float) -> tuple[float, float]:
     """Time constants of both lags [s]; a second one that stands at the first follows it."""
     rises = target > first
@@ -246,17 +258,19 @@ def _lags(first: float, second: float, target: float) -> tuple[float, float]:
     return RISE if rises else FALL, RISE if second_rises else FALL
 
 
-def _settled(first: float, second: float, target: float, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Both lags after times (n,) in which neither turns round: (first (n,), second (n,))."""
+@register_jitable
+def _settled(first: float, second: float, target: float, time: float) -> tuple[float, float]:
+    """Both lags after a time in which neither turns round."""
     lag, second_lag = _lags(first, second, target)
-    gap, left = first - target, np.exp(-time / lag)
+    gap, left = first - target, math.exp(-time / lag)
     if lag == second_lag:
         return target + gap * left, target + (second - target + gap * time / lag) * left
     share = gap * lag / (lag - second_lag)
-    rest = (second - target - share) * np.exp(-time / second_lag)
+    rest = (second - target - share) * math.exp(-time / second_lag)
     return target + gap * left, target + share * left + rest
 
 
+@register_jitable
 def _meeting(first: float, second: float, target: float) -> float:
     """Time until the first lag, coming towards the second one, meets it [s]; infinite where it does not."""
     if (target - first) * (first - second) >= 0.0:

@@ -187,6 +187,16 @@ class Walk:
         return Turn.by(self.ankle - self.pose[:, 2])
 
     @functools.cached_property
+    def shank(self) -> Turn:
+        """Of the shank at every sample, as of a sole on it (n_step + 2,)."""
+        return Turn.by(-self.pose[:, 2])
+
+    @functools.cached_property
+    def toes(self) -> Turn:
+        """Of toes at their rest extension, at every sample (n_step + 2,)."""
+        return self.sole if self.toe is None else self.sole.further(self.toe)
+
+    @functools.cached_property
     def ground(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """As `GaitCycle.ground` gives it, at all samples (n_step + 2,)."""
         forward, upward, place = map(_kept, self.cycle.ground(self.phase))
@@ -229,7 +239,7 @@ def _changed(walk: Walk, *without: str, **values: object) -> Walk:
 def bent(walk: Walk, resting: Resting) -> Walk:
     """A walk of a rigid foot with toes that rest bent."""
     toe = _kept(resting.at(walk.wave))
-    return _changed(walk, toe=toe, resting=resting, level=walk.level or walk)
+    return _changed(walk, "toes", toe=toe, resting=resting, level=walk.level or walk)
 
 
 def lay_out(scenario: Scenario, foot: Foot) -> Walk:
