@@ -80,6 +80,7 @@ from .quantity import provenance_note as provenance_note
 from .quantity import refusal as refusal
 from .reader import PROBLEMS as PROBLEMS
 from .reader import USUAL_LIMITS as USUAL_LIMITS
+from .reader import Base as Base
 from .reader import expand as expand
 from .reader import load as load
 from .reader import unchanged as unchanged

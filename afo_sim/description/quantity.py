@@ -183,6 +183,8 @@ class Described(Shown, BaseModel):
     @classmethod
     def _shared(cls, table: Any, read: Callable[[Any], Self], info: ValidationInfo) -> Self:
         """What the same table gave before, where whoever reads keeps parts of a whole: {key: description}."""
+        if isinstance(table, cls):  # it was checked
+            return table
         kept, whole = (info.context or {}).get("kept", (None, None))
         if kept is None or table is whole or type(table) is not dict:
             return read(table)
@@ -205,7 +207,7 @@ class Described(Shown, BaseModel):
 
     def __hash__(self) -> int:
         # of its own numbers and words; where only parts differ, comparing tells
-        return hash((type(self), *(v for v in vars(self).values() if type(v) in (float, str, int))))
+        return hash((type(self), *[v for v in vars(self).values() if type(v) in (float, str, int)]))
 
     def __repr__(self) -> str:
         name, about = getattr(self, "name", ""), getattr(self, "description", "")

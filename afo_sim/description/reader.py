@@ -3,7 +3,9 @@
 import copy
 import os
 import re
+import warnings
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, Generic, Literal, TypeVar, overload
 
@@ -39,7 +41,29 @@ from afo_sim.description.schema import split_key as split_key
 from afo_sim.description.tree import Tree, leave_out, read_table, value_at
 from afo_sim.description.walking import Limits, Patient
 
-_Source = str | os.PathLike[str] | Mapping[str, Any] | Described
+
+@dataclass(frozen=True, eq=False)
+class Base:
+    """A description that others are read from which differ in some keys: its names followed, parts checked."""
+
+    tree: Tree
+    parts: Mapping[str, Described]
+
+    @classmethod
+    def of(cls, kind: str, source: "_Source") -> "Base":
+        """Of a description that may need those keys to be one: it has no parts then."""
+        tree = _tree(kind, source)
+        tree.follow_all()
+        with suppress(InputError, ValidationError), warnings.catch_warnings(action="ignore"):
+            whole = tree.forked()
+            leave_out(whole)
+            kept = {name for name, table in whole.root.items() if table is tree.root[name]}
+            parts = {n: part for n, part in _described(whole) if n in kept and isinstance(part, Described)}
+            return cls(tree, parts)
+        return cls(tree, {})
+
+
+_Source = str | os.PathLike[str] | Mapping[str, Any] | Described | Base
 _Sets = Mapping[str, Any] | None
 D = TypeVar("D", bound=Described)
 USUAL_LIMITS = "usual"
@@ -150,7 +174,8 @@ def load(kind: str, source: _Source, sets: _Sets = None) -> Described:
 def read(kind: str, source: _Source, sets: _Sets = None) -> Reading[Any]:
     """A description with its sources; parameters and errors as of `load`."""
     _require_table(sets)
-    tree = _tree(kind, source)
+    base = source if isinstance(source, Base) else None
+    tree = _tree(kind, source) if base is None else base.tree.forked()
     changed = {}
     # a whole before its parts
     for key in sorted(sets or {}, key=lambda key: (key.count("."), key.count("["))):
@@ -158,19 +183,32 @@ def read(kind: str, source: _Source, sets: _Sets = None) -> Reading[Any]:
         if value_at(tree.root, (*path, *map(str, items))) != value:
             changed[key] = value
         tree.set(key, value)
-    tree.follow_all()
+        if base is not None and isinstance(table := holder(tree.root, path), dict):
+            tree.unfound = {at: told for at, told in tree.unfound.items() if at[: len(path)] != path}
+            tree.follow_all(path, table)
+    if base is None:
+        tree.follow_all()
     leave_out(tree)
     for key, value in changed.items():
         _say_what_is_set(tree.root, key, value)
     try:
-        if len(KEPT) > MOST_KEPT:
-            KEPT.clear()
-        description = SPECS[kind].model_validate(tree.root, context={"kept": (KEPT, tree.root)})
+        description = _described(tree, base)
     except ValidationError as error:
         raise _first(_problems(tree, error)) from None
     if tree.unfound:
         raise _first(list(tree.unfound.values()))
     return Reading(description, tree)
+
+
+def _described(tree: Tree, base: Base | None = None) -> Any:
+    """A tree's description; parts that it shares with a base are the base's."""
+    if len(KEPT) > MOST_KEPT:
+        KEPT.clear()
+    table = dict(tree.root)
+    for name, part in base.parts.items() if base is not None else ():
+        if table.get(name) is base.tree.root[name]:
+            table[name] = part
+    return SPECS[tree.kind].model_validate(table, context={"kept": (KEPT, table)})
 
 
 def with_keys(description: D, sets: Mapping[str, Any]) -> D:

@@ -36,6 +36,13 @@ class Tree:
         self.set_keys: set[Path] = set()
         self.unfound: dict[Path, InputError] = {}  # names that stand for nothing
 
+    def forked(self) -> "Tree":
+        """A tree that shares all tables with this one, which stays as it is."""
+        found = copy.copy(self)
+        found.root, found.files, found.set_keys = dict(self.root), dict(self.files), set()
+        found.unfound = dict(self.unfound)
+        return found
+
     def file_of(self, path: Path) -> tuple[pathlib.Path | None, Path]:
         """The file that a path is written in, and the path within that file."""
         for length in range(len(path), -1, -1):

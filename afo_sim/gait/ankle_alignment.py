@@ -6,6 +6,7 @@ floor while the recorded force acts. A foot that is caught by a floor must stand
 """
 
 import dataclasses
+import functools
 from collections.abc import Iterable
 from dataclasses import dataclass
 
@@ -14,7 +15,7 @@ import numpy as np
 from afo_sim.common import GRAVITY
 from afo_sim.gait.checks import STANCE_FORCE, stance
 from afo_sim.gait.cycle import GaitCycle
-from afo_sim.gait.fourier import FourierSeries
+from afo_sim.gait.fourier import FourierSeries, Wave
 
 LEAVES, COMES = 0.15, 0.1  # of the stride, after toe-off and before heel strike; assumed
 SHARP = 20  # harmonics of that movement: as few as a path has would let it ring into mid-swing
@@ -63,21 +64,44 @@ def lay_on_floor(placed: Placed, low: np.ndarray) -> tuple[Placed, FourierSeries
     The ankle is back on its recorded path `LEAVES` of the stride after toe-off, smoothly to its acceleration:
     a shorter way would jerk the foot, a longer one reaches mid-swing, where clearance is read.
     """
-    cycle, off = placed.cycle, stance(placed.cycle)
-    if off == 0.0:  # nothing is borne
+    cycle, on_floor = placed.cycle, _on_floor(placed.cycle)
+    if on_floor is None:  # nothing is borne
         return placed, None
-    on = float(cycle.phase[np.argmax(cycle.grf_z > STANCE_FORCE)])
-    stands = (cycle.phase >= on) & (cycle.phase <= off)
-    first, last = np.interp([on, off], cycle.phase, low)
-    leaves, comes = (cycle.phase - off) % 1.0 / LEAVES, (on - cycle.phase) % 1.0 / COMES
-    away = np.where(stands, low, last * _eased(1.0 - leaves) + first * _eased(1.0 - comes))
+    first, last = np.interp(on_floor.ends, cycle.phase, low)
+    away = np.where(on_floor.stands, low, last * on_floor.leaves + first * on_floor.comes)
     lift = FourierSeries.fit(cycle.phase, -away, SHARP)
-    raised = lift(cycle.phase)
-    ahead = raised * cycle.grf_x / np.where(cycle.grf_z > STANCE_FORCE, cycle.grf_z, np.inf)
-    moved = dataclasses.replace(cycle, ankle_z=cycle.ankle_z + raised, cop_x=cycle.cop_x - ahead)
+    raised = lift(on_floor.at)
+    moved = dataclasses.replace(
+        cycle, ankle_z=cycle.ankle_z + raised, cop_x=cycle.cop_x - raised * on_floor.forward
+    )
     vars(moved)["flat"] = cycle.flat
     vars(moved)["series"] = cycle.series | {"ankle_z": cycle.series["ankle_z"] + lift}
-    return dataclasses.replace(placed, cycle=moved, laid=float(np.abs(raised[stands]).max())), lift
+    laid = float(np.abs(raised[on_floor.stands]).max())
+    return dataclasses.replace(placed, cycle=moved, laid=laid), lift
+
+
+@dataclass(frozen=True, eq=False)
+class _OnFloor:
+    """Of a cycle's samples (n,): its first and last loaded phase; whether each is between these; shares of
+    what the sole is off the floor at the last and the first; forward over upward force; their phases."""
+
+    ends: tuple[float, float]
+    stands: np.ndarray
+    leaves: np.ndarray
+    comes: np.ndarray
+    forward: np.ndarray
+    at: Wave
+
+
+@functools.lru_cache(maxsize=8)  # cases of a sweep share it
+def _on_floor(cycle: GaitCycle) -> _OnFloor | None:
+    phase, off = cycle.phase, stance(cycle)
+    if off == 0.0:
+        return None
+    on = float(phase[np.argmax(cycle.grf_z > STANCE_FORCE)])
+    leaves, comes = (_eased(1.0 - gap % 1.0 / of) for gap, of in ((phase - off, LEAVES), (on - phase, COMES)))
+    forward = cycle.grf_x / np.where(cycle.grf_z > STANCE_FORCE, cycle.grf_z, np.inf)
+    return _OnFloor((on, off), (phase >= on) & (phase <= off), leaves, comes, forward, Wave.at(phase))
 
 
 def _eased(share: np.ndarray) -> np.ndarray:

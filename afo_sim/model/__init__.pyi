@@ -80,6 +80,7 @@ from .person import person_of as person_of
 from .person import persons_stride as persons_stride
 from .person import recorded_stride as recorded_stride
 from .person import reflex_gain as reflex_gain
+from .person import stride_files_stay as stride_files_stay
 from .person import walker_of as walker_of
 from .person import with_person as with_person
 from .plausible_design import IMPLAUSIBLE as IMPLAUSIBLE

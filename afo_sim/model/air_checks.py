@@ -1,5 +1,6 @@
 """What is unusual in an air path, its valves' times or its pressure drives: warnings."""
 
+import functools
 import math
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
@@ -41,7 +42,13 @@ def check_air_path(scenario: Scenario) -> list[Notice]:
     orthosis = scenario.orthosis
     if not orthosis.chamber:
         return []
-    return [*_lost(orthosis), *_pressures(scenario), *_long_tubes(orthosis), *_times(scenario)]
+    lost, long = _of_device(orthosis)
+    return [*lost, *_pressures(scenario), *long, *_times(scenario)]
+
+
+@functools.lru_cache(maxsize=4)  # cases of a sweep share them
+def _of_device(orthosis: Orthosis) -> tuple[tuple[Notice, ...], tuple[Notice, ...]]:
+    return tuple(_lost(orthosis)), tuple(_long_tubes(orthosis))
 
 
 def _lost(orthosis: Orthosis) -> Iterator[Notice]:

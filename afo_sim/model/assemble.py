@@ -6,8 +6,8 @@ it compiles.
 """
 
 import copy
+import dataclasses
 import functools
-import threading
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, Self
@@ -17,7 +17,7 @@ import numpy as np
 
 from afo_sim import native
 from afo_sim.common import GRAVITY, InputError
-from afo_sim.description import Described, Leg, MuscleGroup, Scenario
+from afo_sim.description import Described, MuscleGroup, Scenario
 from afo_sim.model.foot import Foot, foot_of
 from afo_sim.model.inversion import SideArms
 from afo_sim.model.leg import attach_parts, check_leg, leg_spec, times_of_change, weighed_later
@@ -121,7 +121,9 @@ class Load:
 
     def put(self, model: mujoco.MjModel, heavier: float) -> None:
         """Write a person's into a model, and what MuJoCo's compiler makes of them."""
-        if not self.rows:
+        if not self.rows or all(
+            np.array_equal(getattr(model, name)[rows], numbers * heavier) for name, rows, numbers in self.rows
+        ):
             return
         for name, rows, numbers in self.rows:
             getattr(model, name)[rows] = numbers * heavier
@@ -136,38 +138,35 @@ class Geometry:
     """A leg with its orthosis, compiled without pictures and parameters. It is shared.
 
     model : what is stepped
-    bare : the leg alone, of recorded walking; whose turn it is writes masses into it
+    bare : foot of the leg alone, in its shoe, of recorded walking
     index, circuit : actuators by name
     angles : over the range of motion [rad] (n,)
     lengths : of the muscles' paths at these angles [m] (n, n_muscle)
     side_arms : lever arms of the muscles to the foot's sides; None where they have none
-    load, bare_load : what goes with the person's mass in them
+    load : what goes with the person's mass
+    spare : models that were filled before, and that nobody needs: a copy costs more than all else here
     """
 
     model: mujoco.MjModel
-    bare: mujoco.MjModel | None
+    bare: Foot | None
     index: Index
     circuit: native.CircuitIds
     angles: np.ndarray
     lengths: np.ndarray
     load: Load
-    bare_load: Load
     side_arms: SideArms | None
-    turn: threading.Lock = field(default_factory=threading.Lock)
+    spare: list[mujoco.MjModel] = field(default_factory=list)
 
     def of(self, heavier: float) -> mujoco.MjModel:
         """The model for a person whose mass is by a factor another, to be filled with parameters."""
-        own = copy.copy(self.model)
-        if heavier != 1.0:
-            self.load.put(own, heavier)
+        own = self.spare.pop() if self.spare else copy.copy(self.model)
+        self.load.put(own, heavier)
         return own
 
-    def bare_foot(self, heavier: float, leg: Leg) -> Foot:
+    def bare_foot(self, heavier: float) -> Foot:
         """The leg's foot, in its shoe and without orthosis, for that person."""
         assert self.bare is not None
-        with self.turn:  # a copy of a model costs more than all else here
-            self.bare_load.put(self.bare, heavier)
-            return foot_of(self.bare, leg, ANKLE)
+        return self.bare.times(heavier if self.load.rows else 1.0)
 
 
 @dataclass(frozen=True)
@@ -188,13 +187,22 @@ def geometry_of(scenario: Scenario, circuit: native.Circuit, size: Size) -> Geom
     own = times[0] is not None and weighed_later(leg.file, times[0])
     if own:
         size = Size(taller=size.taller)
+    ground = (scenario.ground or USUAL_GROUND) if in_contact(scenario) else None
+    told = *times, size, scenario.timestep, scenario.simulated_side, scenario.walking
+    whole = (*told, ground, leg, scenario.shoe, orthosis, circuit)
+    asked = _Seen(whole, scenario, circuit, size, own)
+    return _made(asked) if None in times else _asked(asked)
+
+
+@functools.lru_cache(maxsize=8)  # by whole descriptions first: to take them apart takes longer
+def _asked(asked: _Seen) -> Geometry:
+    """By what is compiled of them."""
+    scenario, circuit = asked.scenario, asked.circuit
+    leg, orthosis, ground = scenario.leg, scenario.orthosis, asked.compiled[-5]
     seen = (
-        *times,
-        size,
-        scenario.timestep,
-        (scenario.simulated_side, orthosis.side, orthosis.joint),
-        scenario.walking,
-        _values(scenario.ground or USUAL_GROUND) if in_contact(scenario) else None,
+        asked.compiled[:-5],
+        (orthosis.side, orthosis.joint),
+        None if ground is None else _values(ground),
         _values(leg, LEG_NOT_COMPILED),
         tuple(None if each is None else _values(each) for each in (scenario.shoe, orthosis.outsole)),
         (orthosis.cuff, orthosis.plate, orthosis.range_of_motion, tuple(orthosis.anchor)),
@@ -205,8 +213,7 @@ def geometry_of(scenario: Scenario, circuit: native.Circuit, size: Size) -> Geom
         tuple(each.name for each in circuit.stores),
         tuple((r.name, r.law, r.valve is not None) for r in circuit.restrictions),
     )
-    described = _Seen(seen, scenario, circuit, size, own)
-    return (_made if None in times else _kept)(described)
+    return _kept(dataclasses.replace(asked, compiled=seen))
 
 
 def _values(described: Described, without: tuple[str, ...] = NOT_COMPILED) -> tuple[Any, ...]:
@@ -236,7 +243,7 @@ def _made(seen: _Seen) -> Geometry:
     leg = leg_spec(scenario, seen.size)
     bodies = [body.name for body in leg.bodies[1:]] if seen.own else []
     joints = [joint.name for joint in leg.joints] if seen.own else []
-    bare = leg.copy().compile() if scenario.walking else None
+    bare = foot_of(leg.copy().compile(), scenario.leg, ANKLE) if scenario.walking else None
     spec = assemble(leg, scenario, circuit, seen.size)
     # MuJoCo would move each shape with its body in every step, and follow each of several alike paths
     stepped = spec.copy()
@@ -267,6 +274,5 @@ def _made(seen: _Seen) -> Geometry:
         angles=angles,
         lengths=sweep_lengths(model, list(ids.muscles.values()), qpos, angles),
         load=Load.of(model, bodies, [*joints, *([SINK] if seen.own and in_contact(scenario) else [])]),
-        bare_load=Load.of(bare, bodies, joints),
         side_arms=SideArms.of(spec, scenario, ids.muscles),
     )

@@ -6,7 +6,7 @@ import functools
 import itertools
 import os
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import mujoco
@@ -36,6 +36,7 @@ from afo_sim.model.person import (
     own_tissue,
     person_of,
     signs_of_compensation,
+    stride_files_stay,
     walker_of,
 )
 from afo_sim.model.plausible_design import implausible
@@ -53,7 +54,8 @@ class Built(Shown):
     `model` is without what only pictures need, alike muscles on one path; `full_model` has all, moves alike.
 
     `walk`, `foot` (with the orthosis) and `active` are there when recorded walking drives the shank,
-    `contact` when the foot meets a floor, `side_arms` when muscles may turn the foot to its sides.
+    `contact` when the foot meets a floor, `side_arms` when muscles may turn the foot to its sides. Whoever
+    alone has had `model` may put it into `spare`, for another scenario of its layout.
     """
 
     scenario: Scenario
@@ -66,6 +68,7 @@ class Built(Shown):
     active: Active | None = None
     contact: Contact | None = None
     side_arms: SideArms | None = None
+    spare: list[mujoco.MjModel] = field(default_factory=list)
 
     def __reduce__(self) -> tuple[Any, ...]:
         return build, (self.scenario,)  # its spec cannot be pickled
@@ -135,6 +138,11 @@ def build(
     (0.0005, 'ankle')
     """
     scenario = load("scenario", scenario, sets)
+    with stride_files_stay():
+        return _built(scenario)
+
+
+def _built(scenario: Scenario) -> Built:
     circuit, size = _circuit(scenario), Size.of(scenario)
     geometry = geometry_of(scenario, circuit, size)
     model, index = geometry.of(size.heavier), geometry.index
@@ -150,14 +158,23 @@ def build(
     fill_hinge(model, scenario, size)
     stretch = _stretched(geometry, circuit, scenario.orthosis)
     numbers, coarse = time_step_limits.check_stability(model, index, scenario)
-    stops = tuple(map(float, model.joint(ANKLE).range))
-    guided = check_guides(scenario.orthosis, (stops[0], stops[1]))
+    stops = model.jnt_range[model.dof_jntid[index.ankle_dof]].tolist()
+    guided = _guided(scenario.orthosis, *stops)
     described = (*check_description(scenario), *implausible(scenario, model), *check_air_path(scenario))
     warnings = (*described, *stretch, *coarse, *guided, *_walked(scenario))
-    built = Built(scenario, model, index, numbers, warnings, foot=foot, side_arms=geometry.side_arms)
+    built = Built(
+        scenario,
+        model,
+        index,
+        numbers,
+        warnings,
+        foot=foot,
+        side_arms=geometry.side_arms,
+        spare=geometry.spare,
+    )
     if foot is None:
         return built
-    return _with_walking(built, foot, geometry.bare_foot(size.heavier, scenario.leg))
+    return _with_walking(built, foot, geometry.bare_foot(size.heavier))
 
 
 # Cases of a sweep share both.
@@ -177,6 +194,11 @@ def _stretched(geometry: Geometry, circuit: native.Circuit, orthosis: Orthosis) 
     return tuple(check_stretch(_rows(geometry, circuit), angles, lengths, muscles, orthosis))
 
 
+@functools.lru_cache(maxsize=4)
+def _guided(orthosis: Orthosis, lower: float, upper: float) -> tuple[Notice, ...]:
+    return tuple(check_guides(orthosis, (lower, upper)))
+
+
 def _circuit(scenario: Scenario) -> native.Circuit:
     drives = tuple(scenario.drive.items())
     return circuit_of(scenario.orthosis, drives=drives, supply=own_supply(scenario))
@@ -188,7 +210,7 @@ def _with_walking(built: Built, foot: Foot, bare: Foot) -> Built:
     walk = lay_out(scenario, foot)
     if walker_of(scenario) == "patient":  # as in what was worn when the walk was recorded
         recorded, size = as_recorded(scenario), Size.of(scenario)
-        bare = geometry_of(recorded, _circuit(recorded), size).bare_foot(size.heavier, recorded.leg)
+        bare = geometry_of(recorded, _circuit(recorded), size).bare_foot(size.heavier)
         own = own_active(lay_out(recorded, bare), bare, own_tissue(recorded), built.body_mass)
     else:
         own = active(walk, bare, scenario, built.body_mass)

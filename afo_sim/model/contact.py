@@ -201,7 +201,9 @@ _OVER = (ctypes.c_double, ctypes.c_int64, ctypes.c_int64)
 
 def _run(kernel: Callable[..., float], number: float, steps: int, pads: int, *arrays: np.ndarray) -> None:
     """Let a kernel write into the last ones of arrays (steps, pads)."""
-    (compiled,) = compiled_functions("floor" + kernel.__name__, (*_OVER, *(ctypes.c_void_p,) * len(arrays)), kernel)
+    (compiled,) = compiled_functions(
+        "floor" + kernel.__name__, (*_OVER, *(ctypes.c_void_p,) * len(arrays)), kernel
+    )
     flat = [np.ascontiguousarray(array) for array in arrays]
     compiled(number, steps, pads, *(array.ctypes.data for array in flat))
 
@@ -277,9 +279,7 @@ def shares(place: np.ndarray, ahead: np.ndarray, height: np.ndarray, taller: flo
     return found
 
 
-def _shared(
-    taller: float, steps: int, pads: int, place: Any, ahead: Any, height: Any, found: Any
-) -> float:
+def _shared(taller: float, steps: int, pads: int, place: Any, ahead: Any, height: Any, found: Any) -> float:
     for k in range(steps):
         i = k * pads + (0 if place[k] < ahead[k * pads + 1] else 1)
         front = (place[k] - ahead[i]) / max(ahead[i + 1] - ahead[i], 1e-6)

@@ -62,9 +62,7 @@ def turned_all(
     return [(x * turn.cosine - z * turn.sine, x * turn.sine + z * turn.cosine) for x, z in points]
 
 
-def carried(
-    point: tuple[float, float], pitch: np.ndarray | Turn, acceleration: np.ndarray
-) -> np.ndarray:
+def carried(point: tuple[float, float], pitch: np.ndarray | Turn, acceleration: np.ndarray) -> np.ndarray:
     """Moment about the ankle that accelerates a point of the foot as the ankle, over its mass [m²/s²] (n,)."""
     x, z = turned(point, pitch)
     found: np.ndarray = x * acceleration[:, 1] - z * acceleration[:, 0]
@@ -120,6 +118,15 @@ class Foot:
         toes = self.toes
         still = None if toes is None else replace(toes, mass=0.0, centre=(0.0, 0.0), inertia=0.0)
         return replace(self, mass=0.0, centre=(0.0, 0.0), inertia=0.0, toes=still)
+
+    def times(self, heavier: float) -> "Foot":
+        """The foot of a person whose mass is by a factor another."""
+        if heavier == 1.0:
+            return self
+        toes = self.toes
+        if toes is not None:
+            toes = replace(toes, mass=heavier * toes.mass, inertia=heavier * toes.inertia)
+        return replace(self, mass=heavier * self.mass, inertia=heavier * self.inertia, toes=toes)
 
     @property
     def level(self) -> float:

@@ -83,9 +83,7 @@ def _borne(walk: Walk, centre: tuple[float, float]) -> np.ndarray:
 _TOES = (*(ctypes.c_void_p,) * 6, ctypes.c_int64)
 
 
-def _bent_toes(
-    out: Any, cosine: Any, sine: Any, bent: Any, acceleration: Any, p: Any, size: int
-) -> float:
+def _bent_toes(out: Any, cosine: Any, sine: Any, bent: Any, acceleration: Any, p: Any, size: int) -> float:
     """What toes need since they are bent, into `out` (size,); all else has one sample before and after."""
     x0 = z0 = x1 = z1 = flat_x0 = flat_z0 = flat_x1 = flat_z1 = 0.0
     for k in range(size + 2):

@@ -4,7 +4,9 @@ import functools
 import math
 import os
 import pathlib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass
 from typing import Any, Self
 
@@ -149,12 +151,29 @@ def signs_of_compensation(scenario: Scenario) -> tuple[Notice, ...]:
 
 def recorded_stride(gait: Gait, taller: float = 1.0) -> GaitCycle:
     """The recorded stride as a person walks it who is by a factor taller than the recorded walker."""
+    looked = _LOOKED.get()
+    found = None if looked is None else looked.get(gait.cycle)
+    if found is None:
+        try:
+            now = os.stat(file := _found(gait.cycle))  # noqa: PTH116
+        except OSError:  # it has gone since
+            _found.cache_clear()
+            now = os.stat(file := _found(gait.cycle))  # noqa: PTH116
+        found = file, (now.st_mtime_ns, now.st_size, now.st_ino)
+        if looked is not None:
+            looked[gait.cycle] = found
+    return _similar(*found, gait.speed, taller)
+
+
+@contextmanager
+def stride_files_stay() -> Iterator[None]:
+    """A block in which each file of a stride is looked at once: a case asks for it fifty times."""
+    token = None if _LOOKED.get() is not None else _LOOKED.set({})
     try:
-        now = os.stat(file := _found(gait.cycle))  # noqa: PTH116  # a case asks thirty times
-    except OSError:  # it has gone since
-        _found.cache_clear()
-        now = os.stat(file := _found(gait.cycle))  # noqa: PTH116
-    return _similar(file, (now.st_mtime_ns, now.st_size, now.st_ino), gait.speed, taller)
+        yield
+    finally:
+        if token is not None:
+            _LOOKED.reset(token)
 
 
 @functools.lru_cache(maxsize=64)
@@ -163,6 +182,7 @@ def _found(cycle: str) -> str:
 
 
 _Stamp = tuple[int, int, int]  # time of change [ns], size and number of a file: a changed one has another
+_LOOKED: ContextVar[dict[str, tuple[str, _Stamp]] | None] = ContextVar("looked", default=None)
 
 
 # Cases of a sweep share most of this.

@@ -5,14 +5,16 @@ device are looked at together. A limit without a source is this project's own: i
 shipped or was read of.
 """
 
+import functools
 import math
 import operator
 from collections.abc import Iterator
+from types import SimpleNamespace
 
 import mujoco
 
 from afo_sim.common import Notice
-from afo_sim.description import MASS_SHARES, Anchor, Scenario
+from afo_sim.description import MASS_SHARES, Anchor, Described, Orthosis, Scenario
 from afo_sim.model.person import person_of
 from afo_sim.model.walk import stride_time_of
 
@@ -53,7 +55,27 @@ _VALUES = {key: operator.attrgetter(key) for _, key, *_ in _LIMITS}
 
 def implausible(scenario: Scenario, model: mujoco.MjModel) -> Iterator[Notice]:
     """A warning for each key whose value no person or worn device has, and for keys that change nothing."""
+    for name in ("orthosis", "supply", "limits"):
+        yield from _beyond(name, getattr(scenario, name))
+    if scenario.leg.joint != "ankle":
+        return
+    yield from _person(scenario)
+    yield from _leg(scenario, model)
+    yield from _mounted(scenario.leg.body_height, scenario.orthosis)
+    if scenario.gait is not None and not 0.55 <= (time := stride_time_of(scenario)) <= 3.5:
+        yield _doubt("gait.stride_time", f"{time:.3g} s", "0.55 to 3.5 s")
+
+
+@functools.lru_cache(maxsize=16)  # cases of a sweep share them
+def _beyond(of: str, described: Described | None) -> tuple[Notice, ...]:
+    """The keys of one table of a scenario that are beyond their limits."""
+    return tuple(_outside(of, SimpleNamespace(**{of: described})))
+
+
+def _outside(of: str, scenario: SimpleNamespace) -> Iterator[Notice]:
     for part, key, low, high, factor, unit in _LIMITS:
+        if (part or key).partition(".")[0] != of:
+            continue
         held = _PARTS[part](scenario) if part else scenario
         value_of = _VALUES[key]
         for name, each in held.items() if isinstance(held, dict) else (("", held),):
@@ -65,13 +87,6 @@ def implausible(scenario: Scenario, model: mujoco.MjModel) -> Iterator[Notice]:
                 field = ".".join(filter(None, (part, name, key)))
                 allowed = f"{factor * low:g} to {factor * high:g}{unit}"
                 yield _doubt(field, f"{factor * value:.4g}{unit}", allowed)
-    if scenario.leg.joint != "ankle":
-        return
-    yield from _person(scenario)
-    yield from _leg(scenario, model)
-    yield from _mounted(scenario)
-    if scenario.gait is not None and not 0.55 <= (time := stride_time_of(scenario)) <= 3.5:
-        yield _doubt("gait.stride_time", f"{time:.3g} s", "0.55 to 3.5 s")
 
 
 def _person(scenario: Scenario) -> Iterator[Notice]:
@@ -106,16 +121,20 @@ def _leg(scenario: Scenario, model: mujoco.MjModel) -> Iterator[Notice]:
             yield _doubt(f"leg.{key}", f"{1e2 * told:.3g} cm", wanted)
 
 
-def _mounted(scenario: Scenario) -> Iterator[Notice]:
-    """Anchors that are not on a leg of that size: beside it, above the knee, off the foot."""
-    size = scenario.leg.body_height
+@functools.lru_cache(maxsize=4)
+def _mounted(size: float, orthosis: Orthosis) -> tuple[Notice, ...]:
+    """Anchors that are not on a leg of that size [m]: beside it, above the knee, off the foot."""
+    return tuple(_misplaced(size, orthosis))
+
+
+def _misplaced(size: float, orthosis: Orthosis) -> Iterator[Notice]:
     knee, toe = _SHANK_LENGTH * size, _FOOT_LENGTH * size
     places = {
         "shank": f"up to {1e2 * _BESIDE:g} cm from the shank's axis, 0 to {1e2 * knee:.0f} cm above it",
         "foot": f"{-1e2 * _BEHIND:g} to {1e2 * toe:.0f} cm ahead of the ankle, {-1e2 * _UNDER:g} to "
         f"{1e2 * _ABOVE:g} cm above it",
     }
-    for name, group in scenario.orthosis.muscle.items():
+    for name, group in orthosis.muscle.items():
         for end in ("origin", "insertion"):
             anchor: Anchor | None = getattr(group, end)
             if anchor is None:

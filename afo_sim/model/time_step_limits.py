@@ -1,5 +1,6 @@
 """Whether a time step is short enough: numbers of air and friction."""
 
+import functools
 import math
 
 import mujoco
@@ -57,7 +58,8 @@ def check_friction(friction: float, step: float) -> None:
         raise _too_long("friction falls too fast with speed", step, enough)
 
 
-def check_air(orthosis: Orthosis, step: float) -> tuple[float, list[Notice]]:
+@functools.lru_cache(maxsize=4)  # cases of a sweep share it
+def check_air(orthosis: Orthosis, step: float) -> tuple[float, tuple[Notice, ...]]:
     """Rate × time step [s] of the chambers' air, and warnings where it makes a run inaccurate."""
     air, warnings = 0.0, list[Notice]()
     for name, chamber in orthosis.chamber.items():
@@ -85,7 +87,7 @@ def check_air(orthosis: Orthosis, step: float) -> tuple[float, list[Notice]]:
                 f"5 %; {in_unit(enough, 's', 'ms'):.2g} ms would do"
             )
             warnings.append(Notice("air-coarse", text, subject=name, number=step * rate, enough=enough))
-    return air, warnings
+    return air, tuple(warnings)
 
 
 def falling_frictions(orthosis: Orthosis, pressure: float) -> np.ndarray:

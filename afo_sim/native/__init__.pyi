@@ -33,10 +33,10 @@ from .circuit import circuit_ids as circuit_ids
 from .compiled import mujoco_library as mujoco_library
 from .engine_clock import without_clock as without_clock
 from .filling import assert_muscles_pull as assert_muscles_pull
-from .filling import muscle_rows as muscle_rows
 from .filling import fill_chambers as fill_chambers
 from .filling import fill_circuit as fill_circuit
 from .filling import fill_inverse_masses as fill_inverse_masses
+from .filling import muscle_rows as muscle_rows
 from .filling import step_back as step_back
 from .filling import volume_at_rest as volume_at_rest
 from .install import Closing as Closing

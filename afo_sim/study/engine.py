@@ -14,6 +14,7 @@ import pathlib
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ALL_COMPLETED, FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -21,10 +22,18 @@ import numpy as np
 
 from afo_sim import native
 from afo_sim.common import ControllerError, InputError, Notice, SimulationError
-from afo_sim.description import Scenario, load
+from afo_sim.description import Base, Scenario, load
 from afo_sim.metrics import Metric, reference_metrics, share_left, undefined
 from afo_sim.metrics.strides import strides
-from afo_sim.model import Built, fills, start_up, steps_of_stride, two_strides, why_walked
+from afo_sim.model import (
+    Built,
+    fills,
+    start_up,
+    steps_of_stride,
+    stride_files_stay,
+    two_strides,
+    why_walked,
+)
 from afo_sim.model import supply_and_timer as schedule
 from afo_sim.model.build import build
 from afo_sim.simulation import (
@@ -191,14 +200,15 @@ def _side_by_side(
 
 
 def prepare(
-    scenario: Mapping[str, Any] | str, number: int, sets: Mapping[str, Any], first_strides: int = 0
+    scenario: Mapping[str, Any] | str | Base, number: int, sets: Mapping[str, Any], first_strides: int = 0
 ) -> Prepared | Outcome:
     """Read and compile a case, or say why that cannot be."""
     try:
         description = load("scenario", scenario, sets)
-        solved = description.walking and not why_walked(description)
-        built = build(two_strides(description) if solved else description)
-        first = _first(description, number, first_strides) if solved and first_strides else None
+        with stride_files_stay():
+            solved = description.walking and not why_walked(description)
+            built = build(two_strides(description) if solved else description)
+            first = _first(description, number, first_strides) if solved and first_strides else None
         return Prepared(number, built, schedule.controls(built), solved, first, described_policy(built))
     except Exception as error:  # one case's trouble is not the others'
         return _failed(error)
@@ -213,13 +223,15 @@ def _first(description: Scenario, number: int, strides: int) -> Prepared:
 
 
 def _batches(
-    scenario: Mapping[str, Any] | str,
+    scenario: Mapping[str, Any] | str | Base,
     cases: Iterable[tuple[int, Mapping[str, Any]]],
     chunk: int,
     most_bytes: float,
     first_strides: int,
 ) -> Iterator[Batched]:
     """Cases of one layout, as many as fit; number and outcome of those that cannot run."""
+    with suppress(InputError):  # else every case says it
+        scenario = Base.of("scenario", scenario)
     groups: dict[tuple[Any, ...], list[Prepared]] = {}
     room: dict[tuple[Any, ...], int] = {}
     for count, (number, sets) in enumerate(cases, start=1):
@@ -303,6 +315,10 @@ def _finish(
 ) -> Iterator[Numbered]:
     for case, each in zip(batch, rolled, strict=True):
         yield case.number, _outcome(case, each, asked, references)
+    for case in batch:  # an outcome holds none of its models
+        for one in (case, case.first):
+            if one is not None:
+                one.built.spare.append(one.built.model)
 
 
 def _outcome(case: Prepared, rolled: Rolled, asked: Asked, references: References) -> Outcome:
