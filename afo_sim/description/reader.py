@@ -44,7 +44,7 @@ from afo_sim.description.walking import Limits, Patient
 
 @dataclass(frozen=True, eq=False)
 class Base:
-    """A description that others are read from which differ in some keys: its names followed, parts checked."""
+    """A description from which others are read that differ in some keys; its parts are checked."""
 
     tree: Tree
     parts: Mapping[str, Described]

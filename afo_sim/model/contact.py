@@ -74,7 +74,11 @@ class Contact:
 
 def ground_of(scenario: "Scenario", size: Size) -> Ground:
     """The ground that a person of a size feels as one of the leg's size feels the scenario's."""
-    ground = scenario.ground or USUAL_GROUND
+    return _felt(scenario.ground or USUAL_GROUND, size)
+
+
+@functools.lru_cache(maxsize=4)  # a case asks three times
+def _felt(ground: Ground, size: Size) -> Ground:
     stiffer = size.heavier / size.taller
     joint = TOE_JOINT if ground.toe_stiffness is None else ground.toe_stiffness
     # a copy is not checked again: the bounds are of a person of the leg's size

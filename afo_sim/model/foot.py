@@ -63,7 +63,7 @@ def turned_all(
 
 
 def carried(point: tuple[float, float], pitch: np.ndarray | Turn, acceleration: np.ndarray) -> np.ndarray:
-    """Moment about the ankle that accelerates a point of the foot as the ankle, over its mass [m²/s²] (n,)."""
+    """Moment about the ankle that accelerates a point of the foot with it, over its mass [m²/s²] (n,)."""
     x, z = turned(point, pitch)
     found: np.ndarray = x * acceleration[:, 1] - z * acceleration[:, 0]
     return found

@@ -4,17 +4,18 @@ import functools
 import math
 import os
 import pathlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
-from typing import Any, Self
+from typing import Any, TypeVar
 
 from afo_sim.common import InputError, Notice, assets
 from afo_sim.description import Gait, Ground, Provenance, Scenario, load
 from afo_sim.gait import Chain, GaitCycle, Walker, family, scaled, signs, stepped, uncompensated
 from afo_sim.gait import file as gait_file
 
+T = TypeVar("T")
 # What nothing switches, measures or compares: of a scenario of the leg alone.
 UNDRIVEN: Mapping[str, Any] = {
     **dict.fromkeys(("reference", "start", "timer", "phases", "controller")),
@@ -31,6 +32,36 @@ class Person:
     body_height: float
 
 
+_KNOWN: ContextVar[dict[Any, Any] | None] = ContextVar("known", default=None)
+
+
+@contextmanager
+def stride_files_stay() -> Iterator[None]:
+    """A block in which a scenario's person and walk are found once: a case asks for them fifty times."""
+    token = None if _KNOWN.get() is not None else _KNOWN.set({})
+    try:
+        yield
+    finally:
+        if token is not None:
+            _KNOWN.reset(token)
+
+
+def _once(of: Callable[[Scenario], T]) -> Callable[[Scenario], T]:
+    """A function of a scenario, which in such a block is not asked again."""
+
+    @functools.wraps(of)
+    def asked(scenario: Scenario) -> T:
+        known = _KNOWN.get()
+        if known is None:
+            return of(scenario)
+        if (key := (of, id(scenario))) not in known:
+            known[key] = of(scenario), scenario  # which lives on, and nothing else has its number
+        found: T = known[key][0]
+        return found
+
+    return asked
+
+
 @dataclass(frozen=True)
 class Size:
     """Factors on a leg's masses and lengths, of the body that it was made for.
@@ -42,11 +73,10 @@ class Size:
     heavier: float = 1.0
     taller: float = 1.0
 
-    @classmethod
-    def of(cls, scenario: Scenario) -> Self:
+    @staticmethod
+    def of(scenario: Scenario) -> "Size":
         """The person's."""
-        leg, person = scenario.leg, person_of(scenario)
-        return cls(person.body_mass / leg.body_mass, person.body_height / leg.body_height)
+        return _size_of(scenario)
 
     @property
     def slower(self) -> float:
@@ -64,6 +94,13 @@ class Size:
         return self.springy * self.slower
 
 
+@_once
+def _size_of(scenario: Scenario) -> Size:
+    leg, person = scenario.leg, person_of(scenario)
+    return Size(person.body_mass / leg.body_mass, person.body_height / leg.body_height)
+
+
+@_once
 def person_of(scenario: Scenario) -> Person:
     """The patient's own mass and height; what is not stated is the recorded walker's, else the leg's."""
     leg, patient = scenario.leg, scenario.patient
@@ -76,6 +113,7 @@ def person_of(scenario: Scenario) -> Person:
     return Person(leg.body_mass if mass is None else mass, leg.body_height if height is None else height)
 
 
+@_once
 def walker_of(scenario: Scenario) -> Walker:
     """Whose walk drives the shank: a healthy walker's, or the patient's own without the device."""
     gait = scenario.gait
@@ -110,6 +148,7 @@ def as_recorded(scenario: Scenario) -> Scenario:
     return scenario.with_values(**UNDRIVEN, **worn)
 
 
+@_once
 def taller_than_recorded(scenario: Scenario) -> float:
     """Factor by which the scenario's person is taller than the recorded walker [-]."""
     assert scenario.gait is not None
@@ -117,6 +156,7 @@ def taller_than_recorded(scenario: Scenario) -> float:
     return person_of(scenario).body_height / trial
 
 
+@_once
 def persons_stride(scenario: Scenario) -> GaitCycle:
     """The recorded stride as the scenario's person walks it; a walker of unknown height is of the leg's."""
     gait = scenario.gait
@@ -151,29 +191,12 @@ def signs_of_compensation(scenario: Scenario) -> tuple[Notice, ...]:
 
 def recorded_stride(gait: Gait, taller: float = 1.0) -> GaitCycle:
     """The recorded stride as a person walks it who is by a factor taller than the recorded walker."""
-    looked = _LOOKED.get()
-    found = None if looked is None else looked.get(gait.cycle)
-    if found is None:
-        try:
-            now = os.stat(file := _found(gait.cycle))  # noqa: PTH116
-        except OSError:  # it has gone since
-            _found.cache_clear()
-            now = os.stat(file := _found(gait.cycle))  # noqa: PTH116
-        found = file, (now.st_mtime_ns, now.st_size, now.st_ino)
-        if looked is not None:
-            looked[gait.cycle] = found
-    return _similar(*found, gait.speed, taller)
-
-
-@contextmanager
-def stride_files_stay() -> Iterator[None]:
-    """A block in which each file of a stride is looked at once: a case asks for it fifty times."""
-    token = None if _LOOKED.get() is not None else _LOOKED.set({})
     try:
-        yield
-    finally:
-        if token is not None:
-            _LOOKED.reset(token)
+        now = os.stat(file := _found(gait.cycle))  # noqa: PTH116
+    except OSError:  # it has gone since
+        _found.cache_clear()
+        now = os.stat(file := _found(gait.cycle))  # noqa: PTH116
+    return _similar(file, (now.st_mtime_ns, now.st_size, now.st_ino), gait.speed, taller)
 
 
 @functools.lru_cache(maxsize=64)
@@ -182,7 +205,6 @@ def _found(cycle: str) -> str:
 
 
 _Stamp = tuple[int, int, int]  # time of change [ns], size and number of a file: a changed one has another
-_LOOKED: ContextVar[dict[str, tuple[str, _Stamp]] | None] = ContextVar("looked", default=None)
 
 
 # Cases of a sweep share most of this.

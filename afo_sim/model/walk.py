@@ -130,8 +130,8 @@ class Walk:
     extension [rad], None of a rigid foot; all (n_step + 2, …), sample 0 at −h. offset is what was added to
     the recorded ankle angle [rad]; shift is how far the recorded ankle went, along the shank and vertically,
     upward positive [m]; wave is of the phase; off_floor is the cycle before its sole was laid on the floor in
-    stance, laid how far that was at most [m]; resting gives the toes' rest extension at any phase; level is the
-    same walk of straight toes before its sole was laid, which has the same angles; None of itself.
+    stance, laid how far that was at most [m]; resting gives the toes' rest extension at any phase; level is
+    the same walk of straight toes before its sole was laid, of the same angles; None of itself.
     """
 
     cycle: GaitCycle
@@ -222,10 +222,13 @@ class Walk:
         return np.append(self.pose[1], self.ankle[1]), velocity, float(ankle_velocity)
 
 
+COMPUTED = tuple(name for name, each in vars(Walk).items() if isinstance(each, functools.cached_property))
+
+
 def _changed(walk: Walk, *without: str, **values: object) -> Walk:
     """A copy with other values, and with what is computed of a walk but for some of it."""
-    for name, each in vars(Walk).items():
-        if isinstance(each, functools.cached_property) and name not in without:
+    for name in COMPUTED:
+        if name not in without:
             getattr(walk, name)  # for the next copy, too
     found = copy.copy(walk)
     vars(found).update(values)
