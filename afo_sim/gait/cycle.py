@@ -98,9 +98,13 @@ class GaitCycle:
     def ground(self, phase: np.ndarray | float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Ground force and its place at any phase, linear between the samples (a series would ring)."""
         place = np.asarray(phase, dtype=float) % 1.0
+        forward, upward = (np.interp(place, self.phase, force) for force in (self.grf_x, self.grf_z))
+        return forward, upward, self.pressed(phase)
+
+    def pressed(self, phase: np.ndarray | float) -> np.ndarray:
+        """Where the ground force acts at any phase, ahead of the ankle [m]."""
         known = np.isfinite(self.cop_x)
-        cop = np.interp(place, self.phase[known], self.cop_x[known], period=1.0)
-        return np.interp(place, self.phase, self.grf_x), np.interp(place, self.phase, self.grf_z), cop
+        return np.interp(phase, self.phase[known], self.cop_x[known], period=1.0)
 
     def ground_moment(self) -> np.ndarray:
         """Internal ankle moment that balances the ground force at each sample, the foot taken as massless."""

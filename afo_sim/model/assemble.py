@@ -138,7 +138,7 @@ class Geometry:
     """A leg with its orthosis, compiled without pictures and parameters. It is shared.
 
     model : what is stepped
-    bare : foot of the leg alone, in its shoe, of recorded walking
+    foot, bare : of recorded walking, the foot with the orthosis, and that of the leg alone in its shoe
     index, circuit : actuators by name
     angles : over the range of motion [rad] (n,)
     lengths : of the muscles' paths at these angles [m] (n, n_muscle)
@@ -148,6 +148,7 @@ class Geometry:
     """
 
     model: mujoco.MjModel
+    foot: Foot | None
     bare: Foot | None
     index: Index
     circuit: native.CircuitIds
@@ -163,10 +164,11 @@ class Geometry:
         self.load.put(own, heavier)
         return own
 
-    def bare_foot(self, heavier: float) -> Foot:
-        """The leg's foot, in its shoe and without orthosis, for that person."""
-        assert self.bare is not None
-        return self.bare.times(heavier if self.load.rows else 1.0)
+    def feet(self, heavier: float) -> tuple[Foot, Foot]:
+        """Foot and bare foot of that person; an orthosis is as heavy for all."""
+        assert self.foot is not None and self.bare is not None
+        more = heavier - 1.0 if self.load.rows else 0.0
+        return self.foot.with_more(self.bare, more), self.bare.with_more(self.bare, more)
 
 
 @dataclass(frozen=True)
@@ -258,6 +260,7 @@ def _made(seen: _Seen) -> Geometry:
     angles = np.linspace(*scenario.orthosis.range_of_motion, SWEPT_ANGLES)
     return Geometry(
         model=model,
+        foot=foot_of(model, scenario.leg, ANKLE) if scenario.walking else None,
         bare=bare,
         circuit=ids,
         index=Index(

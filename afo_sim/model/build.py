@@ -21,10 +21,10 @@ from afo_sim.model.air_checks import check_air_path
 from afo_sim.model.air_path import circuit_of, own_supply
 from afo_sim.model.assemble import Geometry, assemble, compiled, geometry_of
 from afo_sim.model.contact import Contact, check_sole, register
-from afo_sim.model.foot import Foot, fill_hinge, foot_of
+from afo_sim.model.foot import Foot, fill_hinge
 from afo_sim.model.inversion import SideArms
 from afo_sim.model.leg import leg_spec
-from afo_sim.model.mounting import ANKLE, Index
+from afo_sim.model.mounting import Index
 from afo_sim.model.muscle_weakness import Active, active, own_active
 from afo_sim.model.path_checks import check_guides, check_paths, check_stretch
 from afo_sim.model.periodic import unseen_drift, why_walked
@@ -146,7 +146,7 @@ def _built(scenario: Scenario) -> Built:
     circuit, size = _circuit(scenario), Size.of(scenario)
     geometry = geometry_of(scenario, circuit, size)
     model, index = geometry.of(size.heavier), geometry.index
-    foot = foot_of(model, scenario.leg, ANKLE) if scenario.walking else None
+    foot, bare = geometry.feet(size.heavier) if scenario.walking else (None, None)
     model.actuator_user[:] = _rows(geometry, circuit)
     native.fill_inverse_masses(model)
     if foot is not None:
@@ -172,9 +172,9 @@ def _built(scenario: Scenario) -> Built:
         side_arms=geometry.side_arms,
         spare=geometry.spare,
     )
-    if foot is None:
+    if foot is None or bare is None:
         return built
-    return _with_walking(built, foot, geometry.bare_foot(size.heavier))
+    return _with_walking(built, foot, bare)
 
 
 # Cases of a sweep share both.
@@ -210,7 +210,7 @@ def _with_walking(built: Built, foot: Foot, bare: Foot) -> Built:
     walk = lay_out(scenario, foot)
     if walker_of(scenario) == "patient":  # as in what was worn when the walk was recorded
         recorded, size = as_recorded(scenario), Size.of(scenario)
-        bare = geometry_of(recorded, _circuit(recorded), size).bare_foot(size.heavier)
+        bare = geometry_of(recorded, _circuit(recorded), size).feet(size.heavier)[1]
         own = own_active(lay_out(recorded, bare), bare, own_tissue(recorded), built.body_mass)
     else:
         own = active(walk, bare, scenario, built.body_mass)

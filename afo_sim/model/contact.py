@@ -32,7 +32,7 @@ import numpy as np
 from afo_sim import native
 from afo_sim.common import GRAVITY, InputError, Notice
 from afo_sim.description import Ground
-from afo_sim.model.foot import TOE_POINTS, Foot, Turn, turned
+from afo_sim.model.foot import TOE_POINTS, Foot, turned
 from afo_sim.model.outsole import BEARING, padded
 from afo_sim.model.person import USUAL_GROUND, Size, walker_of
 from afo_sim.model.walk import Walk
@@ -165,16 +165,7 @@ def _registered(
     walk: Walk, foot: Foot, leg: _Borne, ground: Ground, size: Size, weight: float, left: float
 ) -> Contact:
     """The same, with what is left of the toe flexors' strength."""
-    sole = foot.outsole(walk.sole, 0.0 if walk.toe is None else walk.toes)
-    points = [sole[name] for name in padded(foot.toes)]
-    x, z = (np.stack(each, axis=1)[1:-1] for each in zip(*points, strict=True))
-    ahead, height = x, walk.pose[1:-1, 1, None] + z
-    lever, pitch = _toe_levers(foot, walk.turn, ahead), walk.ankle - walk.pose[:, 2]
-    # as the integrator takes velocities: the mean of the steps before and after
-    velocity = (walk.pose[2:, 1] - walk.pose[:-2, 1])[:, None] + ahead * (pitch[2:] - pitch[:-2])[:, None]
-    if walk.toe is not None:
-        velocity += lever * (walk.toe[2:] - walk.toe[:-2])[:, None]
-    velocity /= 2.0 * walk.timestep
+    ahead, height, lever, velocity = _placed_pads(walk, foot)
     _, upward, place = (signal[1:-1] for signal in walk.ground)
     least = size.heavier * LOADED
     pressed = np.maximum(weight * upward, 0.0)[:, None] * shares(place, ahead, height, size.taller)
@@ -183,7 +174,7 @@ def _registered(
     stiffness = np.array(list(pad_stiffness(ground, foot).values()))
     floor, load, borne = np.empty_like(pressed), np.empty_like(pressed), np.empty((len(pressed), 4))
     arrays = (pressed, stands, height, velocity, ahead, lever, stiffness, floor, load, borne)
-    _run(_carried, ground.damping, len(pressed), len(points), *arrays)
+    _run(_carried, ground.damping, *pressed.shape, *arrays)
     total, turning, given, lost = borne.T
     fastest = float(np.max(velocity, where=pressed > least, initial=0.0)) / size.slower
     flexors = None if walk.toe is None else _hinge_moment(walk, foot, leg.armature) - left * given
@@ -199,7 +190,7 @@ def _registered(
     )
 
 
-# a number, how many steps and pads, three to ten arrays
+# a number, how many steps and pads, two to thirteen arrays
 _OVER = (ctypes.c_double, ctypes.c_int64, ctypes.c_int64)
 
 
@@ -253,13 +244,42 @@ def _lost(force: np.ndarray, phase: np.ndarray, fastest: float) -> tuple[Notice,
     return (Notice("ground-force-lost", text, subject="ground.damping", **told),)
 
 
-def _toe_levers(foot: Foot, pitch: np.ndarray | Turn, ahead: np.ndarray) -> np.ndarray:
-    """How far the pads lie ahead of the toes' hinge [m] (n, n_pad), 0 of those that the toes do not turn."""
-    lever = np.zeros_like(ahead)
-    if foot.toes is not None:
-        first = [name in TOE_POINTS for name in padded(foot.toes)].index(True)
-        lever[:, first:] = ahead[:, first:] - turned(foot.toes.hinge, pitch)[0][:, None]
-    return lever
+def _placed_pads(walk: Walk, foot: Foot) -> tuple[np.ndarray, ...]:
+    """Where the pads are in the recorded walk: ahead of the ankle and above the floor [m], ahead of the toes'
+    hinge [m], 0 of those that the toes do not turn, and how fast they rise [m/s] (n, n_pad)."""
+    names = padded(foot.toes)
+    hinge = (0.0, 0.0) if foot.toes is None else foot.toes.hinge
+    bends = [0.0 if foot.toes is None else float(name in TOE_POINTS) for name in names]
+    points = np.array([(*foot.points[name], turns) for name, turns in zip(names, bends, strict=True)])
+    toe = np.zeros(len(walk.phase)) if walk.toe is None else walk.toe
+    turns = walk.sole.cosine, walk.sole.sine, walk.toes.cosine, walk.toes.sine
+    moves = np.ascontiguousarray(walk.pose[:, 1]), walk.ankle - walk.pose[:, 2], toe
+    found = tuple(np.empty((len(toe) - 2, len(names))) for _ in range(4))
+    numbers = np.array([*hinge, 2.0 * walk.timestep])
+    _run(_placed, 0.0, *found[0].shape, numbers, points, *turns, *moves, *found)
+    return found
+
+
+def _placed(
+    _: float, steps: int, pads: int, p: Any, points: Any, cosine: Any, sine: Any, toe_cosine: Any,
+    toe_sine: Any, z: Any, pitch: Any, toe: Any, ahead: Any, height: Any, lever: Any, velocity: Any,
+) -> float:  # fmt: skip
+    for k in range(steps):
+        c, s, toe_c, toe_s = cosine[k + 1], sine[k + 1], toe_cosine[k + 1], toe_sine[k + 1]
+        hinge_x, hinge_z = p[0] * c - p[1] * s, p[0] * s + p[1] * c
+        for pad in range(pads):
+            i, x, up = k * pads + pad, points[3 * pad], points[3 * pad + 1]
+            arm = 0.0
+            if points[3 * pad + 2] > 0.0:
+                x, up = x - p[0], up - p[1]
+                arm = x * toe_c - up * toe_s
+                x, up = hinge_x + arm, hinge_z + x * toe_s + up * toe_c
+            else:
+                x, up = x * c - up * s, x * s + up * c
+            # as the integrator takes velocities: the mean of the steps before and after
+            rise = z[k + 2] - z[k] + x * (pitch[k + 2] - pitch[k]) + arm * (toe[k + 2] - toe[k])
+            ahead[i], height[i], lever[i], velocity[i] = x, z[k + 1] + up, arm, rise / p[2]
+    return 0.0
 
 
 def _hinge_moment(walk: Walk, foot: Foot, armature: float) -> np.ndarray:

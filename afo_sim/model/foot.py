@@ -23,7 +23,7 @@ from afo_sim.description import Leg, Scenario
 from afo_sim.gait import Wave
 from afo_sim.gait.toe_extension import toe_extension
 from afo_sim.model.mounting import add_motor
-from afo_sim.model.outsole import POINTS, SOLE, worn
+from afo_sim.model.outsole import POINTS, SOLE, Point, worn
 from afo_sim.model.person import Size
 
 TOE_POINTS = ("pulp", "tip")  # points of the outsole that turn with the toes
@@ -119,14 +119,16 @@ class Foot:
         still = None if toes is None else replace(toes, mass=0.0, centre=(0.0, 0.0), inertia=0.0)
         return replace(self, mass=0.0, centre=(0.0, 0.0), inertia=0.0, toes=still)
 
-    def times(self, heavier: float) -> "Foot":
-        """The foot of a person whose mass is by a factor another."""
-        if heavier == 1.0:
+    def with_more(self, bare: "Foot", times: float) -> "Foot":
+        """The foot where so many times the bare one's mass is there beside it, in the same places."""
+        if times == 0.0:
             return self
-        toes = self.toes
-        if toes is not None:
-            toes = replace(toes, mass=heavier * toes.mass, inertia=heavier * toes.inertia)
-        return replace(self, mass=heavier * self.mass, inertia=heavier * self.inertia, toes=toes)
+        toes, more = self.toes, bare.toes
+        if toes is not None and more is not None:
+            mass, centre = _together(toes, more, times)
+            toes = replace(toes, mass=mass, centre=centre, inertia=toes.inertia + times * more.inertia)
+        mass, centre = _together(self, bare, times)
+        return replace(self, mass=mass, centre=centre, inertia=self.inertia + times * bare.inertia, toes=toes)
 
     @property
     def level(self) -> float:
@@ -140,18 +142,14 @@ class Foot:
         return -float(turned(self.points["heel"], np.array(self.level))[1])
 
     def outsole(
-        self, pitch: "np.ndarray | Turn", extension: "np.ndarray | float | Turn" = 0.0
+        self, pitch: "np.ndarray | Turn", extension: np.ndarray | float = 0.0
     ) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-        """Points of the outsole from the ankle, x forward and z up [m] (n,), by name.
-
-        The extension is the toes' against the foot [rad], or how they are turned.
-        """
+        """Points of the outsole from the ankle, x forward and z up [m] (n,), by name."""
         turn, bent = Turn.by(pitch), () if self.toes is None else TOE_POINTS
         found = {name: turned(point, turn) for name, point in self.points.items() if name not in bent}
         if self.toes is None:
             return found
-        toes = extension if isinstance(extension, Turn) else turn.further(extension)
-        x, z = self.toes.hinge
+        toes, (x, z) = turn.further(extension), self.toes.hinge
         at_x, at_z = turned((x, z), turn)
         for name in TOE_POINTS:
             ahead, above = turned((self.points[name][0] - x, self.points[name][1] - z), toes)
@@ -167,6 +165,15 @@ class Foot:
     def gravity_moment(self, pitch: "np.ndarray | Turn") -> np.ndarray:
         """Weight about the ankle, dorsiflexion positive [N·m] (n,), at sole pitches [rad] (n,)."""
         return -self.mass * GRAVITY * turned(self.centre, pitch)[0]
+
+
+def _together(one: Foot | ToeSegment, other: Foot | ToeSegment, times: float) -> tuple[float, Point]:
+    """Mass and its centre of one, and of so many times the other."""
+    mass, added = one.mass + times * other.mass, times * other.mass
+    if one.centre == other.centre:
+        return mass, one.centre
+    x, z = ((one.mass * a + added * b) / mass for a, b in zip(one.centre, other.centre, strict=True))
+    return mass, (x, z)
 
 
 def foot_of(model: mujoco.MjModel, leg: Leg, joint: str) -> Foot:

@@ -199,6 +199,8 @@ class Walk:
     @functools.cached_property
     def ground(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """As `GaitCycle.ground` gives it, at all samples (n_step + 2,)."""
+        if self.level is not None:  # where the sole stands changes where the force acts alone
+            return *self.level.ground[:2], _kept(self.cycle.pressed(self.phase))
         forward, upward, place = map(_kept, self.cycle.ground(self.phase))
         return forward, upward, place
 
@@ -207,6 +209,11 @@ class Walk:
         """Moment of the recorded ground force about the ankle over the body's weight [m] (n_step,)."""
         forward, upward, place = self.ground
         return _kept((place * upward + self.pose[:, 1] * forward)[1:-1])
+
+    @property
+    def steps_of_stride(self) -> int:
+        """Of a steady walk."""
+        return round(1.0 / float(self.phase[2] - self.phase[1]))
 
     @functools.cached_property
     def clock(self) -> Clock:

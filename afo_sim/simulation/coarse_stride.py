@@ -2,11 +2,10 @@
 
 import dataclasses
 
-import mujoco
 import numpy as np
 
-from afo_sim import native
-from afo_sim.model import JOINTS, Built, get_state, steps_of_stride
+from afo_sim.model import JOINTS, Built
+from afo_sim.simulation.rollout import state_parts
 from afo_sim.simulation.stride_search import remembers
 
 LONG = 8e-3  # [s]
@@ -18,7 +17,8 @@ def coarse(built: Built, control: np.ndarray) -> tuple[Built, np.ndarray] | None
 
     Its model is the same one: who steps it sets the time step.
     """
-    scenario, n = built.scenario, steps_of_stride(built.scenario)
+    assert built.walk is not None
+    scenario, n = built.scenario, built.walk.steps_of_stride
     count = round(n * scenario.timestep / LONG)
     if n < LEAST * count or remembers(built, control):
         return None
@@ -55,11 +55,10 @@ def _between(rows: np.ndarray, at: np.ndarray) -> np.ndarray:
 def at_heel_strike(built: Built, state: np.ndarray, step: float) -> np.ndarray:
     """A state at a heel strike, at time 0 and with the shank as steps of this length want it."""
     assert built.walk is not None
-    model, pose, n = built.model, built.walk.pose, steps_of_stride(built.scenario)
-    data = native.scratch(model)
-    mujoco.mj_setState(model, data, state, mujoco.mjtState.mjSTATE_INTEGRATION)
-    data.time = 0.0
+    pose, n = built.walk.pose, built.walk.steps_of_stride
     before = _between(pose, np.array([1.0 + n - step / built.scenario.timestep]))[0]
     places, dofs = np.array([built.index.joints[joint] for joint in JOINTS]).T
-    data.qpos[places], data.qvel[dofs] = pose[1], (pose[1 + n] - before) / step
-    return get_state(model, data)
+    found = state.copy()
+    ((time,), (qpos,), (qvel,), _) = state_parts(built.model, found[np.newaxis]).values()
+    time[:], qpos[places], qvel[dofs] = 0.0, pose[1], (pose[1 + n] - before) / step
+    return found

@@ -225,7 +225,8 @@ def first_air(built: Built, data: mujoco.MjData, control: np.ndarray) -> dict[in
 
     What no valve opens keeps the air with which the wearer starts.
     """
-    index, n = built.index, steps_of_stride(built.scenario)
+    assert built.walk is not None
+    index, n = built.index, built.walk.steps_of_stride
     set_to = built.scenario.supply.pressure  # a line before a regulator has more
     supply = {i: min(float(control[n, i]), set_to) for i in index.chambers.values()}
     native.fill_chambers(built.model, data, {i: FILLED * pressure for i, pressure in supply.items()})

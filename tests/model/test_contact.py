@@ -22,7 +22,8 @@ from afo_sim.description import load
 from afo_sim.gait import file as gait_file
 from afo_sim.model import PADS, Built, supply_and_timer, walking_start
 from afo_sim.model.build import build
-from afo_sim.model.contact import _toe_levers
+from afo_sim.model.contact import _placed_pads
+from afo_sim.model.foot import Turn
 from afo_sim.physics import passive_moment
 from afo_sim.simulation import Recording, run_built
 
@@ -556,12 +557,25 @@ def test_a_recorded_force_that_the_pads_cannot_carry_is_told(damping: str, walke
 
 
 def test_pads_of_the_toes_have_levers_about_their_hinge() -> None:
-    """Of heel, ball, pulp and tip, which stand 0.1 to 0.4 m ahead of the ankle; by cosines of the pitch."""
-    foot: Any = SimpleNamespace(toes=SimpleNamespace(hinge=(0.12, -0.05)))
-    pitch, ahead = np.array([0.0, 0.5]), np.tile([0.1, 0.2, 0.3, 0.4], (2, 1))
-    hinge = 0.12 * np.cos(pitch) + 0.05 * np.sin(pitch)
-    expected = np.column_stack([np.zeros((2, 2)), 0.3 - hinge, 0.4 - hinge])
-    assert _toe_levers(foot, pitch, ahead) == pytest.approx(expected)
+    """Of heel, ball, pulp and tip, at two pitches and toes bent by 0.3 rad; by cosines and sines."""
+    points = {"heel": (-0.05, -0.07), "ball": (0.12, -0.06), "pulp": (0.17, -0.05), "tip": (0.19, -0.04)}
+    foot: Any = SimpleNamespace(toes=SimpleNamespace(hinge=(0.12, -0.05)), points=points)
+    pitch, toe = np.array([0.0, 0.0, 0.5, 0.5]), np.full(4, 0.3)
+    sole, toes = Turn.by(pitch), Turn.by(pitch + toe)
+    pose = np.array([[0.0, 0.08, 0.0]] * 2 + [[0.0, 0.10, 0.0]] * 2)
+    walk: Any = SimpleNamespace(
+        phase=pitch, pose=pose, ankle=pitch, toe=toe, sole=sole, toes=toes, timestep=0.01
+    )
+    ahead, height, lever, velocity = _placed_pads(walk, foot)
+    for k, at in enumerate((0.0, 0.5)):
+        hinge = 0.12 * np.cos(at) + 0.05 * np.sin(at), 0.12 * np.sin(at) - 0.05 * np.cos(at)
+        arms = [x * np.cos(at + 0.3) - z * np.sin(at + 0.3) for x, z in ((0.05, 0.0), (0.07, 0.01))]
+        assert lever[k] == pytest.approx([0.0, 0.0, *arms])
+        heel = -0.05 * np.cos(at) + 0.07 * np.sin(at)
+        assert ahead[k, [0, 3]] == pytest.approx([heel, hinge[0] + arms[1]])
+        above = pose[k + 1, 1] + hinge[1] + 0.05 * np.sin(at + 0.3)
+        assert height[k, 2] == pytest.approx(above)
+        assert velocity[k] == pytest.approx((0.02 + 0.5 * ahead[k]) / 0.02)  # over two steps
 
 
 @pytest.mark.parametrize(("late", "told"), [(0.0, False), (0.03, False), (0.06, True)])
