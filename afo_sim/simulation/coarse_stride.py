@@ -8,7 +8,7 @@ from afo_sim.model import JOINTS, Built
 from afo_sim.simulation.rollout import state_parts
 from afo_sim.simulation.stride_search import remembers
 
-LONG = 8e-3  # [s]
+LONG = 12e-3  # [s]
 LEAST = 2.5  # times the asked step, below which longer steps save little
 
 
