@@ -24,6 +24,7 @@ from afo_sim.common import (
 )
 
 Part = TypeVar("Part")
+_PLAIN = {str, float, int, bool, list, tuple}  # values that are no table
 _ROUNDING = 1e-14  # of a number that is converted between units, relative
 _VALUE_TABLE = "{ value = …, source = …, kind = … }"
 
@@ -272,7 +273,9 @@ def split_sources(table: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, A
         raise refusal("is not a table", "a table of { source, kind } by field", "provenance")
     sources: dict[str, Any] = dict(given)
     for key, value in table.items():
-        if isinstance(value, Mapping) and "value" in value:
+        if type(value) in _PLAIN:  # far faster than to ask what it is
+            values[key] = value
+        elif isinstance(value, Mapping) and "value" in value:
             values[key] = value["value"]
             sources[key] = {k: v for k, v in value.items() if k != "value"}
         elif isinstance(value, Mapping) and value and value.keys() <= {"source", "kind"}:

@@ -205,9 +205,9 @@ def _described(tree: Tree, base: Base | None = None) -> Any:
     if len(KEPT) > MOST_KEPT:
         KEPT.clear()
     table = dict(tree.root)
-    for name, part in base.parts.items() if base is not None else ():
-        if table.get(name) is base.tree.root[name]:
-            table[name] = part
+    if base is not None:
+        same = (name for name in base.parts if table.get(name) is base.tree.root[name])
+        table |= {name: base.parts[name] for name in same}
     return SPECS[tree.kind].model_validate(table, context={"kept": (KEPT, table)})
 
 

@@ -7,6 +7,8 @@ from typing import Self
 
 import numpy as np
 
+KEPT = 8192  # phases of a wave, up to which its harmonics are kept
+
 
 @dataclass(frozen=True, eq=False)
 class Wave:
@@ -22,6 +24,16 @@ class Wave:
             return phase
         phases = np.asarray(phase, dtype=float)
         return cls(phases, np.exp(2j * np.pi * (phases % 1.0)))
+
+
+@functools.lru_cache(maxsize=8)  # cases of a sweep ask for other series at the same phases
+def _waves(wave: Wave, harmonics: int) -> np.ndarray:
+    """Cosines and sines of a wave's phases, which series of as many harmonics weigh."""
+    found, turned = np.empty((wave.phase.size, 2 * harmonics)), np.ones_like(wave.turned)
+    for k in range(harmonics):
+        turned = turned * wave.turned
+        found[:, k], found[:, harmonics + k] = turned.real, turned.imag
+    return found
 
 
 @functools.lru_cache(maxsize=16)  # strides are sampled at the same phases
@@ -79,6 +91,10 @@ class FourierSeries:
     def __call__(self, phase: np.ndarray | float | Wave, derivative: int = 0) -> np.ndarray:
         """The signal, or its first, second, … derivative with respect to phase."""
         wave = Wave.at(phase)
+        if derivative == 0 and wave is phase and wave.phase.ndim == 1 and len(wave.phase) <= KEPT:
+            waves = _waves(wave, len(self.cosine))
+            harmonics: np.ndarray = waves @ np.concatenate([self.cosine, self.sine])
+            return harmonics + self.mean + self.progress * wave.phase
         order = 2.0 * np.pi * np.arange(1, len(self.cosine) + 1)
         # Re Σ c_k w^k with w = exp(2πi phase), by Horner's rule: one exponential a sample, not one a harmonic
         weight = (self.cosine - 1j * self.sine) * (1j * order) ** derivative

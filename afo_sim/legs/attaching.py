@@ -340,7 +340,7 @@ def _check_step(attached: Attached) -> list[Notice]:
             inverse = np.sqrt(falling) * _inverse_masses(model, ids, found.ankle, coordinate)
             number = max(number, step * float(np.linalg.eigvalsh(inverse * np.sqrt(falling)[:, None])[-1]))
         check_friction(number, step)
-    return warned
+    return list(warned)
 
 
 def _inverse_masses(model: mujoco.MjModel, muscles: list[int], ankle: str, coordinate: float) -> np.ndarray:

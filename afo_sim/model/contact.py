@@ -190,17 +190,11 @@ def _registered(
     )
 
 
-# a number, how many steps and pads, two to thirteen arrays
-_OVER = (ctypes.c_double, ctypes.c_int64, ctypes.c_int64)
-
-
 def _run(kernel: Callable[..., float], number: float, steps: int, pads: int, *arrays: np.ndarray) -> None:
     """Let a kernel write into the last ones of arrays (steps, pads)."""
-    (compiled,) = compiled_functions(
-        "floor" + kernel.__name__, (*_OVER, *(ctypes.c_void_p,) * len(arrays)), kernel
-    )
+    (compiled,) = COMPILED[kernel]()
     flat = [np.ascontiguousarray(array) for array in arrays]
-    compiled(number, steps, pads, *(array.ctypes.data for array in flat))
+    compiled(number, steps, pads, *[array.ctypes.data for array in flat])
 
 
 def _carried(
@@ -365,3 +359,15 @@ def _leg_force(walk: Walk, foot: Foot, leg: _Borne) -> np.ndarray:
         lift += foot.toes.mass * (bent - straight)
     lift += leg.mass * walk.pose[:, 1]
     return np.diff(lift, 2) / walk.timestep**2 + leg.mass * GRAVITY
+
+
+# each takes a number, how many steps and pads, and so many arrays
+COMPILED = {
+    kernel: functools.partial(
+        compiled_functions,
+        f"pads{kernel.__name__}",
+        (ctypes.c_double, ctypes.c_int64, ctypes.c_int64, *(ctypes.c_void_p,) * arrays),
+        kernel,
+    )
+    for kernel, arrays in ((_placed, 13), (_shared, 4), (_stands, 2), (_carried, 10))
+}

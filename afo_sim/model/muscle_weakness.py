@@ -69,8 +69,8 @@ def needed_moment(walk: Walk, foot: Foot, body_mass: float, toe: np.ndarray | No
         numbers = np.array([*toes.hinge, *toes.centre, own, toes.mass, walk.timestep**2])
         bent, turn = np.empty(len(moment)), walk.sole
         arrays = bent, turn.cosine, turn.sine, toe, walk.acceleration, numbers
-        (bend,) = compiled_functions("toes", _TOES, _bent_toes)
-        bend(*(array.ctypes.data for array in arrays), len(bent))
+        (bend,) = COMPILED[_bent_toes]()
+        bend(*[array.ctypes.data for array in arrays], len(bent))
         moment += bent
     return moment - ground_moment(walk, body_mass)
 
@@ -78,9 +78,6 @@ def needed_moment(walk: Walk, foot: Foot, body_mass: float, toe: np.ndarray | No
 @functools.lru_cache(maxsize=8)  # walkers of any mass share that of one stride
 def _borne(walk: Walk, centre: tuple[float, float]) -> np.ndarray:
     return carried(centre, walk.turn, walk.acceleration[:, :2] + (0.0, GRAVITY))
-
-
-_TOES = (*(ctypes.c_void_p,) * 6, ctypes.c_int64)
 
 
 def _bent_toes(out: Any, cosine: Any, sine: Any, bent: Any, acceleration: Any, p: Any, size: int) -> float:
@@ -146,13 +143,17 @@ def _active(
     recorded = needed_moment(walk, foot, body_mass)
     healthy = _actively(walk, recorded, tissue)
     left = np.where(healthy > 0.0, patient.dorsiflexor_strength, patient.plantarflexor_strength)
-    typical = np.interp(walk.phase[1:-1] % 1.0, *np.array(STIFFNESS).T)
-    stiffness = typical * body_mass * taller * patient.stiffness
+    stiffness = _typical(walk.level or walk) * body_mass * taller * patient.stiffness
     stiffness *= _strength(walk, foot, patient, tissue, stride_time, body_mass)
     reflex = -reflex_gain * np.maximum(velocity, 0.0)  # as passive_ankle.spastic_moment
     tighter = passive_along(walk, own) - passive_along(walk, tissue)
     needed = healthy - left * healthy - reflex - tighter
     return _kept(Active(left * healthy + stiffness * angle, stiffness, recorded, needed))
+
+
+@functools.lru_cache(maxsize=4)  # cases of a sweep share it
+def _typical(walk: Walk) -> np.ndarray:
+    return np.interp(walk.phase[1:-1] % 1.0, *np.array(STIFFNESS).T)
 
 
 def _actively(walk: Walk, needed: np.ndarray, tissue: Tissue) -> np.ndarray:
@@ -220,12 +221,9 @@ def activated(time: np.ndarray, switches: np.ndarray, levels: np.ndarray) -> np.
         return np.full(len(time), levels[0])
     given = np.empty(len(time))
     arrays = [np.ascontiguousarray(each, dtype=float) for each in (time, switches, levels)]
-    (follow,) = compiled_functions("activation", _FOLLOWED, _followed)
-    follow(given.ctypes.data, *(each.ctypes.data for each in arrays), len(time), len(switches))
+    (follow,) = COMPILED[_followed]()
+    follow(given.ctypes.data, *[each.ctypes.data for each in arrays], len(time), len(switches))
     return given
-
-
-_FOLLOWED = (*(ctypes.c_void_p,) * 4, ctypes.c_int64, ctypes.c_int64)
 
 
 def _followed(given: Any, time: Any, switches: Any, levels: Any, size: int, count: int) -> float:
@@ -277,3 +275,12 @@ def _meeting(first: float, second: float, target: float) -> float:
     share = (first - target) * lag / (lag - second_lag)
     ratio = (second - target - share) / (first - target - share)
     return max(0.0, math.log(ratio) / (1.0 / second_lag - 1.0 / lag))
+
+
+# each takes so many arrays and counts
+COMPILED = {
+    kernel: functools.partial(
+        compiled_functions, kind, (*(ctypes.c_void_p,) * arrays, *(ctypes.c_int64,) * counts), kernel
+    )
+    for kernel, kind, arrays, counts in ((_bent_toes, "bent_toes", 6, 1), (_followed, "activation", 4, 2))
+}

@@ -249,8 +249,8 @@ def _references(marks: bytes, asks: bytes) -> tuple[int | None, tuple[np.ndarray
             return i, (np.empty(0, int),) * 4
         if mark == slots.MARK:
             found += [(i, slot, *wanted) for slot, wanted in REFERENCES[kind].items()]
-    i, slot, kind, optional = np.array(found, float).reshape(-1, 4).T
-    return None, (i.astype(int), slot.astype(int), kind, optional > 0.0)
+    rows, places, kinds, optional = np.array(found, float).reshape(-1, 4).T
+    return None, (rows.astype(int), places.astype(int), kinds, optional > 0.0)
 
 
 def assert_live(model: mujoco.MjModel, data: mujoco.MjData, muscles: Sequence[int]) -> None:

@@ -217,7 +217,6 @@ class _Party:
 
 FILLED = 0.5  # share of the supply's pressure at which the volume is taken, and from which it begins
 PARTS, STRIDES = 60, 3  # coarse steps of a stride, strides
-_FILLING = (ctypes.c_void_p, *(ctypes.c_double,) * 7)  # of `_filled`
 
 
 def first_air(built: Built, data: mujoco.MjData, control: np.ndarray) -> dict[int, float]:
@@ -232,7 +231,7 @@ def first_air(built: Built, data: mujoco.MjData, control: np.ndarray) -> dict[in
     native.fill_chambers(built.model, data, {i: FILLED * pressure for i, pressure in supply.items()})
     cuts = _cuts(n)
     found, shut = {}, []
-    (filled,) = compiled_functions("first_air", _FILLING, _filled)
+    (filled,) = compiled_filling()
     for name, chamber in built.scenario.orthosis.chamber.items():
         actuator = index.chambers[name]
         coils = control[n : 2 * n, [index.valves[f"{name}_inlet"], index.valves[f"{name}_outlet"]]]
@@ -282,3 +281,7 @@ def _filled(
         pressure += per_mass * (entering - leaving)
         pressure = min(max(pressure, ambient), fed)  # a coarse step may overshoot
     return pressure - ambient
+
+
+_ARGUMENTS = (ctypes.c_void_p, *(ctypes.c_double,) * 7)
+compiled_filling = partial(compiled_functions, "first_air", _ARGUMENTS, _filled)
