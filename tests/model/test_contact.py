@@ -20,10 +20,9 @@ from afo_sim import native
 from afo_sim.common import GRAVITY, InputError, assets
 from afo_sim.description import load
 from afo_sim.gait import file as gait_file
-from afo_sim.model import PADS, Built, supply_and_timer, walking_start
+from afo_sim.model import PADS, Built, Turn, supply_and_timer, walking_start
 from afo_sim.model.build import build
 from afo_sim.model.contact import _placed_pads
-from afo_sim.model.foot import Turn
 from afo_sim.physics import passive_moment
 from afo_sim.simulation import Recording, run_built
 
