@@ -17,13 +17,20 @@ IMPORTS = {"lazy-loader", "mujoco", "numba", "numpy", "pydantic"}  # of the core
 PROGRAM = """
 import sys
 sys.path.insert(0, sys.argv[1])  # pip takes folders of editable installs out of PYTHONPATH
-from afo_sim.native import compiled, sensing
-from afo_sim.physics import curves, in_series
 from afo_sim.model import contact, muscle_weakness
+from afo_sim.native import compiled, sensing
+from afo_sim.physics import curves, energy, in_series
 from afo_sim.simulation import settle
-for load in (compiled.callbacks, sensing.compiled_sense, curves.compiled_curves, in_series.compiled_tensions):
-    load()
-for load in (*contact.COMPILED.values(), *muscle_weakness.COMPILED.values(), settle.compiled_filling):
+for load in (
+    compiled.callbacks,
+    sensing.compiled_sense,
+    curves.compiled_curves,
+    energy.compiled_energies,
+    in_series.compiled_tensions,
+    settle.compiled_filling,
+    *contact.COMPILED.values(),
+    *muscle_weakness.COMPILED.values(),
+):
     load()
 """
 

@@ -13,6 +13,7 @@ from .driving import pulse_edges as pulse_edges
 from .driving import pulse_width as pulse_width
 from .driving import pulses as pulses
 from .driving import two_point as two_point
+from .energy import energies as energies
 from .flow_edge import AMBIENT as AMBIENT
 from .flow_edge import COMPRESSOR as COMPRESSOR
 from .flow_edge import INERTIAL as INERTIAL
@@ -46,6 +47,7 @@ from .ground import pad_force as pad_force
 from .in_series import AtRest as AtRest
 from .in_series import on_anchors as on_anchors
 from .in_series import row as row
+from .in_series import signed_forces as signed_forces
 from .in_series import tension as tension
 from .in_series import tensions as tensions
 from .jitable import compiled_functions as compiled_functions

@@ -84,6 +84,7 @@ class AtRest:
 
 
 _COEFFICIENTS = 17  # place of a row's first coefficient of the law
+OF_ROW = _COEFFICIENTS + MAX_COEFFICIENTS  # numbers of a row
 _SHORTEST = 0.9  # contraction ratio that no muscle reaches
 _RIGID = (math.inf, 0.0, 0.0)  # stiffness, force and length of an anchor that does not give
 
@@ -102,11 +103,11 @@ def row(
 
     Returns
     -------
-    (COEFFICIENTS + MAX_COEFFICIENTS,) [SI]: law, lowest pressure, return and braid stiffness, radius, b and
+    (OF_ROW,) [SI]: law, lowest pressure, return and braid stiffness, radius, b and
     braids of the muscle; nominal length, k, n; three numbers of each anchor; contraction_scale; the law's
     coefficients
     """
-    found = np.zeros(_COEFFICIENTS + MAX_COEFFICIENTS)
+    found = np.zeros(OF_ROW)
     found[:7] = (
         bare.law,
         bare.lowest_pressure,
@@ -131,11 +132,16 @@ def on_anchors(u: np.ndarray, anchors: Sequence[tuple[float, ...]]) -> np.ndarra
 
 
 @register_jitable
+def signed_at(kappa: float, pressure: float, u: Any, m: int) -> float:
+    """Signed force of the muscle whose row starts at u[m], at its own κ and a gauge pressure [Pa] [N]."""
+    of_braid = u[m + 2], u[m + 3], u[m + 4], u[m + 5], u[m + 6], u[m + 16]
+    return signed_force(u[m], kappa, pressure, u[m + 1], *of_braid, u, m + _COEFFICIENTS)[0]
+
+
+@register_jitable
 def _tension_at(kappa: float, pressure: float, u: Any) -> float:
     """Tension of the muscle of a row at its own contraction ratio and a gauge pressure [Pa], ≥ 0 [N]."""
-    force = signed_force(u[0], kappa, pressure, u[1], u[2], u[3], u[4], u[5], u[6], u[16], u, _COEFFICIENTS)[
-        0
-    ]
+    force = signed_at(kappa, pressure, u, 0)
     return 0.0 if force < 0.0 else force  # a NaN comes out here
 
 
@@ -175,9 +181,18 @@ def tensions(path: np.ndarray, pressure: np.ndarray, u: np.ndarray) -> np.ndarra
     -------
     [N] (n,), ≥ 0
     """
-    given = [np.ascontiguousarray(values, dtype=float) for values in (u, path, pressure)]
-    out = np.empty(len(given[1]))
-    compiled_tensions()[0](0.0, *(array.ctypes.data for array in (*given, out)), out.size)
+    return _over(0, path, pressure, u)
+
+
+def signed_forces(contraction: np.ndarray, pressure: np.ndarray, u: np.ndarray) -> np.ndarray:
+    """Signed force [N] (n,) of the muscle of a row; arguments as in `tensions`, contraction its own."""
+    return _over(1, contraction, pressure, u)
+
+
+def _over(which: int, *arguments: np.ndarray) -> np.ndarray:
+    path, pressure, u = (np.ascontiguousarray(values, dtype=float) for values in arguments)
+    out = np.empty(len(path))
+    compiled_tensions()[which](0.0, *(array.ctypes.data for array in (u, path, pressure, out)), out.size)
     return out
 
 
@@ -187,4 +202,10 @@ def _tension_curve(unused: float, u: Any, path: Any, pressure: Any, out: Any, si
     return unused
 
 
-compiled_tensions = functools.partial(compiled_functions, "in_series", CURVE, _tension_curve)
+def _signed_curve(unused: float, u: Any, contraction: Any, pressure: Any, out: Any, size: int) -> float:
+    for k in range(size):
+        out[k] = signed_at(contraction[k], pressure[k], u, 0)
+    return unused
+
+
+compiled_tensions = functools.partial(compiled_functions, "in_series", CURVE, _tension_curve, _signed_curve)

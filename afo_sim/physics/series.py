@@ -89,6 +89,7 @@ def anchor_force(displacement: float, stiffness: float, force: float, length: fl
     return force * math.expm1(displacement / length)
 
 
+@register_jitable
 def anchor_energy(displacement: float, stiffness: float, force: float, length: float) -> float:
     """Energy stored in an anchor, ½ k z² or a (x0 (e^(z/x0) − 1) − z) [J]; as `anchor_force`."""
     if stiffness != 0.0:

@@ -31,7 +31,7 @@ from afo_sim.metrics import (
 )
 from afo_sim.model import Built, air_before, fills, steps_of_stride, with_person
 from afo_sim.simulation.columns import columns_of
-from afo_sim.simulation.energy_balance import Columns, balance, balance_metrics, with_static_forces
+from afo_sim.simulation.energy_balance import Columns, balance_metrics, with_static_forces
 from afo_sim.simulation.facts import facts_of, gas_of
 from afo_sim.simulation.files import labelled, parameters_of, to_binary
 from afo_sim.simulation.recording import Recording
@@ -169,9 +169,8 @@ def examine(
     doubts: list[Notice] = []
     if asked.energy and _balanced(built, rollout, columns):
         rows, static = with_static_forces(built, rollout, columns)
-        whole = balance(built, rows, static)
         period = described_cycle(built.scenario) or built.scenario.duration
-        energy = balance_metrics(built, rows, static, whole, period)
+        whole, energy = balance_metrics(built, rows, static, period)
         doubts += [*validity_warnings(built, rows, static, whole), *mismatch_warning(energy)]
     from_rest = rollout.first_step == 0 and not solved
     run = Run(columns, facts_of(built), found.totals | energy, solved, from_rest)

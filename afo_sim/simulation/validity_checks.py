@@ -14,7 +14,7 @@ from afo_sim.metrics import Metric, Window, cut, skin_metrics
 from afo_sim.model import ANKLE, SOURCE, Built, chamber_of, muscle_names
 from afo_sim.physics import LAWS, TRIPLE_TEMPERATURE, braid_forces
 from afo_sim.physics.static_force import static_force
-from afo_sim.simulation.energy_balance import Columns, Energy, balance
+from afo_sim.simulation.energy_balance import Columns, Energy, balances
 from afo_sim.simulation.facts import facts_of
 
 MADE = 10.0  # of the air's net work that laws may give or take [percent]
@@ -74,13 +74,11 @@ def mismatch_warning(energy: Mapping[str, Metric]) -> Iterator[Notice]:
 
 def _least_closed(built: Built, columns: Columns, static: Columns) -> tuple[str, float]:
     """The muscle and the time at which a run's balance closes least."""
-    cuts = np.unique(np.linspace(0, len(columns["time"]) - 1, STRETCHES + 1).astype(int))
-    found = []
-    for first, last in itertools.pairwise(cuts.tolist()):
-        part, forces = (cut(of, Window(first, last).of) for of in (columns, static))
-        energy = balance(built, part, forces)
-        found.append((abs(energy.residual) + max(-energy.friction_loss, 0.0), part))
-    _, part = max(found, key=lambda each: each[0])
+    cuts = np.unique(np.linspace(0, len(columns["time"]) - 1, STRETCHES + 1).astype(int)).tolist()
+    stretches = [Window(*ends) for ends in itertools.pairwise(cuts)]
+    found = balances(built.scenario.orthosis, columns, static, stretches)
+    missed = [abs(energy.residual) + max(-energy.friction_loss, 0.0) for energy in found]
+    part = cut(columns, stretches[missed.index(max(missed))].of)
     muscle = max(static, key=lambda name: float(np.ptp(part[f"muscle/{name}/contraction"])))
     return muscle, float(part["time"].mean())
 
