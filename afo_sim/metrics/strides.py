@@ -188,7 +188,7 @@ def settled(columns: Mapping[str, np.ndarray], whole: list[Stride]) -> list[Stri
     empty = emptied_at(columns)
     later = [stride for stride in later if empty is None or stride.rows.stop <= empty] or later
     air = [name for name in columns if name.startswith("chamber/") and name.endswith("/mass")]
-    if not air or not later:
+    if not air or len(later) < 2:
         return later
     mass = np.array([sum(stride[name][0] for name in air) for stride in later])
     half = mass[len(mass) // 2 :]

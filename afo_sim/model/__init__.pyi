@@ -33,6 +33,7 @@ from .leg_shapes import support as support
 from .mirror import mirror_shapes as mirror_shapes
 from .mounting import ANKLE as ANKLE
 from .mounting import GAIN_STATE as GAIN_STATE
+from .mounting import Index as Index
 from .mounting import add_motor as add_motor
 from .mounting import chamber_of as chamber_of
 from .mounting import muscle_names as muscle_names

@@ -69,6 +69,14 @@ def carried(point: tuple[float, float], pitch: np.ndarray | Turn, acceleration: 
     return found
 
 
+def _along(axis: int, points: np.ndarray, turn: Turn) -> np.ndarray:
+    """x (axis 0) or z (axis 1) of points (k, 2) as `turned` gives them [m] (k, n)."""
+    x, z = points.T.reshape(2, -1, *[1] * np.ndim(turn.cosine))
+    first, second = (turn.cosine, -turn.sine) if axis == 0 else (turn.sine, turn.cosine)
+    found: np.ndarray = x * first + z * second
+    return found
+
+
 @dataclass(frozen=True)
 class ToeSegment:
     """The toes of a foot, in its axes where they are not extended.
@@ -145,15 +153,22 @@ class Foot:
         self, pitch: "np.ndarray | Turn", extension: np.ndarray | float = 0.0
     ) -> dict[str, tuple[np.ndarray, np.ndarray]]:
         """Points of the outsole from the ankle, x forward and z up [m] (n,), by name."""
-        turn, bent = Turn.by(pitch), () if self.toes is None else TOE_POINTS
-        found = {name: turned(point, turn) for name, point in self.points.items() if name not in bent}
+        turn = Turn.by(pitch)
+        toes = turn if self.toes is None else turn.further(extension)
+        x, z = (self.places(axis, turn, toes) for axis in (0, 1))
+        return {name: (x[k], z[k]) for k, name in enumerate(POINTS)}
+
+    def places(self, axis: int, turn: Turn, toes: Turn) -> np.ndarray:
+        """x (axis 0) or z (axis 1) of the outsole's POINTS from the ankle [m] (n_point, n); turns of the
+        foot and of its toes."""
+        points = np.array([self.points[name] for name in POINTS])
         if self.toes is None:
-            return found
-        toes, (x, z) = turn.further(extension), self.toes.hinge
-        at_x, at_z = turned((x, z), turn)
-        for name in TOE_POINTS:
-            ahead, above = turned((self.points[name][0] - x, self.points[name][1] - z), toes)
-            found[name] = at_x + ahead, at_z + above
+            return _along(axis, points, turn)
+        first = len(POINTS) - len(TOE_POINTS)
+        further = points[first:] - self.toes.hinge
+        points[first:] = self.toes.hinge
+        found = _along(axis, points, turn)
+        found[first:] += _along(axis, further, toes)
         return found
 
     def frame_moment(

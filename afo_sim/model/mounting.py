@@ -12,10 +12,11 @@ from afo_sim.description import MuscleGroup, Orthosis
 ANKLE = "ankle"
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Index(native.CircuitIds):
-    """Actuator ids and joint addresses by name, in the order they are recorded."""
+    """Actuator ids and joint addresses by name, in the order they are recorded; joints in `qpos`."""
 
+    joints: dict[str, int]
     passive: int
     walking: dict[str, int]
     ankle_qpos: int

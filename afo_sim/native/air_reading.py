@@ -24,22 +24,23 @@ from afo_sim.native.slots import (
 from afo_sim.native.state import Air, read_air, read_volume, room_of
 from afo_sim.physics import COMPRESSOR, PILOTED
 
+_AIR = (KIND_CHAMBER, KIND_VOLUME, KIND_STORE)
+Numbers = list[
+    list[float]
+]  # of each actuator's row, without what only muscles have: Python's are read faster
 
-def leaders(model: mujoco.MjModel) -> list[int]:
+
+def leaders(rows: Numbers) -> list[int]:
     """Actuators of the nodes that lead a network."""
-    rows = model.actuator_user
-    nodes = np.isin(rows[:, 1], (KIND_CHAMBER, KIND_VOLUME, KIND_STORE)) & (rows[:, 0] == MARK)
-    found: list[int] = np.flatnonzero(nodes & (rows[:, AIR_ROW.leads] > 0.0)).tolist()
-    return found
+    return [k for k, own in enumerate(rows) if own[0] == MARK and own[1] in _AIR and own[AIR_ROW.leads] > 0.0]
 
 
-def _chain(model: mujoco.MjModel, leader: int, first: int, following: int) -> Iterator[int]:
+def _chain(rows: Numbers, leader: int, first: int, following: int) -> Iterator[int]:
     """Actuators that hang together by a slot, which begins in another slot of the leader."""
-    rows = model.actuator_user
-    actuator = int(rows[leader, first])
+    actuator = int(rows[leader][first])
     while actuator >= 0:
         yield actuator
-        actuator = int(rows[actuator, following])
+        actuator = int(rows[actuator][following])
 
 
 TO_AMBIENT, TO_SUPPLY, NOWHERE = -1, -2, -3  # instead of an actuator
@@ -70,27 +71,27 @@ class Way(NamedTuple):
 
 def ways_of(model: mujoco.MjModel) -> list[Way]:
     """All valves and restrictions of a model."""
-    rows = model.actuator_user
+    rows = model.actuator_user[:, : EDGE_ROW.tank + 1].tolist()
     found = []
-    for leader in leaders(model):
+    for leader in leaders(rows):
         nodes = {AMBIENT: TO_AMBIENT, SUPPLY: TO_SUPPLY}
-        chain = _chain(model, leader, AIR_ROW.first_node, AIR_ROW.following)
+        chain = _chain(rows, leader, AIR_ROW.first_node, AIR_ROW.following)
         nodes |= dict(enumerate(chain, FIRST_NODE))
-        number = int(rows[leader, AIR_ROW.upstream])
+        number = int(rows[leader][AIR_ROW.upstream])
         upstream = nodes[number] if number else NOWHERE
-        for edge in _chain(model, leader, AIR_ROW.first_edge, EDGE_ROW.following):
+        for edge in _chain(rows, leader, AIR_ROW.first_edge, EDGE_ROW.following):
             row = rows[edge]
-            law, first = int(row[EDGE_ROW.law]), float(row[EDGE_ROW.parameters])
+            law, first = int(row[EDGE_ROW.law]), row[EDGE_ROW.parameters]
             found.append(
                 Way(
                     edge,
                     nodes[int(row[EDGE_ROW.origin])],
                     nodes[int(row[EDGE_ROW.end])],
-                    bool(row[1] == KIND_VALVE),
+                    row[1] == KIND_VALVE,
                     law,
-                    float(row[VALVE_ROW.conductance]),
-                    float(row[VALVE_ROW.critical_ratio]),
-                    (first, *map(float, row[EDGE_ROW.parameters + 1 : EDGE_ROW.parameters + 4])),  # type: ignore[arg-type]
+                    row[VALVE_ROW.conductance],
+                    row[VALVE_ROW.critical_ratio],
+                    tuple(row[EDGE_ROW.parameters : EDGE_ROW.tank]),
                     nodes[int(first)] if law in PILOTED else NOWHERE,
                     upstream,
                 )

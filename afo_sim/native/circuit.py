@@ -253,7 +253,7 @@ class Network:
         return f"network_{self.chambers[0]}"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)  # shared by the cases of a layout, which it tells apart
 class CircuitIds:
     """Actuator ids by name; valves are "<chamber>_inlet" and "<chamber>_outlet", frictions their muscle's."""
 

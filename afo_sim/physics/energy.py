@@ -81,22 +81,22 @@ compiled_energies = functools.partial(compiled_functions, "energy", ARGUMENTS, _
 
 
 @register_jitable
-def _value(rows: Any, at: int, n: int, k: int, place: float) -> float:
-    """Of the column from rows[at] on, at a place of the step that begins in row k."""
+def _value(rows: Any, at: int, n: int, k: int, share: float) -> float:
+    """Of the column from rows[at] on, at a share of the step that begins in row k."""
     if k + 1 >= n:
         return rows[at + n - 1]
     there = rows[at + k + 1]
-    return there if place == k + 1.0 else rows[at + k] + (place - k) * (there - rows[at + k])
+    return there if share == 1.0 else rows[at + k] + share * (there - rows[at + k])
 
 
 @register_jitable
 def _chamber(rows: Any, at: int, n: int, start: float, end: float, out: Any, o: int) -> None:
     """Work of a chamber's air, which is also its turnover; the laws are to give the same."""
     first, work, turnover = int(start), 0.0, 0.0
-    p, v = _value(rows, at, n, first, start), _value(rows, at + n, n, first, start)
+    p, v = _value(rows, at, n, first, start - first), _value(rows, at + n, n, first, start - first)
     for k in range(first, math.ceil(end)):
-        place = min(k + 1.0, end)
-        p_next, v_next = _value(rows, at, n, k, place), _value(rows, at + n, n, k, place)
+        share = min(1.0, end - k)
+        p_next, v_next = _value(rows, at, n, k, share), _value(rows, at + n, n, k, share)
         step = 0.5 * (p_next + p) * (v_next - v)
         work, turnover = work + step, turnover + abs(step)
         p, v = p_next, v_next
@@ -109,10 +109,10 @@ def _chamber(rows: Any, at: int, n: int, start: float, end: float, out: Any, o: 
 def _muscle(u: Any, m: int, rows: Any, at: int, n: int, start: float, end: float, out: Any, o: int) -> None:
     """Terms of the muscles whose numbers start at u[m] and whose columns start at rows[at]."""
     length, count, gauges, d = u[m + 7], u[m + 9], n * int(u[m + _PRESSURE]), m + _DAMPER
-    begun = _state(rows, at, n, gauges, int(start), start)
+    begun = _state(rows, at, n, gauges, int(start), start - int(start))
     last, by_law, damped, pulled, worked, wrapped = begun, 0.0, 0.0, 0.0, 0.0, 0.0
     for k in range(int(start), math.ceil(end)):
-        here = _state(rows, at, n, gauges, k, min(k + 1.0, end))
+        here = _state(rows, at, n, gauges, k, min(1.0, end - k))
         moved, lengthened, gauge = here[2] - last[2], here[5] - last[5], 0.5 * (here[1] + last[1])
         rate = moved / (here[0] - last[0])
         c = u[m + _DAMPING] * (gauge + AMBIENT_PRESSURE) + length * three_element_damping(
@@ -138,17 +138,17 @@ def _muscle(u: Any, m: int, rows: Any, at: int, n: int, start: float, end: float
 
 @register_jitable
 def _state(
-    rows: Any, at: int, n: int, gauges: int, k: int, place: float
+    rows: Any, at: int, n: int, gauges: int, k: int, share: float
 ) -> tuple[float, float, float, float, float, float, float]:
     """Time, pressure, contraction, tension, force on the joint, path length and static force of a muscle."""
     return (
-        _value(rows, 0, n, k, place),
-        _value(rows, gauges, n, k, place),
-        _value(rows, at, n, k, place),
-        _value(rows, at + n, n, k, place),
-        _value(rows, at + 2 * n, n, k, place),
-        _value(rows, at + 3 * n, n, k, place),
-        _value(rows, at + 4 * n, n, k, place),
+        _value(rows, 0, n, k, share),
+        _value(rows, gauges, n, k, share),
+        _value(rows, at, n, k, share),
+        _value(rows, at + n, n, k, share),
+        _value(rows, at + 2 * n, n, k, share),
+        _value(rows, at + 3 * n, n, k, share),
+        _value(rows, at + 4 * n, n, k, share),
     )
 
 
@@ -194,11 +194,11 @@ def _volume(kappa: float, pressure: float, u: Any, m: int) -> float:
 def _anchor(u: Any, m: int, rows: Any, at: int, n: int, start: float, end: float, out: Any, o: int) -> None:
     """What the anchor whose numbers start at u[m] stores and damps."""
     first = int(start)
-    begun, time = _value(rows, at, n, first, start), _value(rows, 0, n, first, start)
+    begun, time = _value(rows, at, n, first, start - first), _value(rows, 0, n, first, start - first)
     last, damped = begun, 0.0
     for k in range(first, math.ceil(end)):
-        place = min(k + 1.0, end)
-        here, after = _value(rows, at, n, k, place), _value(rows, 0, n, k, place)
+        share = min(1.0, end - k)
+        here, after = _value(rows, at, n, k, share), _value(rows, 0, n, k, share)
         damped += (here - last) ** 2 / (after - time)
         last, time = here, after
     out[o + SPRING] += anchor_energy(last, u[m], u[m + 1], u[m + 2])

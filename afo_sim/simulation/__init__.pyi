@@ -87,5 +87,4 @@ from .stepping import fixed as fixed
 from .torque_maps import TorqueMaps as TorqueMaps
 from .torque_maps import needs_of as needs_of
 from .torque_maps import torque_map as torque_map
-from .walk_columns import LOWEST as LOWEST
 from .walk_columns import NARROWEST as NARROWEST

@@ -11,7 +11,7 @@ from afo_sim import native
 from afo_sim.common import AMBIENT_PRESSURE, InputError, unknown
 from afo_sim.control import TOLD
 from afo_sim.metrics import SOLVED, LazyColumns
-from afo_sim.model import JOINTS, SINK
+from afo_sim.model import JOINTS, SINK, Index
 from afo_sim.simulation.frame import Column, Frame, edge_flow, volume_pressure
 from afo_sim.simulation.rollout import Rollout
 from afo_sim.simulation.supply_columns import SUPPLY_COLUMNS
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from afo_sim.model import Built
 
 INTERNAL = "internal, dorsiflexion positive"
+SIDES = ("inlet", "outlet")
 
 
 def _passive_moment(f: Frame) -> np.ndarray:
@@ -79,13 +80,13 @@ def _temperature(f: Frame, node: int) -> np.ndarray:
 
 
 def _target(f: Frame, chamber: int) -> np.ndarray:
-    asked = f.control[:, _drives(f.built)[chamber]]
+    asked = f.control[:, _drives(f.built.index)[chamber]]
     return np.where(asked < 0.0, np.nan, asked)
 
 
-def _drives(built: "Built") -> dict[int, int]:
+def _drives(index: Index) -> dict[int, int]:
     """The drives by their chambers' actuators."""
-    return {built.index.chambers[name]: drive for name, drive in built.index.drives.items()}
+    return {index.chambers[name]: drive for name, drive in index.drives.items()}
 
 
 def _coil(f: Frame, valve: int) -> np.ndarray:
@@ -235,7 +236,7 @@ COLUMNS = (
         "Pa",
         "gauge; what its pressure drive is asked for, not a number where that is off",
         _target,
-        of=lambda built, i: i in _drives(built),
+        of=lambda index, i: i in _drives(index),
     ),
     Column("valve/*/coil", "", "command, 0 to 1; of a 3/2 valve's way out 1 less its coil", _coil),
     Column(
@@ -243,7 +244,7 @@ COLUMNS = (
         "",
         "how often its pressure drive has switched the coil on since the start",
         _switches,
-        of=lambda built, i: native.is_driven(built.model, i),
+        of=lambda index, i: any(i == index.valves[f"{c}_{side}"] for c in index.drives for side in SIDES),
     ),
     Column(
         "valve/*/opening",
@@ -264,7 +265,7 @@ COLUMNS = (
         "qpos/*",
         "rad",
         "MuJoCo coordinate",
-        lambda f, joint: f.rows["qpos"][:, f.built.model.jnt_qposadr[joint]],
+        lambda f, address: f.rows["qpos"][:, address],
     ),
 )
 
@@ -279,12 +280,20 @@ def columns_of(built: "Built", rollout: Rollout) -> LazyColumns:
     """All columns of a roll-out, with those that were reported."""
     frame = frame_of(built, rollout.rows, rollout.control, rollout.first_step)
     found = formulas(built, whole="qacc" in rollout.rows)  # or only what metrics need was recorded
-    return LazyColumns(found, lambda name: found[name](frame), rollout.reported)
+    # in one piece, since most are read more than once
+    return LazyColumns(found, lambda name: np.ascontiguousarray(found[name](frame)), rollout.reported)
 
 
-def formulas(built: "Built", whole: bool = True) -> dict[str, Callable[[Frame], np.ndarray]]:
+CONDITIONS = tuple(dict.fromkeys(column.where for column in COLUMNS))
+
+
+def formulas(built: "Built", whole: bool = True) -> Mapping[str, Callable[[Frame], np.ndarray]]:
     """The formula of every column of a run, by name; of a frame it gives (n,)."""
-    index, model = built.index, built.model
+    return _formulas(built.index, whole, tuple(bool(where(built)) for where in CONDITIONS))
+
+
+@functools.lru_cache(maxsize=16)  # cases of a sweep share it
+def _formulas(index: Index, whole: bool, holds: tuple[bool, ...]) -> dict[str, Callable[[Frame], np.ndarray]]:
     # Names and ids of what a "*" stands for, by kind; one without a name where there is no "*"
     owners: dict[str, Mapping[str, int]] = {
         "": {"": 0},
@@ -295,9 +304,10 @@ def formulas(built: "Built", whole: bool = True) -> dict[str, Callable[[Frame], 
         "restriction": index.restrictions,
         "volume": index.volumes,
         "store": index.stores,
-        "qpos": {model.joint(k).name: k for k in range(model.njnt)},
+        "qpos": index.joints,
     }
-    present = [c for c in COLUMNS if (whole or not c.whole) and c.where(built)]
+    there = {where for where, held in zip(CONDITIONS, holds, strict=True) if held}
+    present = [c for c in COLUMNS if (whole or not c.whole) and c.where in there]
     found: dict[str, Callable[[Frame], np.ndarray]] = {}
     for kind, group in itertools.groupby(present, lambda c: c.name.split("/")[0] if "*" in c.name else ""):
         columns = list(group)
@@ -305,7 +315,7 @@ def formulas(built: "Built", whole: bool = True) -> dict[str, Callable[[Frame], 
             for column in columns:
                 if not kind:
                     found[column.name] = column.formula
-                elif column.of(built, number):
+                elif column.of(index, number):
                     name = column.name.replace("*", owner)
                     found[name] = functools.partial(lambda of, k, frame: of(frame, k), column.formula, number)
     return found

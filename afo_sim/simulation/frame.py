@@ -10,7 +10,7 @@ from afo_sim import native
 from afo_sim.common import AMBIENT_PRESSURE
 
 if TYPE_CHECKING:
-    from afo_sim.model import Built
+    from afo_sim.model import Built, Index
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class Column:
     formula: Callable[..., np.ndarray]
     whole: bool = False
     where: Callable[["Built"], Any] = lambda built: True
-    of: Callable[["Built", int], Any] = lambda built, owner: True
+    of: Callable[["Index", int], Any] = lambda index, owner: True
 
 
 def edge_flow(f: Frame, edge: int) -> np.ndarray:

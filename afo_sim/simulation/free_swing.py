@@ -23,7 +23,7 @@ AWAY = -1.0  # height of a floor that no foot meets [m]
 
 def free_swing(built: "Built", rows: Rows, control: np.ndarray, first_step: int) -> np.ndarray:
     """`qpos` of aligned rows (n, nq), with the swings as they are without a floor; NaN where one fails."""
-    found, forward = rows["qpos"].copy(), built.model.joint(JOINTS[0]).qposadr[0]
+    found, forward = rows["qpos"], built.index.joints[JOINTS[0]]
     alike: dict[bytes, list[slice]] = {}  # the rows of a settled stride stand there twice
     for swing in _swings(built, first_step, len(found)):
         if _touched(built, rows, first_step, swing):  # else there is nothing to take away
@@ -31,6 +31,7 @@ def free_swing(built: "Built", rows: Rows, control: np.ndarray, first_step: int)
             alike.setdefault(np.concatenate(begun).tobytes(), []).append(swing)
     if not alike:
         return found
+    found = found.copy()
     walked = _walked(built, rows, control, [swings[0] for swings in alike.values()])
     for qpos, swings in zip(walked, alike.values(), strict=True):
         for swing in swings:

@@ -16,11 +16,11 @@ from afo_sim.model import (
     GROUND,
     JOINTS,
     PADS,
-    POINTS,
     SINK,
     SPASTIC,
     STIFFNESS,
     Active,
+    Built,
     Foot,
     Turn,
     Walk,
@@ -32,7 +32,7 @@ from afo_sim.simulation.frame import Column, Frame
 from afo_sim.simulation.free_swing import free_swing
 
 WORN = "of this outsole above the floor, were the ankle as recorded"
-LOWEST = {"toe": ("pulp", "tip"), "sole": POINTS}
+LOWEST = {"heel": slice(0, 1), "ball": slice(1, 2), "toe": slice(2, None), "sole": slice(None)}  # of POINTS
 HEIGHTS = {
     "heel": "of the outsole above the floor",
     "ball": "of the outsole above the floor",
@@ -40,7 +40,6 @@ HEIGHTS = {
     "sole": "of the outsole's lowest point above the floor",
 }
 NARROWEST = 1e-3  # distance of heel and ball along the floor that loads are shared over [m]
-Points = dict[str, tuple[np.ndarray, np.ndarray]]
 
 
 class WalkFrame(Frame):
@@ -74,11 +73,16 @@ class WalkFrame(Frame):
 
     def joint(self, name: str) -> np.ndarray:
         """Coordinate of a joint [m] or [rad] (n,)."""
-        return self.rows["qpos"][:, self.built.model.joint(name).qposadr[0]]
+        return self.rows["qpos"][:, self.built.index.joints[name]]
 
     def moment(self, name: str) -> np.ndarray:
         """Force of one of the actuators that walking adds [N·m], of a pad [N] (n,)."""
         return self.force(self.built.index.walking[name])
+
+    @property
+    def way(self) -> np.ndarray:
+        """Strides walked [-] (n,)."""
+        return self.instants(self.walk.phase)
 
     @functools.cached_property
     def shank(self) -> np.ndarray:
@@ -113,14 +117,25 @@ class WalkFrame(Frame):
         return Turn.by(self.pitch)
 
     @functools.cached_property
-    def points(self) -> Points:
-        """The outsole's points from the ankle, forward and up [m], at the simulated pitch and extension."""
-        return self.foot.outsole(self.turn, self.extension)
+    def toes_turn(self) -> Turn:
+        """Of the toes (n,)."""
+        return self.turn.further(self.extension)
 
     @functools.cached_property
-    def recorded_points(self) -> Points:
+    def forward(self) -> np.ndarray:
+        """The outsole's points ahead of the ankle [m] (n_point, n)."""
+        return self.foot.places(0, self.turn, self.toes_turn)
+
+    @functools.cached_property
+    def upward(self) -> np.ndarray:
+        """The same above the ankle [m] (n_point, n)."""
+        return self.foot.places(1, self.turn, self.toes_turn)
+
+    @functools.cached_property
+    def recorded_upward(self) -> np.ndarray:
         """The same at the recorded ankle angle, the toes at rest."""
-        return self.foot.outsole(self.instants(self.walk.ankle) - self.shank, self.resting)
+        turn = Turn.by(self.instants(self.walk.ankle) - self.shank)
+        return self.foot.places(1, turn, turn.further(self.resting))
 
     @functools.cached_property
     def free(self) -> "WalkFrame":
@@ -128,18 +143,19 @@ class WalkFrame(Frame):
         if self.built.contact is None:
             return self
         qpos = free_swing(self.built, self.rows, self.control, self.first_step)
-        return dataclasses.replace(self, rows=self.rows | {"qpos": qpos})
+        own = qpos is self.rows["qpos"]
+        return self if own else dataclasses.replace(self, rows=self.rows | {"qpos": qpos})
 
     @functools.cached_property
     def pads(self) -> np.ndarray:
-        """Forces of the pads [N] (n, n_point)."""
-        there = [name for name in PADS if name in self.built.index.walking]
-        return np.stack([self.moment(name) for name in there], axis=1)
+        """Forces of the pads [N] (n_point, n)."""
+        index = self.built.index.walking
+        return self.rows["actuator_force"].T[[index[name] for name in PADS if name in index]]
 
     @functools.cached_property
     def ahead(self) -> np.ndarray:
-        """Distance of the sole's points ahead of the ankle [m] (n, n_point)."""
-        return np.stack([self.points[name][0] for name in padded(self.foot.toes)], axis=1)
+        """Distance of the sole's points with pads ahead of the ankle [m] (n_point, n)."""
+        return self.forward[: len(padded(self.foot.toes))]
 
     @functools.cached_property
     def recorded_ground(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -163,21 +179,21 @@ class WalkFrame(Frame):
         moment = self.moment(GROUND)
         if self.built.contact is None:
             return moment
-        return moment + np.sum(self.pads * self.ahead, axis=1)
+        return moment + np.sum(self.pads * self.ahead, axis=0)
 
     @functools.cached_property
     def pressing(self) -> np.ndarray:
         """Upward force of the ground [N]."""
         if self.built.contact is None:
             return self.weight * self.recorded_ground[1]
-        return self.pads.sum(axis=1)
+        return self.pads.sum(axis=0)
 
     @functools.cached_property
     def toe_load(self) -> np.ndarray:
         """Vertical load under the ball and the toes [N] (n,)."""
         if self.built.contact is not None:
-            return self.pads[:, 1:].sum(axis=1)
-        heel, ball = self.points["heel"][0], self.points["ball"][0]
+            return self.pads[1:].sum(axis=0)
+        heel, ball = self.forward[:2]
         share = (self.recorded_ground[2] - heel) / np.maximum(ball - heel, NARROWEST)
         return self.pressing * np.clip(share, 0.0, 1.0)
 
@@ -202,7 +218,7 @@ def _pressure_centre(f: WalkFrame) -> np.ndarray:
     place = f.recorded_ground[2]
     contact = f.built.contact
     if contact is not None:
-        centre = np.sum(f.pads * f.ahead, axis=1) / np.maximum(f.pressing, contact.loaded)
+        centre = np.sum(f.pads * f.ahead, axis=0) / np.maximum(f.pressing, contact.loaded)
         place = np.where(f.pressing > contact.loaded, centre + f.steps(contact.shift), place)
     return f.joint(JOINTS[0]) + place
 
@@ -216,7 +232,7 @@ def _toes_moment(f: WalkFrame) -> np.ndarray:
     speed = f.dof("qvel") - f.rows["qvel"][:, shank]
     angular = f.dof("qacc") - f.driven[:, 2]
     straight = toes.moment(f.driven[:, :2], [(f.turn, speed, angular)] * 2)
-    bent = (f.turn.further(f.extension), speed + f.rows["qvel"][:, joint], angular + f.rows["qacc"][:, joint])
+    bent = (f.toes_turn, speed + f.rows["qvel"][:, joint], angular + f.rows["qacc"][:, joint])
     return straight - toes.moment(f.driven[:, :2], [(f.turn, speed, angular), bent])
 
 
@@ -232,18 +248,16 @@ def _column(
     needed: bool = False,
 ) -> Column:
     """A column of walking, or only of walking in contact, of a foot whose toes bend, of a known need."""
-    return Column(
-        name,
-        unit,
-        sign,
-        formula,
-        whole=whole,
-        where=lambda built: (
-            built.walk is not None
-            and (built.contact is not None or not contact)
-            and (built.walk.toe is not None or not toes)
-            and (not needed or (built.active is not None and built.active.needed is not None))
-        ),
+    return Column(name, unit, sign, formula, whole=whole, where=_walks(contact, toes, needed))
+
+
+@functools.cache
+def _walks(contact: bool, toes: bool, needed: bool) -> Callable[[Built], bool]:
+    return lambda built: (
+        built.walk is not None
+        and (built.contact is not None or not contact)
+        and (built.walk.toe is not None or not toes)
+        and (not needed or (built.active is not None and built.active.needed is not None))
     )
 
 
@@ -252,11 +266,10 @@ def _needed(f: WalkFrame) -> np.ndarray:
     return f.steps(f.active.needed)
 
 
-def _height(what: str, f: WalkFrame, points: Points | None = None) -> np.ndarray:
+def _height(what: str, f: WalkFrame, upward: np.ndarray | None = None) -> np.ndarray:
     """Height of the lowest of some of the outsole's points above the floor [m] (n,)."""
-    points = f.points if points is None else points
-    lowest = np.minimum.reduce([points[name][1] for name in LOWEST.get(what, (what,))])
-    return f.ankle_height + lowest
+    among = (f.upward if upward is None else upward)[LOWEST[what]]
+    return f.ankle_height + (among[0] if len(among) == 1 else among.min(axis=0))
 
 
 def _height_extended(f: WalkFrame, which: int) -> np.ndarray:
@@ -264,13 +277,13 @@ def _height_extended(f: WalkFrame, which: int) -> np.ndarray:
     toes = f.built.scenario.leg.toes
     assert toes is not None
     other = f.instants(_resting(f.walk, toes.swing_extension_range[which]))
-    return _height("sole", f, f.foot.outsole(f.turn, f.extension + other - f.resting))
+    return _height("sole", f, f.foot.places(1, f.turn, f.turn.further(f.extension + other - f.resting)))
 
 
 MOMENT = "internal, dorsiflexion positive"
 WALKING = (
-    _column("gait/phase", "", "0 = heel strike, up to 1", lambda f: f.instants(f.walk.phase) % 1.0),
-    _column("gait/stride", "", "number of the stride, from 0", lambda f: np.floor(f.instants(f.walk.phase))),
+    _column("gait/phase", "", "0 = heel strike, up to 1", lambda f: f.way - np.floor(f.way)),
+    _column("gait/stride", "", "number of the stride, from 0", lambda f: np.floor(f.way)),
     _column(
         "gait/ankle_angle", "rad", "as recorded, dorsiflexion positive", lambda f: f.instants(f.walk.ankle)
     ),
@@ -293,9 +306,9 @@ WALKING = (
         f"{MOMENT}; this ankle's tissue at the recorded angles",
         lambda f: f.steps(passive_along(f.walk, own_tissue(f.built.scenario))),
     ),
-    _column("gait/ball_height", "m", WORN, lambda f: _height("ball", f, f.recorded_points)),
-    _column("gait/toe_height", "m", WORN, lambda f: _height("toe", f, f.recorded_points)),
-    _column("gait/sole_height", "m", WORN, lambda f: _height("sole", f, f.recorded_points)),
+    _column("gait/ball_height", "m", WORN, lambda f: _height("ball", f, f.recorded_upward)),
+    _column("gait/toe_height", "m", WORN, lambda f: _height("toe", f, f.recorded_upward)),
+    _column("gait/sole_height", "m", WORN, lambda f: _height("sole", f, f.recorded_upward)),
     _column("gait/toe_extension", "rad", "at which the toes rest", attrgetter("resting"), toes=True),
     _column(
         "ankle/moment/orthosis",
@@ -332,7 +345,7 @@ WALKING = (
         "foot/heel_load",
         "N",
         "under the heel, upward on the foot",
-        lambda f: f.pressing - f.toe_load if f.built.contact is None else f.pads[:, 0],
+        lambda f: f.pressing - f.toe_load if f.built.contact is None else f.pads[0],
     ),
     _column("foot/toe_load", "N", "under ball and toes, upward on the foot", attrgetter("toe_load")),
     _column("ground/position/x", "m", "centre of pressure, forward", _pressure_centre),

@@ -15,9 +15,9 @@ from afo_sim.common import GRAVITY
 from afo_sim.description import Scenario, load
 from afo_sim.gait import STANCE_FORCE, STANCE_SHARE, GaitCycle
 from afo_sim.metrics import HEEL_RISE, air_given
-from afo_sim.model import ACTIVE, GROUND, JOINTS, SPASTIC, STIFFNESS, Built
+from afo_sim.model import ACTIVE, GROUND, JOINTS, SPASTIC, STIFFNESS, TOE_POINTS, Built
 from afo_sim.rl.environments.task import Random, Reader, Sample
-from afo_sim.simulation import LOWEST, NARROWEST
+from afo_sim.simulation import NARROWEST
 
 FAST, BEGUN = 0.75, 0.1  # quantile of speed, share of swing: as in the metrics of clearance [-]
 CLOSES = 30.0  # load of a foot switch, as of `sensors/fsr_footswitch` [N]
@@ -67,7 +67,7 @@ def readers(built: Built) -> Mapping[str, Reader]:
     extension = None if toes is None else int(model.joint(toes.joint).qposadr[0])
     heel, ball = foot.points["heel"], foot.points["ball"]
     hinge = foot.toes.hinge if foot.toes else (0.0, 0.0)
-    pulp, tip = (np.subtract(foot.points[name], hinge) for name in LOWEST["toe"])
+    pulp, tip = (np.subtract(foot.points[name], hinge) for name in TOE_POINTS)
     others = [index.passive, *(index.walking[name] for name in (ACTIVE, STIFFNESS, SPASTIC, GROUND))]
     limits, mass = limits_of(built.scenario), built.body_mass
 
