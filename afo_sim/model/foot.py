@@ -58,8 +58,8 @@ def turned_all(
     points: Iterable[tuple[float, float]], pitch: np.ndarray | Turn
 ) -> list[tuple[np.ndarray, np.ndarray]]:
     """Points of the foot as `turned` gives them."""
-    turn = Turn.by(pitch)
-    return [(x * turn.cosine - z * turn.sine, x * turn.sine + z * turn.cosine) for x, z in points]
+    places, turn = np.array([*points]), Turn.by(pitch)
+    return [*zip(_along(0, places, turn), _along(1, places, turn), strict=True)]
 
 
 def carried(point: tuple[float, float], pitch: np.ndarray | Turn, acceleration: np.ndarray) -> np.ndarray:
@@ -70,10 +70,9 @@ def carried(point: tuple[float, float], pitch: np.ndarray | Turn, acceleration: 
 
 
 def _along(axis: int, points: np.ndarray, turn: Turn) -> np.ndarray:
-    """x (axis 0) or z (axis 1) of points (k, 2) as `turned` gives them [m] (k, n)."""
+    """x (axis 0) or z (axis 1) of points (k, 2) from the ankle [m] (k, n)."""
     x, z = points.T.reshape(2, -1, *[1] * np.ndim(turn.cosine))
-    first, second = (turn.cosine, -turn.sine) if axis == 0 else (turn.sine, turn.cosine)
-    found: np.ndarray = x * first + z * second
+    found: np.ndarray = x * turn.cosine - z * turn.sine if axis == 0 else x * turn.sine + z * turn.cosine
     return found
 
 
@@ -161,14 +160,12 @@ class Foot:
     def places(self, axis: int, turn: Turn, toes: Turn) -> np.ndarray:
         """x (axis 0) or z (axis 1) of the outsole's POINTS from the ankle [m] (n_point, n); turns of the
         foot and of its toes."""
-        points = np.array([self.points[name] for name in POINTS])
+        points, rigid = np.array([self.points[name] for name in POINTS]), len(POINTS) - len(TOE_POINTS)
         if self.toes is None:
             return _along(axis, points, turn)
-        first = len(POINTS) - len(TOE_POINTS)
-        further = points[first:] - self.toes.hinge
-        points[first:] = self.toes.hinge
+        further, points[rigid:] = points[rigid:] - self.toes.hinge, self.toes.hinge
         found = _along(axis, points, turn)
-        found[first:] += _along(axis, further, toes)
+        found[rigid:] += _along(axis, further, toes)
         return found
 
     def frame_moment(

@@ -109,16 +109,15 @@ def _chamber(rows: Any, at: int, n: int, start: float, end: float, out: Any, o: 
 def _muscle(u: Any, m: int, rows: Any, at: int, n: int, start: float, end: float, out: Any, o: int) -> None:
     """Terms of the muscles whose numbers start at u[m] and whose columns start at rows[at]."""
     length, count, gauges, d = u[m + 7], u[m + 9], n * int(u[m + _PRESSURE]), m + _DAMPER
+    damping = u[d], u[d + 1], u[d + 2], u[d + 3], u[d + 4], u[d + 5], u[d + 6]
     begun = _state(rows, at, n, gauges, int(start), start - int(start))
     last, by_law, damped, pulled, worked, wrapped = begun, 0.0, 0.0, 0.0, 0.0, 0.0
     for k in range(int(start), math.ceil(end)):
         here = _state(rows, at, n, gauges, k, min(1.0, end - k))
         moved, lengthened, gauge = here[2] - last[2], here[5] - last[5], 0.5 * (here[1] + last[1])
         rate = moved / (here[0] - last[0])
-        c = u[m + _DAMPING] * (gauge + AMBIENT_PRESSURE) + length * three_element_damping(
-            gauge, rate, u[d], u[d + 1], u[d + 2], u[d + 3], u[d + 4], u[d + 5], u[d + 6]
-        )
-        damped += c * rate * moved
+        damper = three_element_damping(gauge, rate, *damping)
+        damped += (u[m + _DAMPING] * (gauge + AMBIENT_PRESSURE) + length * damper) * rate * moved
         by_law += 0.5 * (here[6] + last[6]) * moved
         pulled += 0.5 * (here[6] - here[3] + last[6] - last[3]) * moved
         worked += 0.5 * (here[4] + last[4]) * lengthened
@@ -141,15 +140,10 @@ def _state(
     rows: Any, at: int, n: int, gauges: int, k: int, share: float
 ) -> tuple[float, float, float, float, float, float, float]:
     """Time, pressure, contraction, tension, force on the joint, path length and static force of a muscle."""
-    return (
-        _value(rows, 0, n, k, share),
-        _value(rows, gauges, n, k, share),
-        _value(rows, at, n, k, share),
-        _value(rows, at + n, n, k, share),
-        _value(rows, at + 2 * n, n, k, share),
-        _value(rows, at + 3 * n, n, k, share),
-        _value(rows, at + 4 * n, n, k, share),
-    )
+    time, gauge = _value(rows, 0, n, k, share), _value(rows, gauges, n, k, share)
+    kappa, tension = _value(rows, at, n, k, share), _value(rows, at + n, n, k, share)
+    felt, path = _value(rows, at + 2 * n, n, k, share), _value(rows, at + 3 * n, n, k, share)
+    return time, gauge, kappa, tension, felt, path, _value(rows, at + 4 * n, n, k, share)
 
 
 @register_jitable
@@ -185,9 +179,8 @@ def _swelling(kappa: float, pressure: float, u: Any, m: int) -> float:
 @register_jitable
 def _volume(kappa: float, pressure: float, u: Any, m: int) -> float:
     """Volume of a muscle beyond its dead volume [m³]."""
-    returning = u[m + _RETURNING]
-    braid = u[m + 4], u[m + 5], u[m + 6]
-    return muscle_volume(kappa, pressure, u[m + 7], *braid, 0.0, returning, u, m + _VOLUME)[0]
+    own = u[m + 7], u[m + 4], u[m + 5], u[m + 6], 0.0, u[m + _RETURNING]
+    return muscle_volume(kappa, pressure, *own, u, m + _VOLUME)[0]
 
 
 @register_jitable

@@ -15,8 +15,6 @@ import math
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
-import numpy as np
-
 from afo_sim.physics.jitable import register_jitable
 from afo_sim.physics.law import Law
 from afo_sim.physics.law_slope import Slopes, slopes_of
@@ -46,23 +44,6 @@ def braid_force(contraction: float, braid_stiffness: float) -> float:
     if stretch < BRAID_BLEND:
         return braid_stiffness * stretch * stretch / (2.0 * BRAID_BLEND)
     return braid_stiffness * (stretch - 0.5 * BRAID_BLEND)
-
-
-def braid_forces(contraction: np.ndarray, braid_stiffness: float) -> np.ndarray:
-    """`braid_force` of many contractions at once.
-
-    Parameters
-    ----------
-    contraction : κ [-] (n,); acts below zero
-    braid_stiffness : force per unit of stretch [N]
-
-    Returns
-    -------
-    array (n,) : tensions [N]
-    """
-    stretch = np.maximum(-contraction, 0.0)
-    blended = braid_stiffness * stretch * stretch / (2.0 * BRAID_BLEND)
-    return np.where(stretch < BRAID_BLEND, blended, braid_stiffness * (stretch - 0.5 * BRAID_BLEND))
 
 
 @register_jitable

@@ -11,10 +11,11 @@ from scipy.integrate import quad
 import afo_sim
 from afo_sim import load
 from afo_sim.description import Orthosis
+from afo_sim.metrics import Window
 from afo_sim.model.build import build
 from afo_sim.physics import LAWS
 from afo_sim.simulation import Energy, balance
-from afo_sim.simulation.energy_balance import balance_of
+from afo_sim.simulation.energy_balance import balance_of, balances
 
 AMBIENT = 101_325.0
 FRONT = "muscle.dorsiflexor"
@@ -232,18 +233,33 @@ def test_a_wrong_column_is_found(column: str) -> None:
     assert abs(balance_of(device, columns | {name: 1.02 * columns[name]}).error) > 1e-3
 
 
-def test_parts_of_a_stretch_add_up() -> None:
-    device = orthosis(muscle__dorsiflexor__type__damping="2e-4 m^2*s")
+@pytest.mark.parametrize("cut", [300.0, 299.25, 0.5, 699.75])
+def test_parts_of_a_stretch_add_up(cut: float) -> None:
+    """Straight between two rows: a part may end anywhere, and what follows begins there."""
+    damper = {"contracting": ["40 N*s/m", "0 N*s/(m*Pa)"], "relaxing": ["90 N*s/m", "0 N*s/(m*Pa)"]}
+    anchors = {"shank": {"stiffness": "4 kN/m", "damping": "190 N*s/m"}}
+    sets: dict[str, Any] = {"muscle__dorsiflexor__type__damping": "2e-4 m^2*s", "anchor": anchors}
+    device = orthosis(**sets, muscle__dorsiflexor__type__damper=damper)
     time, kappa, rate = swing(0.7, 701)
     tension = ideal_force(device, kappa, 3e5) - 2e-4 * (3e5 + AMBIENT) * rate
-    columns = written(device, time, kappa, np.full_like(time, 3e5), tension)
-    whole = balance_of(device, columns)
-    first, second = (
-        balance_of(device, {name: values[rows] for name, values in columns.items()})
-        for rows in (slice(0, 301), slice(300, None))
-    )
-    for term, value in dataclasses.asdict(whole).items():
-        assert getattr(first, term) + getattr(second, term) == pytest.approx(value, abs=1e-7), term
+    columns = written(device, time, kappa, 3e5 + 1e5 * np.sin(3.0 * time), tension, {"shank": tension / 4e3})
+    law = {name: columns[f"muscle/{name}/force"] + 7.0 for name in ("dorsiflexor_1", "plantarflexor_1")}
+    stretches = [Window(0.0, 700.0), Window(0.0, cut), Window(cut, 700.0)]
+    whole, first, second = map(dataclasses.asdict, balances(device, columns, law, stretches))
+    assert all(abs(whole[term]) > 1e-3 for term in ("air_work", "skeleton_work", "damper_loss"))
+    for term, value in whole.items():
+        if term != "turnover":  # whose sign may change within a step
+            assert first[term] + second[term] == pytest.approx(value, rel=1e-10, abs=1e-10), term
+
+
+def test_beyond_the_last_row_nothing_changes() -> None:
+    device = orthosis()
+    time, kappa, _ = swing(0.25, 101)
+    columns = written(device, time, kappa, np.full_like(time, 3e5), ideal_force(device, kappa, 3e5))
+    known = {name: columns[f"muscle/{name}/force"] for name in ("dorsiflexor_1", "plantarflexor_1")}
+    last, beyond = balances(device, columns, known, [Window(0.0, 100.0), Window(0.0, 100.75)])
+    assert beyond.air_work == last.air_work > 0.0 and beyond.skeleton_work == last.skeleton_work
+    assert balance_of(device, {name: values[:0] for name, values in columns.items()}) == Energy()
 
 
 def test_a_run_is_balanced() -> None:
