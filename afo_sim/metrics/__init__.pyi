@@ -101,5 +101,4 @@ from .walking import WalkMetrics as WalkMetrics
 from .walking import has_orthosis as has_orthosis
 from .walking import walk_metrics as walk_metrics
 from .window import Window as Window
-from .window import increments as increments
 from .window import whole_cycles as whole_cycles

@@ -152,8 +152,6 @@ from .series import cable_tension as cable_tension
 from .series import capstan as capstan
 from .static_force import BRAID_BLEND as BRAID_BLEND
 from .static_force import DAMPER_COEFFICIENTS as DAMPER_COEFFICIENTS
-from .static_force import RETURN_PRESSURE as RETURN_PRESSURE
-from .static_force import SLACK_BLEND as SLACK_BLEND
 from .static_force import braid_force as braid_force
 from .static_force import signed_force as signed_force
 from .static_force import three_element_damping as three_element_damping
