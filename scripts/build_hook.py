@@ -17,6 +17,7 @@ IMPORTS = {"lazy-loader", "mujoco", "numba", "numpy", "pydantic"}  # of the core
 PROGRAM = """
 import sys
 sys.path.insert(0, sys.argv[1])  # pip takes folders of editable installs out of PYTHONPATH
+from afo_sim.metrics import kernel
 from afo_sim.model import contact, muscle_weakness
 from afo_sim.native import compiled, sensing
 from afo_sim.physics import curves, energy, in_series
@@ -28,6 +29,7 @@ for load in (
     energy.compiled_energies,
     in_series.compiled_tensions,
     settle.compiled_filling,
+    kernel.compiled,
     *contact.COMPILED.values(),
     *muscle_weakness.COMPILED.values(),
 ):

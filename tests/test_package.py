@@ -115,8 +115,8 @@ def test_wheel_carries_its_products_and_runs_alone(tmp_path: pathlib.Path) -> No
     (wheel,) = tmp_path.glob("*.whl")
     names = zipfile.ZipFile(wheel).namelist()
     products = ("models/legs/adult_75kg/leg.xml", "models/scenarios/seated.toml", "gait_data/README.md")
-    kinds = ["callbacks", "curves", "energy", "in_series", "sensing", "first_air", "bent_toes", "activation"]
-    kinds += [f"pads_{name}" for name in ("placed", "shared", "stands", "carried")]
+    kinds = ["callbacks", "curves", "energy", "in_series", "metrics", "sensing", "first_air", "bent_toes"]
+    kinds += ["activation", *(f"pads_{name}" for name in ("placed", "shared", "stands", "carried"))]
     kernels = [f"machine_code/{kind}" for kind in kinds]
     for name in (*products, *kernels):
         assert f"afo_sim/{name}" in names

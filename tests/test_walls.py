@@ -24,7 +24,7 @@ ROOMS = {
     "description": GROUND | {"physics", "gait"},
     "native": GROUND | {"physics"},
     "control": GROUND | {"physics", "description"},
-    "metrics": GROUND | {"gait"},
+    "metrics": GROUND | {"gait", "physics"},
     "model": PLANT,
     "simulation": CORE - {"simulation"},
     # extras: a user may leave each of them out

@@ -1,69 +1,51 @@
 """What a device takes from its supply: air of a stride and by the hour, flow, exergy, how far it sags."""
 
-import operator
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
 from afo_sim.common import NORMAL_DENSITY, STANDARD_DENSITY
 from afo_sim.metrics import peak
-from afo_sim.metrics.facts import Run, cut
+from afo_sim.metrics.facts import Run
+from afo_sim.metrics.kernel import SILENT, R, S, base, block, has, kernel, plan, told
 from afo_sim.metrics.metric import AIR, ENERGY, Found, Metric, Of, all_measured, reported
-from afo_sim.metrics.strides import ORTHOSIS, SET_PRESSURE, Stride, chambers, emptied_at
-from afo_sim.metrics.window import Window, increments
+from afo_sim.metrics.needed_torque import work
+from afo_sim.metrics.strides import ORTHOSIS, SET_PRESSURE, Stride, emptied_at
+from afo_sim.metrics.window import Window, rectified
+from afo_sim.physics import register_jitable
 
 CYCLE = "per whole cycle, the first filling in it, or over a run that is shorter"
 EACH = f"per counted stride; of a fixed shank {CYCLE}"
 FLOW, PRESSURE, SET = "supply/mass_flow", "supply/pressure", SET_PRESSURE
-EXERGY, VENTED = "supply/exergy_flow", "exhaust/exergy_flow"
-INLET = "valve/{}_inlet/mass_flow"
 
 Rows = Mapping[str, np.ndarray]
 
 
-def taken(rows: Rows, chambers: Sequence[str]) -> np.ndarray:
-    """Flow out of the supply [kg/s] (n,); what is pushed back into it is not given back."""
-    if FLOW in rows:
-        return np.maximum(rows[FLOW], 0.0)
-    inlets = [np.maximum(rows[INLET.format(name)], 0.0) for name in chambers]
-    return np.sum([np.zeros(len(rows[ORTHOSIS])), *inlets], axis=0)
+@register_jitable
+def _taken(b: Any) -> int:
+    """Write the flow out of the supply [kg/s]; what is pushed back into it is not given back. Where to."""
+    to, first, end = base(b, R.one), int(b[S.first]), int(b[S.end])
+    for k in range(first, end):
+        b[to + k] = 0.0
+    for source in range(1 if has(b, R.flow) else int(b[S.chambers])):
+        flow = base(b, R.flow) if has(b, R.flow) else base(b, R.chambers + 2 * source)
+        for k in range(first, end):
+            b[to + k] += rectified(b[flow + k])
+    return to
 
 
-def grams_through(rows: Rows, chamber: str, steps: np.ndarray) -> float:
-    """Air through a chamber's inlet over the rows' steps [s] (n,), what runs back left out [g]."""
-    return 1e3 * float(np.maximum(rows[INLET.format(chamber)], 0.0) @ steps)
-
-
-def grams_taken(rows: Rows, chambers: Sequence[str], steps: np.ndarray) -> float:
-    """Air that is taken from the supply over the rows' steps [s] (n,) [g]."""
-    return 1e3 * float(taken(rows, chambers) @ steps)
-
-
-def positive_work(columns: Rows, part: Window) -> float:
-    """Positive work of the orthosis on the ankle in a stretch of a recording [J]."""
-    work = increments(part.of(columns[ORTHOSIS]), part.of(columns["ankle/angle"]))
-    return float(np.maximum(work, 0.0).sum())
-
-
-def flow_metrics(
-    rows: Rows,
-    chambers: Sequence[str],
-    steps: np.ndarray,
-    timestep: float,
-    *,
-    cycles: int = 1,
-    free_density: float = STANDARD_DENSITY,
-) -> Found:
-    """Flow and exergy of what is taken from the supply."""
-    seconds, grams = float(steps.sum()), grams_taken(rows, chambers, steps)
-    litres = grams / free_density  # 1 g/l = 1 kg/m³
-    yield "air_per_hour", 3600.0 * grams / seconds
-    yield "free_air_per_hour", 3600.0 * litres / seconds
-    yield "mean_flow", 60.0 * litres / seconds
-    yield "peak_flow", 60e3 / free_density * peak.flow_peak(taken(rows, chambers), timestep)
-    if EXERGY in rows:
-        for name, column in (("exergy_taken", EXERGY), ("exergy_vented", VENTED)):
-            yield name, float(np.maximum(rows[column], 0.0) @ steps) / cycles
+def bill(
+    columns: Rows, timestep: float, part: Window, cycles: int = 1, free_density: float = STANDARD_DENSITY
+) -> dict[str, float]:
+    """Air, flow, exergy and work of a run's stretch of some cycles, by the names that a stride has."""
+    planned, rows = plan((air_of, flow_of), tuple(columns)), len(columns[ORTHOSIS])
+    given = 0, rows, 0, timestep, 1.0, free_density, cycles, part.start, part.end
+    made = block(columns, slice(None), planned.reads, given)
+    steps = base(made, R.steps)
+    made[steps : steps + rows] = timestep * part.shares(0, rows)
+    found = told(planned.calls, made, len(planned.names))
+    return {name: value for name, value in zip(planned.names, found, strict=True) if value != SILENT}
 
 
 @reported(
@@ -156,26 +138,30 @@ NORMAL = "at 0 °C, 1.01325 bar, dry (DIN 1343)"
 @reported(
     AIR,
     ("air_per_stride_{}", "g", "Air per stride, {}", "through its inlet, wherever from"),
+    ("peak_pressure_{}", "bar", "Peak pressure, {}", "gauge"),
     ("lowest_pressure_{}", "bar", "Lowest pressure, {}", "gauge"),
     ("air_per_stride", "g", "Air per stride", "taken from the supply"),
     ("free_air_per_stride", "l", "Free air per stride", ANR),
     ("normal_litres_per_stride", "l", "Normal litres per stride", NORMAL),
     of=Of.WORN,
 )
-def air_of(stride: Stride) -> Found:
+@kernel(R.flow, R.chambers)
+def air_of(b: Any, out: Any) -> float:
     """Air that is taken from the supply, and the chambers' highest and lowest pressures."""
-    pressures, names = [], chambers(stride.columns)
-    rows = cut(stride.columns, operator.itemgetter(stride.rows))
-    total = grams_taken(rows, names, stride.steps)
-    for name in names:
-        yield f"air_per_stride_{name}", grams_through(rows, name, stride.steps)
-        pressure = 1e-5 * stride[f"chamber/{name}/pressure"]
-        pressures += [(f"peak_pressure_{name}", float(pressure.max()))]
-        pressures += [(f"lowest_pressure_{name}", float(pressure.min()))]
-    yield "air_per_stride", total
-    yield "free_air_per_stride", total / stride.free_density  # 1 g/l = 1 kg/m³
-    yield "normal_litres_per_stride", total / (NORMAL_DENSITY * (stride.free_density / STANDARD_DENSITY))
-    yield from pressures
+    first, end, steps, grams, total = int(b[S.first]), int(b[S.end]), base(b, R.steps), 1e3 / b[S.cycles], 0.0
+    flow = _taken(b)
+    for k in range(first, end):
+        total += grams * b[flow + k] * b[steps + k]
+    out[0], out[1] = total, total / b[S.density]  # 1 g/l = 1 kg/m³
+    out[2] = total / (NORMAL_DENSITY * (b[S.density] / STANDARD_DENSITY))
+    for chamber in range(int(b[S.chambers])):
+        inlet, pressure = base(b, R.chambers + 2 * chamber), base(b, R.chambers + 2 * chamber + 1) + first
+        through, to = 0.0, 3 + 3 * chamber
+        for k in range(first, end):
+            through += grams * rectified(b[inlet + k]) * b[steps + k]
+        out[to], out[to + 1] = through, 1e-5 * peak.greatest(b, pressure, end - first, 1.0)
+        out[to + 2] = -1e-5 * peak.greatest(b, pressure, end - first, -1.0)
+    return 0.0
 
 
 @reported(
@@ -203,9 +189,21 @@ def air_of(stride: Stride) -> Found:
     ("positive_work", "J", "Positive work on the joint", f"of the orthosis' torque; {EACH}"),
     of=Of.WORN,
 )
-def flow_of(stride: Stride) -> Found:
-    """Flow and exergy of a stride's air, by the hour and by the minute."""
-    names = chambers(stride.columns)
-    rows = cut(stride.columns, operator.itemgetter(stride.rows))
-    yield from flow_metrics(rows, names, stride.steps, stride.timestep, free_density=stride.free_density)
-    yield "positive_work", positive_work(stride.columns, stride.whole)
+@kernel(R.flow, R.exergy, R.vented, R.chambers, R.orthosis, R.angle)
+def flow_of(b: Any, out: Any) -> float:
+    """Exergy and positive work of a stride's air, and its flow by the hour and by the minute."""
+    first, end, steps, flow = int(b[S.first]), int(b[S.end]), base(b, R.steps), _taken(b)
+    taken, given = base(b, R.exergy), base(b, R.vented)
+    seconds = grams = exergy = vented = 0.0
+    for k in range(first, end):
+        seconds, grams = seconds + b[steps + k], grams + 1e3 * b[flow + k] * b[steps + k]
+        exergy += rectified(b[taken + k]) * b[steps + k]
+        vented += rectified(b[given + k]) * b[steps + k]
+    if has(b, R.exergy):
+        out[0], out[1] = exergy / b[S.cycles], vented / b[S.cycles]
+    litres, length = grams / b[S.density], peak.WINDOW / b[S.timestep]
+    out[3], out[4], out[5] = 3600.0 * grams / seconds, 3600.0 * litres / seconds, 60.0 * litres / seconds
+    out[6] = 60e3 / b[S.density] * peak.highest_step(b, flow + first, end - first, length, 1.0)
+    done, _, _ = work(b, R.orthosis, R.angle, b[S.start], b[S.stop])
+    out[2] = done * b[S.mass] / b[S.cycles]
+    return 0.0

@@ -4,14 +4,16 @@ A height is that of a swing without a floor, which would catch the foot and hide
 """
 
 import math
-from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 
 from afo_sim.metrics import peak
-from afo_sim.metrics.metric import CLEARANCE, Found, Of, reported
-from afo_sim.metrics.needed_torque import NEEDED_MOMENT
-from afo_sim.metrics.strides import RECORDED_FORCE, Stride, without_floor
+from afo_sim.metrics.kernel import R, S, base, has, kernel
+from afo_sim.metrics.metric import CLEARANCE, Of, reported
+from afo_sim.metrics.strides import SWING, at, edge
+from afo_sim.metrics.window import place_of, places, row_at
+from afo_sim.physics import register_jitable
 
 NEAR = 0.01  # of the stride to each side: a local minimum is the lowest within it [-]
 HEIGHTS = {  # of a point's clearance: the column, and that of the same foot with the recorded ankle
@@ -60,67 +62,96 @@ FOREFOOT = f"ball, pulp or tip {PASSING}; the heel is then on its way to the flo
     peak.row("toe_drag_force", "Force of the floor on a forefoot that drags", PASSING, "N"),
     of=Of.STRIDE,
 )
-def clearances(stride: Stride) -> Found:
+@kernel(
+    *(R.sole, R.healthy_sole, R.less_extended, R.more_extended, R.ball, R.healthy_ball),
+    *(*SWING, R.toe, R.healthy_toe, R.needed, R.recorded_force, R.toe_load),
+)
+def clearances(b: Any, out: Any) -> float:
     """Clearances of the outsole in swing: of all its points, and of the ball alone.
 
     Source: Event: Schulz 2011 (J. Biomech. 44: 1277). The greatest foot speed is 0.014 s behind it: De
     Asha & Buckley 2015 (abstract). Floor: that of the same outsole standing flat.
     """
-    for point, (column, recorded) in HEIGHTS.items():
-        column = without_floor(stride.columns, column)
-        height = stride[column]
-        if not np.isfinite(height[stride.swing]).all() or not stride.swing.any():
-            yield f"{point}_clearance", math.nan
-            continue
-        own = event(stride, column)
-        if own is not None and stride.at(column, own) > stride.at(column, stride.fastest):
-            own = None  # a shoulder of a foot that sinks on to its landing
-        at = stride.fastest if own is None else own
-        least = float(stride.at(column, at))
-        yield f"{point}_clearance", 1e3 * least
-        yield f"{point}_clearance_phase", 100.0 * at
-        there = event(stride, recorded)
-        healthy = float(stride.at(recorded, stride.fastest if there is None else there))
-        yield f"{point}_clearance_to_recorded", 1e3 * (least - healthy)
-        yield f"swings_without_{point}_event", 100.0 * (own is None)
-        for how in EXTENSIONS if point == "toe" else ():  # at their own events, else at the same phase
-            column = f"sole/height_{how}"
-            if column in stride.columns:
-                there = None if own is None else event(stride, column)
-                yield f"toe_clearance_{how}", 1e3 * float(stride.at(column, at if there is None else there))
-    yield from _passing(stride)
+    first, end, way, passing = int(b[S.first]), int(b[S.end]), base(b, R.phase), base(b, R.passing)
+    fast, among, dragging = base(b, R.fast), base(b, AMONG), base(b, R.one)
+    for k in range(first, end):
+        b[among + k] = b[fast + k] * b[passing + k]
+    event = _clearance(b, R.sole, R.healthy_sole, out, 0, 5)
+    _clearance(b, R.ball, R.healthy_ball, out, 8, 11)
+    for which in range(2):  # at their own events, else at the same phase
+        row = R.less_extended + which
+        if out[5] >= 0.0 and has(b, row):
+            own = -1.0 if event < 0.0 else _event(b, row)
+            out[3 + which] = 1e3 * at(b, row, 0.01 * out[1] if own < 0.0 else own)
+
+    # whether ball and forefoot touch the floor, or come near it, on the way past the standing leg
+    start, stop, count, least = edge(b, b[S.begun]), edge(b, b[S.upright]), int(b[S.count]), np.inf
+    for k in range(places(start, stop)):
+        there = place_of(start, stop, k)
+        ball, toe = row_at(b, base(b, R.ball), count, there), row_at(b, base(b, R.toe), count, there)
+        least = min(least, ball, toe) if math.isfinite(ball + toe) else -np.inf
+    if not math.isfinite(least):
+        return 0.0
+    out[6] = out[7] = out[12] = 0.0
+    for k in range(places(start, stop)):
+        there, floor, under = place_of(start, stop, k), 0.0, 0.0
+        ball = row_at(b, base(b, R.ball), count, there)
+        forefoot = min(ball, row_at(b, base(b, R.toe), count, there))
+        if least <= BELOW and has(b, R.needed):
+            under = min(row_at(b, base(b, R.healthy_ball), count, there), 0.0)
+            floor = min(row_at(b, base(b, R.healthy_toe), count, there), under)
+        out[6] = 100.0 if forefoot <= floor - SAME * (floor < 0.0) else out[6]
+        out[7] = 100.0 if forefoot <= floor + BELOW * (floor == 0.0) else out[7]
+        out[12] = 100.0 if ball <= under - SAME * (under < 0.0) else out[12]
+    if has(b, R.recorded_force):
+        swing, dragged, load = 0, 0, base(b, R.toe_load)
+        for k in range(first, end):
+            b[dragging + k] = b[load + k] * b[passing + k]
+            dragged += b[dragging + k] > 0.0
+            swing += b[way + k] >= b[S.toe_off]
+        out[13], out[14] = 100.0 * dragged / swing, peak.peak(b, R.one, 1.0)
+    return 0.0
 
 
-def _passing(stride: Stride) -> Iterator[tuple[str, float]]:
-    """Whether ball and forefoot touch the floor, or come near it, on the way past the standing leg."""
-    part = stride.between(stride.begun, stride.upright)
-    ball = part.of(stride.columns[without_floor(stride.columns, "ball/height")])
-    forefoot = np.minimum(ball, part.of(stride.columns[without_floor(stride.columns, "toe/height")]))
-    if not len(ball) or not np.isfinite(forefoot).all():
-        return
-    floor, under = np.zeros(len(ball)), np.zeros(len(ball))
-    if forefoot.min() <= BELOW and NEEDED_MOMENT in stride.columns:
-        under = np.minimum(part.of(stride.columns["gait/ball_height"]), 0.0)
-        floor = np.minimum(part.of(stride.columns["gait/toe_height"]), under)
-    yield "swings_with_toe_contact", 100.0 * bool((forefoot <= floor - SAME * (floor < 0.0)).any())
-    yield "swings_within_10mm", 100.0 * bool((forefoot <= floor + BELOW * (floor == 0.0)).any())
-    if RECORDED_FORCE in stride.columns:
-        load = stride["foot/toe_load"] * stride.passing
-        yield "toe_drag", 100.0 * float((load > 0.0).sum()) / float(stride.swing.sum())
-        yield "toe_drag_force", peak.highest_mean(load, stride.timestep)
-    yield "swings_with_ball_contact", 100.0 * bool((ball <= under - SAME * (under < 0.0)).any())
+AMONG = R.third  # mask of the rows in which an event may be
 
 
-def event(stride: Stride, column: str) -> float | None:
-    """Phase of a height's lowest local minimum while the foot passes fast [-]; None where there is none."""
-    row = lowest_minimum(stride[column], stride.fast & stride.passing)
-    return None if row is None else float(stride.phase[row])
+@register_jitable
+def _clearance(b: Any, row: int, recorded: int, out: Any, to: int, without: int) -> float:
+    """Write a point's clearance, its phase, and that to the recorded one's; phase of its event, or −1."""
+    swing, out[to] = 0, math.nan
+    for k in range(int(b[S.first]), int(b[S.end])):
+        if b[base(b, R.phase) + k] >= b[S.toe_off]:
+            swing += 1
+            if not math.isfinite(b[base(b, row) + k]):
+                return -1.0
+    own, there, fastest = _event(b, row), _event(b, recorded), b[S.fastest]
+    if not swing or not math.isfinite(fastest):
+        return -1.0
+    if own >= 0.0 and at(b, row, own) > at(b, row, fastest):
+        own = -1.0  # a shoulder of a foot that sinks on to its landing
+    phase = fastest if own < 0.0 else own
+    out[to], out[to + 1], out[without] = 1e3 * at(b, row, phase), 100.0 * phase, 100.0 * (own < 0.0)
+    out[to + 2] = out[to] - 1e3 * at(b, recorded, fastest if there < 0.0 else there)
+    return own
 
 
-def lowest_minimum(height: np.ndarray, among: np.ndarray) -> int | None:
-    """Row of the lowest local minimum of a stride's height; None where there is none."""
-    near = max(1, round(NEAR * len(height)))
-    inner = height[1:-1]
-    turns = np.flatnonzero((inner < height[:-2]) & (inner <= height[2:]) & among[1:-1]) + 1
-    found = [k for k in turns if height[k] <= height[max(0, k - near) : k + near + 1].min()]
-    return int(found[np.argmin(height[found])]) if found else None
+@register_jitable
+def _event(b: Any, row: int) -> float:
+    """Phase of a height's lowest local minimum while the foot passes fast [-]; −1 where there is none."""
+    first = int(b[S.first])
+    k = lowest_minimum(b, base(b, row) + first, base(b, AMONG) + first, int(b[S.end]) - first)
+    return -1.0 if k < 0 else b[base(b, R.phase) + first + k]
+
+
+@register_jitable
+def lowest_minimum(b: Any, height: int, among: int, count: int) -> int:
+    """Row of a height's lowest local minimum, of those where `among` is not 0; −1 where there is none."""
+    near, found = max(1, round(NEAR * count)), -1
+    for k in range(1, count - 1):
+        here = b[height + k]
+        if b[among + k] > 0.0 and here < b[height + k - 1] and here <= b[height + k + 1]:
+            low, high = max(0, k - near), min(count, k + near + 1)
+            lowest = -peak.greatest(b, height + low, high - low, -1.0)
+            found = k if here <= lowest and (found < 0 or here < b[height + found]) else found
+    return found

@@ -1,13 +1,13 @@
 """How a foot meets the floor: with heel, flat or forefoot first, and how hard it slaps down after that."""
 
 import math
-
-import numpy as np
+from typing import Any
 
 from afo_sim.metrics import peak
 from afo_sim.metrics.facts import Run
+from afo_sim.metrics.kernel import R, S, base, kernel
 from afo_sim.metrics.metric import CONTACT, Found, Of, reported
-from afo_sim.metrics.strides import Stride
+from afo_sim.metrics.strides import LEVEL, at
 
 HEEL_PITCH, FOREFOOT_PITCH = 8.0, -1.6  # of the sole at contact; beyond them heel, forefoot come first [deg]
 LOADING = 0.12  # end of the loading response [-]
@@ -35,18 +35,18 @@ def laid(run: Run) -> Found:
     ("foot_slap_velocity", "deg/s", "Foot slap", SLAP),
     of=Of.STRIDE,
 )
-def contact(stride: Stride) -> Found:
+@kernel(*LEVEL, R.velocity)
+def contact(b: Any, out: Any) -> float:
     """Pitch at the heel strike that begins the stride, and the slap after it."""
-    angle, shank = stride.at("ankle/angle", 0.0), stride.at("shank/angle", 0.0)
-    pitch = math.degrees(angle) - math.degrees(shank) - math.degrees(stride.level)
-    yield "foot_pitch_at_contact", pitch
+    pitch = math.degrees(at(b, R.angle, 0.0) - at(b, R.shank, 0.0) - b[S.level])
+    out[0] = pitch
     if math.isfinite(pitch):
-        yield "contacts_with_heel", 100.0 * (pitch > HEEL_PITCH)
-        yield "contacts_with_flat", 100.0 * (FOREFOOT_PITCH <= pitch <= HEEL_PITCH)
-        yield "contacts_with_forefoot", 100.0 * (pitch < FOREFOOT_PITCH)
-    loading = np.count_nonzero(stride.phase <= LOADING)
-    lowest = int(np.argmin(stride["ankle/angle"][:loading]))
-    yield (
-        "foot_slap_velocity",
-        math.degrees(peak.highest_mean(-stride["ankle/velocity"][: lowest + 1], stride.timestep)),
-    )
+        out[1], out[3] = 100.0 * (pitch > HEEL_PITCH), 100.0 * (pitch < FOREFOOT_PITCH)
+        out[2] = 100.0 - out[1] - out[3]
+    first, angle, lowest = int(b[S.first]), base(b, R.angle), int(b[S.first])
+    for k in range(first, int(b[S.end])):
+        if b[base(b, R.phase) + k] <= LOADING and b[angle + k] < b[angle + lowest]:
+            lowest = k
+    fall, length = base(b, R.velocity) + first, peak.WINDOW / b[S.timestep]
+    out[4] = math.degrees(peak.positive(peak.highest(b, fall, lowest + 1 - first, length, -1.0)))
+    return 0.0

@@ -1,8 +1,10 @@
 """A number with its unit, the registry of what such numbers are called and mean, and their old names."""
 
+import collections
 import dataclasses
 import functools
 import importlib
+import itertools
 import pkgutil
 from collections.abc import Callable, Collection, Iterable, Iterator
 from dataclasses import dataclass
@@ -55,8 +57,8 @@ class Metric(float):
 
     def __new__(cls, value: float, unit: str = "") -> Self:
         """A float; the unit comes with it."""
-        made = super().__new__(cls, value)
-        object.__setattr__(made, "_unit", unit)
+        made = float.__new__(cls, value)
+        _set_unit(made, unit)
         return made
 
     @property
@@ -132,6 +134,9 @@ class Metric(float):
 def _spelled(text: str) -> str:
     """A quantity or unit as people write it, as pint reads it."""
     return text.replace("%", "percent").replace("·", "*").replace("°", "deg")
+
+
+_set_unit = Metric._unit.__set__  # type: ignore[attr-defined]
 
 
 class Of(StrEnum):
@@ -255,14 +260,23 @@ def entry(name: str) -> MetricEntry:
     return row
 
 
+@functools.cache
+def unit_of(name: str) -> str:
+    """The unit of a registered metric; KeyError where no function reports it."""
+    return entry(name).unit
+
+
 def measured(name: str, value: float) -> Metric:
     """A value with the unit that the registry has for its name."""
-    return Metric(value, entry(name).unit)
+    return Metric(value, unit_of(name))
 
 
 def all_measured(values: Iterable[tuple[str, float]]) -> dict[str, Metric]:
     """Values with their units, by name."""
-    return {name: measured(name, value) for name, value in values}
+    found = dict(values)
+    made = list(map(float.__new__, itertools.repeat(Metric), found.values()))  # as Metric() does, in C
+    collections.deque(map(_set_unit, made, map(unit_of, found)), 0)
+    return dict(zip(found, made, strict=True))
 
 
 EVENT = "the minimum is looked for while the foot is fast"

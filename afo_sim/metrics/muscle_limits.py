@@ -6,8 +6,8 @@ import numpy as np
 
 from afo_sim.metrics import peak
 from afo_sim.metrics.facts import Columns, MuscleLimits, Run
+from afo_sim.metrics.kernel import chambers
 from afo_sim.metrics.metric import SAFETY, Found, Of, reported
-from afo_sim.metrics.strides import chambers
 
 SWING = 0.1  # of a chamber's highest pressure, by which it must rise and fall for that to be a cycle [-]
 FILLED = 1e4  # gauge pressure that a chamber which is filled exceeds [Pa]

@@ -1,17 +1,18 @@
 """Torques about the ankle over a stride: what the patient lacks, what the orthosis gives, and push-off."""
 
 import math
-import operator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from afo_sim.metrics import peak
-from afo_sim.metrics.facts import Columns, cut
 from afo_sim.metrics.heel_contact import LOADING
-from afo_sim.metrics.metric import NEED, PUSH_OFF, TORQUE, WORK, Found, Of, reported
-from afo_sim.metrics.strides import ORTHOSIS, Stride
-from afo_sim.metrics.window import increments
+from afo_sim.metrics.kernel import R, S, base, has, kernel
+from afo_sim.metrics.metric import NEED, PUSH_OFF, TORQUE, WORK, Of, reported
+from afo_sim.metrics.strides import Stride, at, edge
+from afo_sim.metrics.window import mean, place_of, places, rectified, row_at
+from afo_sim.physics import register_jitable
 
 NEEDED_MOMENT = "gait/needed_moment"
 NEEDED = "healthy ankle's active moment less what the patient gives"
@@ -48,6 +49,7 @@ def needs(stride: Stride) -> list[Need]:
     found: list[Need] = []
     if NEEDED_MOMENT not in stride.columns:
         return found
+    peaks = stride.values((torque_deficit,))
     for phase, metric, side, start, end in (
         ("initial and mid swing", "needed_swing_torque", "dorsiflexion", stride.toe_off, stride.upright),
         ("terminal swing", "needed_terminal_swing_torque", "dorsiflexion", stride.upright, 1.0),
@@ -57,8 +59,7 @@ def needs(stride: Stride) -> list[Need]:
         part, needed = stride.between(start, end), SIDES[side] * stride.columns[NEEDED_MOMENT]
         angle, torque = part.of(stride.columns["gait/ankle_angle"]), part.of(needed)
         if len(angle):
-            most = peak.highest_mean(needed, stride.timestep, part)
-            found.append(Need(phase, metric, side, angle, torque, most))
+            found.append(Need(phase, metric, side, angle, torque, peaks[metric]))
     return found
 
 
@@ -80,26 +81,34 @@ def needs(stride: Stride) -> list[Need]:
     ),
     of=Of.STRIDE,
 )
-def torque_deficit(stride: Stride) -> Found:
+@kernel(R.force, R.shank, R.needed, R.tissue)
+def torque_deficit(b: Any, out: Any) -> float:
     """Torque that the patient lacks in the healthy ankle's motion.
 
     Source: Initial and mid-swing end, and terminal swing begins, with the upright shank: Perry &
     Burnfield 2010.
     """
-    if NEEDED_MOMENT not in stride.columns:  # a patient's own walk: no healthy ankle is known of it
-        return
-    needed, passive = stride.columns[NEEDED_MOMENT], stride.columns["gait/passive_moment"]
-    for side, sign in SIDES.items():
-        yield f"needed_{side}_torque", peak.highest_mean(sign * needed[stride.rows], stride.timestep)
-    for need in needs(stride):
-        yield need.metric, need.peak
-    swing, terminal = stride.between(stride.toe_off, stride.upright), stride.between(stride.upright, 1.0)
-    yield "needed_swing_torque_mean", peak.clean(swing.mean(needed))
-    for name, part in (("needed_swing_torque", swing), ("needed_terminal_swing_torque", terminal)):
-        lacking = part.of(needed)
-        if len(lacking):
-            k = int(np.argmax(lacking))
-            yield f"{name}_tissue", min(max(-float(part.of(passive)[k]), 0.0), max(float(lacking[k]), 0.0))
+    if not has(b, R.needed):  # a patient's own walk: no healthy ankle is known of it
+        return 0.0
+    needed, count = base(b, R.needed), int(b[S.count])
+    out[0], out[1] = peak.peak(b, R.needed, 1.0), peak.peak(b, R.needed, -1.0)
+    toe_off, upright, strike = edge(b, b[S.toe_off]), edge(b, b[S.upright]), edge(b, 1.0)
+    out[3] = peak.clean(mean(b, needed, count, toe_off, upright))
+    for to, tissue, start, end, sign in (
+        (2, 4, toe_off, upright, 1.0),
+        (5, -1, edge(b, 0.0), edge(b, LOADING), 1.0),
+        (6, -1, edge(b, HEEL_RISE), toe_off, -1.0),
+        (7, 8, upright, strike, 1.0),
+    ):
+        if start < end:
+            out[to] = peak.peak_within(b, R.needed, start, end, sign)
+        most, at_most = -np.inf, start
+        for k in range(places(start, end) if tissue >= 0 else 0):
+            there = place_of(start, end, k)
+            lacking = row_at(b, needed, count, there)
+            most, at_most = (lacking, there) if lacking > most else (most, at_most)
+            out[tissue] = min(rectified(-row_at(b, base(b, R.tissue), count, at_most)), rectified(most))
+    return 0.0
 
 
 @reported(
@@ -114,23 +123,27 @@ def torque_deficit(stride: Stride) -> Found:
     peak.row("torque_unneeded", "Torque not needed", "beyond the need or against it"),
     of=Of.WORN,
 )
-def torque_given(stride: Stride) -> Found:
+@kernel(R.force, R.shank, R.orthosis, R.needed)
+def torque_given(b: Any, out: Any) -> float:
     """Torque of the orthosis about the ankle, and how much of the need it covers."""
-    torque = stride[ORTHOSIS]
-    for side, sign in SIDES.items():
-        yield f"orthosis_peak_{side}_torque", peak.highest_mean(sign * torque, stride.timestep)
-        yield f"orthosis_mean_{side}_torque", peak.clean(float(np.maximum(sign * torque, 0.0).mean()))
-    carried = stride.between(stride.toe_off, stride.upright)
-    yield "orthosis_swing_torque_mean", peak.clean(carried.mean(stride.columns[ORTHOSIS]))
-    if NEEDED_MOMENT not in stride.columns:
-        return
-    needed = stride[NEEDED_MOMENT]
-    way = np.where(needed < 0.0, -1.0, 1.0)
-    given = np.minimum(np.maximum(way * torque, 0.0), np.abs(needed))
-    if np.abs(needed).max(initial=0.0) > peak.ROUNDING:
-        yield "torque_covered", _share(float(given.sum()), float(np.abs(needed).sum()))
-    yield "torque_missing", peak.highest_mean(np.abs(needed) - given, stride.timestep)
-    yield "torque_unneeded", peak.highest_mean(np.abs(torque - way * given), stride.timestep)
+    first, end, own, lacked = int(b[S.first]), int(b[S.end]), base(b, R.orthosis), base(b, R.needed)
+    missing, unneeded = base(b, R.one), base(b, R.other)
+    up = down = given = wanted = most = 0.0
+    for k in range(first, end):
+        torque, needed = b[own + k], abs(b[lacked + k])
+        up, down = up + rectified(torque), down + rectified(-torque)
+        way = -1.0 if b[lacked + k] < 0.0 else 1.0
+        met = min(rectified(way * torque), needed)
+        given, wanted, most = given + met, wanted + needed, max(most, needed)
+        b[missing + k], b[unneeded + k] = needed - met, abs(torque - way * met)
+    out[0], out[1] = peak.peak(b, R.orthosis, 1.0), peak.clean(up / (end - first))
+    out[2], out[3] = peak.peak(b, R.orthosis, -1.0), peak.clean(down / (end - first))
+    out[4] = peak.clean(mean(b, own, int(b[S.count]), edge(b, b[S.toe_off]), edge(b, b[S.upright])))
+    if has(b, R.needed):
+        if most > peak.ROUNDING:
+            out[5] = _share(given, wanted)
+        out[6], out[7] = peak.peak(b, R.one, 1.0), peak.peak(b, R.other, 1.0)
+    return 0.0
 
 
 @reported(
@@ -139,16 +152,12 @@ def torque_given(stride: Stride) -> Found:
     peak.row("peak_eversion_moment", "Eversion moment", ON_FOOT),
     of=Of.WORN,
 )
-def inversion(stride: Stride) -> Found:
+@kernel(R.inversion)
+def inversion(b: Any, out: Any) -> float:
     """Greatest moments to the inside and to the outside in a stride, positive numbers."""
-    return inversion_peaks(cut(stride.columns, operator.itemgetter(stride.rows)), stride.timestep)
-
-
-def inversion_peaks(rows: Columns, timestep: float) -> Found:
-    """Greatest moments to the inside and to the outside, positive numbers; none without such a column."""
-    if INVERSION in rows:
-        yield "peak_inversion_moment", peak.highest_mean(rows[INVERSION], timestep)
-        yield "peak_eversion_moment", peak.highest_mean(0.0 - rows[INVERSION], timestep)
+    if has(b, R.inversion):
+        out[0], out[1] = peak.peak(b, R.inversion, 1.0), peak.peak(b, R.inversion, -1.0)
+    return 0.0
 
 
 @reported(
@@ -160,24 +169,50 @@ def inversion_peaks(rows: Columns, timestep: float) -> Found:
     ("share_of_positive_work", "percent", "Share of biological positive work", RECORDED),
     of=Of.WORN,
 )
-def work_given(stride: Stride) -> Found:
+@kernel(R.orthosis, R.angle, R.healthy_moment, R.healthy_angle)
+def work_given(b: Any, out: Any) -> float:
     """Work of the orthosis on the ankle, torque over angle; taken power is positive."""
-    whole, columns = stride.whole, stride.columns
-    work = increments(whole.of(columns[ORTHOSIS]), whole.of(columns["ankle/angle"])) / stride.body_mass
-    recorded = whole.of(columns["gait/ankle_moment"]), whole.of(columns["gait/ankle_angle"])
-    healthy = increments(*recorded) / stride.body_mass
-    power = work / (stride.timestep * np.diff(whole.places))
-    given, taken, own = (peak.clean(float(np.maximum(part, 0.0).sum())) for part in (work, -work, healthy))
-    yield "orthosis_positive_work", given
-    yield "orthosis_negative_work", 0.0 - taken
-    yield "orthosis_peak_power", peak.clean(max(peak.flow_peak(power, stride.timestep), 0.0))
-    yield "orthosis_peak_absorption", peak.clean(max(peak.flow_peak(-power, stride.timestep), 0.0))
-    yield "share_of_positive_work", _share(given, own)
+    given, taken, steps = work(b, R.orthosis, R.angle, b[S.start], b[S.stop])
+    out[0], out[1] = given, 0.0 - taken
+    out[2], out[3] = peak.power_peak(b, steps, 1.0), peak.power_peak(b, steps, -1.0)
+    own, _, _ = work(b, R.healthy_moment, R.healthy_angle, b[S.start], b[S.stop])
+    out[4] = _share(given, own)
+    return 0.0
 
 
+@register_jitable
+def work(
+    b: Any, torque: int, angle: int, start: float, end: float, least: float = -np.inf
+) -> tuple[float, float, int]:
+    """Work of a torque over an angle in a window [J/kg]: what is given, what is taken, and the steps.
+
+    It writes the power of each step [W/kg] to the row `one`. A torque below `least` counts as that.
+    """
+    count, n, given, taken, before, there, turned = (
+        int(b[S.count]),
+        places(start, end),
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+    )
+    own, over, power, mass, step = base(b, torque), base(b, angle), base(b, R.one), b[S.mass], b[S.timestep]
+    for k in range(n):
+        place = place_of(start, end, k)
+        value, turn = max(row_at(b, own, count, place), least), row_at(b, over, count, place)
+        if k > 0:
+            done = 0.5 * (value + before) * (turn - turned) / mass
+            given, taken = given + rectified(done), taken + rectified(-done)
+            b[power + k - 1] = done / (step * (place - there))
+        before, turned, there = value, turn, place
+    return peak.clean(given), peak.clean(taken), max(n - 1, 0)
+
+
+@register_jitable
 def _share(part: float, whole: float) -> float:
     """[percent]; NaN of nothing."""
-    return 100.0 * part / whole if whole > 0.0 else math.nan
+    return 100.0 * part / whole if whole > 0.0 else np.nan
 
 
 LOST = "recorded minus simulated"
@@ -199,16 +234,21 @@ HELD = "the verdict compares it with the scenario's limits"
     ("plantarflexion_lost_at_toe_off", "deg", "Plantarflexion lost at toe-off", f"{LOST}, {WHOSE}"),
     of=Of.STRIDE,
 )
-def push_off(stride: Stride) -> Found:
+@kernel(R.force, R.angle, R.healthy_angle)
+def push_off(b: Any, out: Any) -> float:
     """Range of the ankle, and its plantarflexion at toe-off, beside those of the recorded ankle."""
-    angle, recorded = np.degrees(stride["ankle/angle"]), np.degrees(stride["gait/ankle_angle"])
-    yield "ankle_range_lost", float(np.ptp(recorded) - np.ptp(angle))
-    stance = ~stride.swing
-    yield "dorsiflexion_lost", float(recorded[stance].max() - angle[stance].max())
-    here = -math.degrees(stride.at("ankle/angle", stride.toe_off))
-    yield "plantarflexion_at_toe_off", here
-    healthy = -math.degrees(stride.at("gait/ankle_angle", stride.toe_off))
-    yield "plantarflexion_lost_at_toe_off", healthy - here
+    first, n, stance = int(b[S.first]), int(b[S.end]) - int(b[S.first]), 0
+    while stance < n and b[base(b, R.phase) + first + stance] < b[S.toe_off]:
+        stance += 1
+    out[0] = out[1] = 0.0
+    for row, sign in ((R.healthy_angle, 1.0), (R.angle, -1.0)):
+        start = base(b, row) + first
+        most = peak.greatest(b, start, n, 1.0) + peak.greatest(b, start, n, -1.0)
+        out[0] += sign * math.degrees(most)
+        out[1] += sign * math.degrees(peak.greatest(b, start, stance, 1.0))
+    out[2] = -math.degrees(at(b, R.angle, b[S.toe_off]))
+    out[3] = -math.degrees(at(b, R.healthy_angle, b[S.toe_off])) - out[2]
+    return 0.0
 
 
 @reported(
@@ -228,15 +268,14 @@ def push_off(stride: Stride) -> Found:
     ),
     of=Of.WORN,
 )
-def against_push_off(stride: Stride) -> Found:
+@kernel(R.force, R.orthosis, R.angle)
+def against_push_off(b: Any, out: Any) -> float:
     """Dorsiflexion torque of the orthosis in push-off, and the work that it takes from plantarflexion."""
-    part, torque = stride.between(HEEL_RISE, stride.toe_off), stride.columns[ORTHOSIS]
-    against = peak.highest_mean(torque, stride.timestep, part)
-    yield "torque_against_push_off", against
-    yield "torque_against_push_off_per_mass", against / stride.body_mass
-    given = increments(np.maximum(part.of(torque), 0.0), part.of(stride.columns["ankle/angle"]))
-    taken = float(np.maximum(-given, 0.0).sum())
-    yield "work_against_push_off", peak.clean(taken / stride.body_mass)
+    start, end = edge(b, HEEL_RISE), edge(b, b[S.toe_off])
+    out[0] = peak.peak_within(b, R.orthosis, start, end, 1.0)
+    out[1] = out[0] / b[S.mass]
+    _, out[2], _ = work(b, R.orthosis, R.angle, start, end, 0.0)
+    return 0.0
 
 
 GIVEN = f"of its plantarflexion torque, {OVER}"
@@ -256,21 +295,18 @@ GIVEN = f"of its plantarflexion torque, {OVER}"
     ),
     of=Of.WORN,
 )
-def for_push_off(stride: Stride) -> Found:
+@kernel(R.force, R.orthosis, R.angle, R.healthy_moment, R.healthy_angle)
+def for_push_off(b: Any, out: Any) -> float:
     """Plantarflexion torque of the orthosis in push-off, its work, and what it takes from dorsiflexion."""
-    part, columns = stride.between(HEEL_RISE, stride.toe_off), stride.columns
-    down = np.minimum(columns[ORTHOSIS], 0.0)
-    over_stride, over_part = (
-        increments(each.of(down), each.of(columns["ankle/angle"])) / stride.body_mass
-        for each in (stride.whole, part)
-    )
-    recorded = part.of(columns["gait/ankle_moment"]), part.of(columns["gait/ankle_angle"])
-    own = float(np.maximum(increments(*recorded), 0.0).sum()) / stride.body_mass
-    given = peak.clean(float(np.maximum(over_part, 0.0).sum()))
-    power = over_part / (stride.timestep * np.diff(part.places))
-    yield "push_off_torque", peak.highest_mean(-down, stride.timestep, part)
-    if len(power):
-        yield "push_off_power", peak.clean(max(peak.flow_peak(power, stride.timestep), 0.0))
-    yield "push_off_work", given
-    yield "share_of_push_off_work", _share(given, own)
-    yield "work_against_dorsiflexion", peak.clean(float(np.maximum(-over_stride, 0.0).sum()))
+    start, end = edge(b, HEEL_RISE), edge(b, b[S.toe_off])
+    own, down = base(b, R.orthosis), base(b, R.other)
+    for k in range(int(b[S.count])):
+        b[down + k] = min(b[own + k], 0.0)
+    out[0] = peak.peak_within(b, R.other, start, end, -1.0)
+    out[2], _, steps = work(b, R.other, R.angle, start, end)
+    if steps:
+        out[1] = peak.power_peak(b, steps, 1.0)
+    healthy, _, _ = work(b, R.healthy_moment, R.healthy_angle, start, end)
+    out[3] = _share(out[2], healthy)
+    _, out[4], _ = work(b, R.other, R.angle, b[S.start], b[S.stop])
+    return 0.0

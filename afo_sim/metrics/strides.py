@@ -1,15 +1,19 @@
 """A recording of walking cut into strides, heel strike to heel strike."""
 
 import itertools
-from collections.abc import Container, Mapping
+import math
+from collections.abc import Callable, Container, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from afo_sim.common import GRAVITY, STANDARD_DENSITY
 from afo_sim.gait import STANCE_FORCE, STANCE_SHARE
-from afo_sim.metrics.window import ON_ROW, Window, crossing
+from afo_sim.metrics.kernel import READS, ROWS, SILENT, R, S, base, block, compiled, has, kernel, plan, told
+from afo_sim.metrics.window import ON_ROW, Window, crossed, rectified, row_at, share
+from afo_sim.physics import register_jitable
 
 SOLVED = "gait/solved"  # column: 1 in the rows of the settled stride, where it was solved for
 SOURCE_PRESSURE, SET_PRESSURE = "store/source/pressure", "supply/set_pressure"
@@ -18,6 +22,128 @@ FAST = 0.75  # quantile of the foot's forward speed over the stride from which o
 BEGUN = 0.1  # share of the swing in which the foot leaves the floor [-]
 ORTHOSIS = "ankle/moment/orthosis"
 INTERNAL = ("ankle/moment/passive", "ankle/moment/biological", ORTHOSIS)  # the whole internal moment
+
+
+@register_jitable
+def below(b: Any, start: int, count: int, value: float) -> int:
+    """Which of rising numbers is the last one that is no greater than a value, or the last but one."""
+    low, high = 0, count - 1
+    while high - low > 1:
+        middle = (low + high) // 2
+        if b[start + middle] <= value:
+            low = middle
+        else:
+            high = middle
+    return low
+
+
+@register_jitable
+def place(b: Any, phase: float) -> float:
+    """Where a phase lies among the rows; beyond the last row as the last step goes on."""
+    way = base(b, R.phase)
+    k = below(b, way, int(b[S.count]), phase)
+    step = b[way + k + 1] - b[way + k]
+    return rectified(k + (phase - b[way + k]) / step) if step > 0.0 else float(k)
+
+
+@register_jitable
+def edge(b: Any, phase: float) -> float:
+    """The same of a window's start or end: on a row, if it is close to it."""
+    found = place(b, phase)
+    near = float(int(found + 0.5))
+    return near if abs(found - near) < ON_ROW else found
+
+
+@register_jitable
+def at(b: Any, row: int, phase: float) -> float:
+    """A row at a phase from 0 to 1, linear between its values."""
+    return row_at(b, base(b, row), int(b[S.count]), place(b, phase))
+
+
+@register_jitable
+def _smallest(b: Any, low: int, high: int, k: int) -> float:
+    """The k-th smallest of some numbers, which change places (Hoare 1961, doi 10.1145/366622.366647)."""
+    while low < high:
+        pivot, i, j = b[(low + high) // 2], low, high
+        while i <= j:
+            while b[i] < pivot:
+                i += 1
+            while b[j] > pivot:
+                j -= 1
+            if i <= j:
+                b[i], b[j] = b[j], b[i]
+                i, j = i + 1, j - 1
+        low, high = (low, j) if k <= j else (i, high) if k >= i else (k, k)
+    return b[k]
+
+
+@register_jitable
+def quantile(b: Any, first: int, count: int, share: float) -> float:
+    """Quantile of some numbers, which change places: linear between the nearest of their order."""
+    if count == 0:
+        return np.nan
+    k, high = int(share * (count - 1)), np.inf
+    low = _smallest(b, first, first + count - 1, first + k)
+    for other in range(first + k + 1, first + count):
+        high = min(high, b[other])
+    return low + (share * (count - 1) - k) * (high - low) if k + 1 < count else low
+
+
+SWING = R.force, R.shank, R.forward  # rows for toe-off and upright shank, and for how fast the foot is
+LEVEL = R.angle, R.shank, R.pitch
+
+
+@kernel(R.time, R.stride, R.cycle)
+def events(b: Any, out: Any) -> float:
+    """Write what the metrics of a stride share: numbers of its block, and the rows that are computed.
+
+    Who needs `toe_off` reads R.force besides, `upright` R.force and R.shank, `level` LEVEL, the others SWING.
+    """
+    first, end, lean, force = int(b[S.first]), int(b[S.end]), base(b, R.shank), base(b, R.force)
+    way, speed, forward, work = base(b, R.phase), base(b, R.speed), base(b, R.forward), base(b, R.one)
+    stride, cycle, time = base(b, R.stride), base(b, R.cycle), base(b, R.time)
+    for k in range(int(b[S.count])):
+        b[way + k] = b[stride + k] + b[cycle + k] - b[S.number]
+    b[S.duration] = (b[time + end - 1] - b[time + first]) / (b[way + end - 1] - b[way + first])
+    b[S.start], b[S.stop] = edge(b, 0.0), edge(b, 1.0)
+
+    toe_off = upright = 1.0
+    least = STANCE_FORCE * b[S.mass] * GRAVITY
+    for k in range(first, end):
+        a = max(k - 1, first)
+        if b[force + k] <= least and b[way + k] > STANCE_SHARE[0]:
+            toe_off = crossed(b[way + a], b[way + k], b[force + a] - least, b[force + k] - least)
+            break
+    for k in range(first + 1, end):
+        if b[way + k] >= toe_off and b[lean + k - 1] > 0.0 and b[lean + k] <= 0.0:
+            upright = max(toe_off, crossed(b[way + k - 1], b[way + k], b[lean + k - 1], b[lean + k]))
+            break
+    b[S.toe_off], b[S.upright], b[S.begun] = toe_off, upright, toe_off + BEGUN * (1.0 - toe_off)
+    b[S.level] = 0.0
+    if has(b, R.pitch):
+        b[S.level] = b[base(b, R.angle) + first] - b[lean + first] - b[base(b, R.pitch) + first]
+
+    walks, top = 0, first
+    for k in range(first, end):
+        a, z = max(k - 1, first), min(k + 1, end - 1)
+        b[speed + k] = (b[forward + z] - b[forward + a]) / (b[S.timestep] * (z - a))
+        top = k if b[speed + k] > b[speed + top] else top
+        if b[way + z] > b[way + a]:  # else who stands long enough is fast at a speed of 0
+            b[work + walks] = b[speed + k]
+            walks += 1
+    fast, top = quantile(b, work, walks, FAST), min(max(top, first + 1), end - 2)
+    before, after = b[speed + top - 1], b[speed + top + 1]
+    bend = (after - b[speed + top]) - (b[speed + top] - before)  # of the parabola through the fastest rows
+    aside = min(max(0.5 * (before - after) / bend, -0.5), 0.5) if bend < 0.0 else 0.0
+    b[S.fastest] = b[way + top] + aside * (b[way + top + 1] - b[way + top])
+    if bend != bend:
+        b[S.fastest] = np.nan
+    quick, passing, steps = base(b, R.fast), base(b, R.passing), base(b, R.steps)
+    for k in range(first, end):
+        b[quick + k] = 1.0 if b[speed + k] >= fast else 0.0
+        b[passing + k] = 1.0 if b[S.begun] <= b[way + k] < upright else 0.0
+        b[steps + k] = b[S.timestep] * share(k, first, end - 1, b[S.start], b[S.stop])
+    return 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,108 +160,95 @@ class Stride:
     def __getitem__(self, column: str) -> np.ndarray:
         return self.columns[column][self.rows]
 
+    @property
+    def near(self) -> slice:
+        """The stride's rows with one more on either side."""
+        return slice(max(self.rows.start - 1, 0), self.rows.stop + 1)
+
+    def values(self, functions: tuple[Callable[..., Any], ...]) -> dict[str, float]:
+        """What functions of the registry report of it, by name; NaN where one is undefined."""
+        planned = plan((events, *functions), tuple(self.columns))
+        numbers = told(planned.calls, self._block(planned.reads), len(planned.names))
+        found = {name: value for name, value in zip(planned.names, numbers, strict=True) if value != SILENT}
+        for function in planned.others:
+            found.update(function(self))
+        return found
+
+    def _block(self, reads: frozenset[int]) -> np.ndarray:
+        """Its rows for kernels, which read some of them."""
+        near, rows = self.near, self.rows
+        given = rows.start - near.start, rows.stop - near.start, self.number, self.timestep, self.body_mass
+        return block(self.columns, near, reads, (*given, self.free_density))
+
     @cached_property
+    def _events(self) -> np.ndarray:
+        return self._with_events(frozenset(SWING))
+
+    @cached_property
+    def _way(self) -> np.ndarray:
+        return self._with_events(frozenset())
+
+    def _with_events(self, reads: frozenset[int]) -> np.ndarray:
+        b = self._block(READS[events] | reads)
+        told(((compiled()[events], 0),), b, 0)
+        return b
+
+    def _row(self, b: np.ndarray, row: int) -> np.ndarray:
+        return b[base(b, row) + int(b[S.first]) : base(b, row) + int(b[S.end])]
+
+    @property
     def phase(self) -> np.ndarray:
         """Of each row, 0 = heel strike, below 1 (n,)."""
-        return self["gait/stride"] + self["gait/phase"] - self.number
+        return self._row(self._way, R.phase)
 
     @property
     def duration(self) -> float:
         """Heel strike to heel strike [s]."""
-        return float(np.ptp(self["time"]) / np.ptp(self.phase))
-
-    @cached_property
-    def toe_off(self) -> float:
-        """Phase at which the ground lets the foot go: force below 5 % of the body weight, after 35 % [-]."""
-        beyond = self[stance_force(self.columns)] - STANCE_FORCE * self.body_mass * GRAVITY
-        free = (beyond <= 0.0) & (self.phase > STANCE_SHARE[0])
-        return crossing(self.phase, beyond, int(np.argmax(free))) if free.any() else 1.0
-
-    @cached_property
-    def swing(self) -> np.ndarray:
-        """Mask of the rows in swing, from toe-off to the next heel strike (n,)."""
-        return self.phase >= self.toe_off
-
-    @cached_property
-    def upright(self) -> float:
-        """Phase at which the shank leans back past the vertical in swing [-]; 1 where it does not."""
-        lean = self["shank/angle"]
-        past = np.flatnonzero(self.swing[1:] & (lean[:-1] > 0.0) & (lean[1:] <= 0.0))
-        return max(self.toe_off, crossing(self.phase, lean, int(past[0]) + 1)) if len(past) else 1.0
+        return float(self._way[S.duration])
 
     @property
-    def begun(self) -> float:
-        """Phase at which the first tenth of the swing ends, in which the foot leaves the floor [-]."""
-        return self.toe_off + BEGUN * (1.0 - self.toe_off)
+    def toe_off(self) -> float:
+        """Phase at which the ground lets the foot go: force below 5 % of the body weight, after 35 % [-]."""
+        return float(self._events[S.toe_off])
 
-    @cached_property
+    @property
+    def upright(self) -> float:
+        """Phase at which the shank leans back past the vertical in swing [-]; 1 where it does not."""
+        return float(self._events[S.upright])
+
+    @property
     def passing(self) -> np.ndarray:
-        """Mask of the rows from then on until the shank stands upright (n,)."""
-        return (self.phase >= self.begun) & (self.phase < self.upright)
+        """Mask of the rows from the swing's first tenth, in which the foot leaves the floor, to then (n,)."""
+        return self._row(self._events, R.passing) > 0.0
 
-    @cached_property
-    def level(self) -> float:
-        """Ankle angle at which the outsole stands flat under an upright shank [rad]: that of a drop."""
-        if "sole/pitch" not in self.columns:
-            return 0.0
-        return float(self["ankle/angle"][0] - self["shank/angle"][0] - self["sole/pitch"][0])
-
-    @cached_property
+    @property
     def fast(self) -> np.ndarray:
         """Mask of the rows in which the ankle's forward speed is in its upper quartile (n,)."""
-        walks = np.gradient(self.phase) > 0.0  # else who stands long enough is fast at a speed of 0
-        return self.speed >= np.quantile(self.speed[walks], FAST)
+        return self._row(self._events, R.fast) > 0.0
 
-    @cached_property
-    def speed(self) -> np.ndarray:
-        """Forward speed of the ankle [m/s] (n,)."""
-        return np.gradient(self["ankle/position/x"], self.timestep)
-
-    @cached_property
+    @property
     def fastest(self) -> float:
-        """Phase of the ankle's greatest forward speed [-], on the parabola through the fastest rows."""
-        speed, phase = self.speed, self.phase
-        top = min(max(int(np.argmax(speed)), 1), len(speed) - 2)
-        before, bend = speed[top - 1] - speed[top + 1], np.diff(speed[top - 1 : top + 2], 2)[0]
-        share = min(max(float(0.5 * before / bend), -0.5), 0.5) if bend < 0.0 else 0.0
-        return float(phase[top] + share * (phase[top + 1] - phase[top]))
+        """Phase of the ankle's greatest forward speed [-]."""
+        return float(self._events[S.fastest])
 
-    @cached_property
-    def _way(self) -> tuple[slice, np.ndarray]:
-        """The stride's rows with one more on either side, and the phase in them, beyond 0 and 1 too."""
-        near = slice(max(self.rows.start - 1, 0), self.rows.stop + 1)
-        return near, self.columns["gait/stride"][near] + self.columns["gait/phase"][near] - self.number
-
-    def at(self, column: str, phase: np.ndarray | float) -> np.ndarray:
-        """A column at phases from 0 to 1, linear between its rows; of `phase`'s shape."""
-        near, way = self._way
-        return np.interp(phase, way, self.columns[column][near])
-
-    def between(self, start: float, end: float) -> Window:
-        """The stretch of the recording from one phase to another [-]."""
-        near, way = self._way
-        ends = near.start + np.interp([start, end], way, np.arange(len(way)))
-        if end > way[-1]:  # the recording ends in the stride's last step
-            ends[1] += (end - way[-1]) / (way[-1] - way[-2])
-        return Window(*np.where(np.abs(ends - np.rint(ends)) < ON_ROW, np.rint(ends), ends).tolist())
-
-    @cached_property
+    @property
     def whole(self) -> Window:
         """From heel strike to heel strike."""
         return self.between(0.0, 1.0)
 
-    @cached_property
-    def steps(self) -> np.ndarray:
-        """Time that each row's step has in the stride [s] (n,)."""
-        return self.timestep * self.whole.shares(self.rows.start, len(self.phase))
+    def at(self, column: str, phase: np.ndarray | float) -> np.ndarray:
+        """A column at phases from 0 to 1, linear between its rows; of `phase`'s shape."""
+        b, start = self._way, base(self._way, R.phase)
+        return np.interp(phase, b[start : start + int(b[S.count])], self.columns[column][self.near])
 
-
-RECORDED_FORCE = "gait/ground_force_z"  # a column only where the foot is in contact with a floor
+    def between(self, start: float, end: float) -> Window:
+        """The stretch of the recording from one phase to another [-]."""
+        return Window(*(self.near.start + float(edge(self._way, phase)) for phase in (start, end)))
 
 
 def stance_force(columns: Container[str]) -> str:
     """The column that tells stance from swing, of a recording's columns."""
-    return RECORDED_FORCE if RECORDED_FORCE in columns else "ground/force/z"
+    return next(name for name in ROWS["force"] if name in columns or name == ROWS["force"][-1])
 
 
 def without_floor(columns: Container[str], height: str) -> str:
@@ -169,11 +282,11 @@ def strides(
     way = progress(columns)
     if len(way) < 2:
         return []
-    first = int(np.ceil(way[0] - 0.5 * (way[1] - way[0])))
-    last = int(np.floor(way[-1] + 1.5 * (way[-1] - way[-2])))
-    cuts = np.searchsorted(way, np.arange(first, last + 1) - 1e-9)
+    first = math.ceil(way[0] - 0.5 * (way[1] - way[0]))
+    last = math.floor(way[-1] + 1.5 * (way[-1] - way[-2]))
+    cuts = way.searchsorted(np.arange(first, last + 1) - 1e-9).tolist()
     return [
-        Stride(columns, first + k, slice(int(a), int(b)), timestep, body_mass, free_density)
+        Stride(columns, first + k, slice(a, b), timestep, body_mass, free_density)
         for k, (a, b) in enumerate(itertools.pairwise(cuts))
     ]
 
@@ -202,8 +315,3 @@ def emptied_at(columns: Mapping[str, np.ndarray]) -> int | None:
         return None
     less = columns[SOURCE_PRESSURE] < columns[SET_PRESSURE]
     return int(np.argmax(less)) if less.any() else None
-
-
-def chambers(columns: Mapping[str, np.ndarray]) -> list[str]:
-    """Names of a recording's chambers."""
-    return [name.split("/")[1] for name in columns if name.startswith("chamber/") and name.endswith("/mass")]

@@ -5,40 +5,54 @@ again; a venting is the other way round. A 3/2 valve vents from where its coil h
 """
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
 from afo_sim.metrics.air_per_stride import SET
 from afo_sim.metrics.facts import Run
+from afo_sim.metrics.kernel import NUMBERS, R, S, base, call, chambers, has, kernel, valves
 from afo_sim.metrics.metric import AIR, Found, Of, reported
-from afo_sim.metrics.strides import Stride, chambers
-from afo_sim.metrics.window import ON_ROW, crossing
+from afo_sim.metrics.window import ON_ROW, crossed
+from afo_sim.physics import register_jitable
 
 ON = "how often its coil is switched on; a proportional valve's, from shut to open"
 SECONDS = 3600.0  # of an hour
 
 
-def valves(columns: Mapping[str, np.ndarray]) -> list[str]:
-    """Names of a recording's valves."""
-    return [name.split("/")[1] for name in columns if name.startswith("valve/") and name.endswith("/coil")]
+@register_jitable
+def _rise(b: Any, coil: int, counts: int, count: int, k: int) -> float:
+    """How often a coil is switched on in a row's step: by what its drive counts, else (−1) by its current."""
+    if counts >= 0:
+        return max(b[counts + k + 1] - b[counts + k], 0.0) if k + 1 < count else 0.0
+    return 1.0 if b[coil + k] > 0.0 and not (k > 0 and b[coil + k - 1] > 0.0) else 0.0
+
+
+@kernel()
+def _rises(b: Any, out: Any) -> float:
+    for k in range(int(b[0])):
+        out[k] = _rise(b, NUMBERS, NUMBERS if b[1] else -1, int(b[0]), k)
+    return 0.0
 
 
 def rises(columns: Mapping[str, np.ndarray], valve: str) -> np.ndarray:
     """How often a valve's coil is switched on in each row's step (n,)."""
     counted = columns.get(f"valve/{valve}/switches")
-    if counted is not None:
-        return np.maximum(np.diff(counted, append=counted[-1:]), 0.0)
-    on = columns[f"valve/{valve}/coil"] > 0.0
-    before = np.concatenate([[False], on[:-1]])
-    return np.asarray(on & ~before, float)
+    values = columns[f"valve/{valve}/coil"] if counted is None else counted
+    return call(_rises, (counted is not None,), values, len(values))
 
 
 @reported(AIR, ("switches_per_stride_{}", "", "Switchings per stride, {}", ON), of=Of.WORN)
-def switching(stride: Stride) -> Found:
+@kernel(R.valves)
+def switching(b: Any, out: Any) -> float:
     """Switchings of each valve in a stride."""
-    for valve in valves(stride.columns):
-        yield f"switches_per_stride_{valve}", float(rises(stride.columns, valve)[stride.rows].sum())
+    for valve in range(int(b[S.valves])):
+        row, out[valve] = R.chambers + 2 * int(b[S.chambers]) + 2 * valve, 0.0
+        counts = base(b, row) if has(b, row) else -1
+        for k in range(int(b[S.first]), int(b[S.end])):
+            out[valve] += _rise(b, base(b, row + 1), counts, int(b[S.count]), k)
+    return 0.0
 
 
 @reported(AIR, ("switches_per_minute_{}", "", "Switchings per minute, {}", ON))
@@ -106,17 +120,10 @@ def filling(columns: Mapping[str, np.ndarray], from_rest: bool = True) -> Found:
             outlet = ~inlet  # a 3/2 valve has one coil
         pressure = columns[f"chamber/{name}/pressure"]
         supply = columns.get(SET, columns["supply/pressure"])
-        fills, vents = _turns(inlet, outlet, from_rest)
-        for form, turns, beyond in (
-            (FILL, fills, pressure - FULL * supply),
-            (VENT, vents, EMPTY * supply - pressure),
-        ):
-            found = list(_times(columns["time"], turns, beyond))
-            if found and math.isfinite(max(found)):
-                yield form.format(name), max(found)
-
-
-Turn = tuple[int, int]  # rows from, to
+        found = call(_fills, (FULL, EMPTY, from_rest), (columns["time"], inlet, outlet, pressure, supply), 2)
+        for form, longest in zip((FILL, VENT), found.tolist(), strict=True):
+            if math.isfinite(longest):
+                yield form.format(name), longest
 
 
 def is_filling(metric: str) -> bool:
@@ -124,24 +131,24 @@ def is_filling(metric: str) -> bool:
     return metric.startswith((FILL.format(""), VENT.format("")))
 
 
-def _turns(inlet: np.ndarray, outlet: np.ndarray, from_rest: bool) -> tuple[list[Turn], list[Turn]]:
-    """Rows from which on a chamber is filled, and vented, until the other begins."""
-    state = np.where(outlet, -1, np.where(inlet, 1, 0))  # both open: it vents
-    known = np.flatnonzero(state)
-    if not len(known):
-        return [], []
-    begins = known[np.flatnonzero(np.diff(state[known], prepend=0))]
-    ends = [*begins[1:], len(state)]
-    turns = [(a, b) for a, b in zip(map(int, begins), map(int, ends), strict=True) if from_rest or a > 0]
-    fills = [turn for turn in turns if state[turn[0]] == 1]
-    return fills, [turn for turn in turns if state[turn[0]] == -1]
+@kernel()
+def _fills(b: Any, out: Any) -> float:
+    """Longest filling and venting, each until the other begins; ∞ where one of them falls short.
 
-
-def _times(time: np.ndarray, turns: Sequence[Turn], beyond: np.ndarray) -> Iterator[float]:
-    """Time that each turn takes until its pressure is there, 0 or beyond; of one that begins there, none."""
-    n, there = len(time), beyond >= 0.0
-    begun = [(start, end) for start, end in turns if start < n and not there[start]]
-    whole = [turn for turn in begun if turn[1] < n or there[turn[0] : turn[1]].any()] or begun
-    for start, end in whole:
-        after = np.flatnonzero(there[start:end])
-        yield crossing(time, beyond, start + int(after[0])) - float(time[start]) if len(after) else math.inf
+    One whose pressure is there as it begins does not count, nor one that the last row cuts short.
+    """
+    n, at = int(b[0]), NUMBERS
+    for side in range(2):
+        sign, start, state, missed = 1.0 - 2.0 * side, -1, 0.0, 0.0  # `missed` in the row before
+        out[side] = -math.inf
+        for k in range(n):
+            beyond = sign * (b[at + 3 * n + k] - b[1 + side] * b[at + 4 * n + k])
+            now = -1.0 if b[at + 2 * n + k] > 0.0 else b[at + n + k]  # both open: it vents
+            if now != 0.0 and now != state:
+                out[side] = math.inf if start >= 0 else out[side]
+                state, start = now, k if now == sign and (b[3] or k > 0) and not beyond >= 0.0 else -1
+            elif start >= 0 and beyond >= 0.0:
+                until = crossed(b[at + k - 1], b[at + k], missed, beyond)
+                out[side], start = max(out[side], until - b[at + start]), -1
+            missed = beyond
+    return 0.0

@@ -8,27 +8,33 @@ heel strike (`Stride.toe_off`). Angles and torques are dorsiflexion positive; pe
 reports stands in the modules of its subjects: clearance, push-off, torque, air, switching.
 """
 
+import functools
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from afo_sim.common import STANDARD_DENSITY, Notice
-from afo_sim.gait import norm as gait_norm
+from afo_sim.metrics.kernel import R, S, base, chambers, kernel
 from afo_sim.metrics.metric import (
     ANKLE,
     CLEARANCE,
     TIME,
-    Found,
     Metric,
     Of,
+    all_measured,
     functions_of,
+    known,
     measured,
     reported,
     reporting,
 )
-from afo_sim.metrics.strides import Stride, chambers, settled, strides
+from afo_sim.metrics.peak import greatest
+from afo_sim.metrics.strides import LEVEL, Stride, at, below, edge, place, settled, strides
+from afo_sim.metrics.window import place_of, places, row_at
+from afo_sim.physics import register_jitable
 
 UNSETTLED = 1.0  # change of the toe clearance from stride to stride [mm]
 FEWEST = 10  # whole strides from which on the air is taken for known to settle or not
@@ -73,11 +79,11 @@ def walk_metrics(
     whole = strides(columns, timestep, body_mass, free_density)
     counted = whole[-1:] if solved else settled(columns, whole)
     each_of = None if wanted is None else frozenset(map(_each, wanted)) - {"strides_counted"}
-    all_of = {stride.number: stride_metrics(stride, each_of) for stride in (whole if transient else counted)}
-    each = {
-        number: {name: metric for name, metric in metrics.items() if math.isfinite(metric.value)}
-        for number, metrics in all_of.items()
-    }
+    functions = reporting(_functions(tuple(columns)), each_of)
+    every = {stride.number: stride.values(functions) for stride in (whole if transient else counted)}
+    finite = {number: _finite(found) for number, found in every.items()}
+    kept = None if each_of is None or None in map(known, each_of) else each_of
+    each = {number: _measured(found, kept) for number, found in finite.items()}
     if not counted:
         missing = Notice(
             "no-stride-counts",
@@ -87,38 +93,55 @@ def walk_metrics(
         return WalkMetrics({}, each, (missing,))
     totals = {"strides_counted": measured("strides_counted", float(len(counted)))}
     warnings: list[Notice] = []
-    for name in dict.fromkeys(name for stride in counted for name in all_of[stride.number]):
-        found = [each[stride.number][name] for stride in counted if name in each[stride.number]]
-        if found:
-            totals[name] = found[0] if len(found) == 1 else measured(name, float(np.mean(found)))
-        if len(found) < len(counted):
-            extent = f"in {len(counted) - len(found)} of {len(counted)} strides" if found else "and left out"
-            warnings.append(
-                Notice("metric-undefined", "{subject} is undefined {extent}", subject=name, extent=extent)
-            )
+    numbers = [stride.number for stride in counted]
+    means = finite[numbers[0]] if len(numbers) == 1 else _means([finite[number] for number in numbers])
+    totals |= each[numbers[0]] if len(numbers) == 1 else _measured(means, kept)
+    for name in dict.fromkeys(n for k in numbers for n in every[k] if n not in finite[k]):
+        lacking = sum(name not in finite[number] for number in numbers)
+        extent = f"in {lacking} of {len(numbers)} strides" if name in means else "and left out"
+        warnings.append(
+            Notice("metric-undefined", "{subject} is undefined {extent}", subject=name, extent=extent)
+        )
     for name in ("toe_clearance", "ball_clearance"):
         if name in totals:
             lowest = min(each[s.number][name].value for s in counted if name in each[s.number])
             totals[f"lowest_{name}"] = measured(f"lowest_{name}", lowest)
     if not solved:
-        totals |= _changes(counted, each)
-        warnings += [*_too_few(columns, whole), *_unsettled(counted, totals)]
-    warnings += _without_event(totals)
+        changes = _changes([finite[number] for number in numbers[-2:]])
+        totals |= all_measured(i for i in changes.items() if kept is None or CHANGES[i[0]] in kept)
+        warnings += [*_too_few(columns, whole), *_unsettled(counted, changes)]
+    warnings += _without_event(means)
     return WalkMetrics(totals, each, tuple(warnings))
 
 
-def _without_event(totals: dict[str, Metric]) -> Iterator[Notice]:
+def _finite(found: Mapping[str, float]) -> dict[str, float]:
+    """Without what is undefined."""
+    return {name: value for name, value in found.items() if -math.inf < value < math.inf}
+
+
+def _means(found: list[dict[str, float]]) -> dict[str, float]:
+    """The mean of each over the strides that have it."""
+    names = dict.fromkeys(name for stride in found for name in stride)
+    return {name: float(np.mean([stride[name] for stride in found if name in stride])) for name in names}
+
+
+def _measured(found: Mapping[str, float], kept: Collection[str] | None) -> dict[str, Metric]:
+    """Metrics, of all names or of those that are kept."""
+    return all_measured(each for each in found.items() if kept is None or each[0] in kept)
+
+
+def _without_event(means: Mapping[str, float]) -> Iterator[Notice]:
     """Warnings of swings without the minimum that the literature calls clearance."""
     for point in ("toe", "ball"):
-        share = totals.get(f"swings_without_{point}_event")
-        if share is not None and share.value > 0.0:
+        share = means.get(f"swings_without_{point}_event", 0.0)
+        if share > 0.0:
             yield Notice(
                 "no-swing-minimum",
                 "{point} clearance: {share:.0f} % of the swings have no minimum while the foot is fast; "
                 "there it is the height at the ankle's greatest speed",
                 subject=f"{point}_clearance",
                 point=point,
-                share=share.value,
+                share=share,
             )
 
 
@@ -134,32 +157,29 @@ def _too_few(columns: Mapping[str, np.ndarray], whole: list[Stride]) -> Iterator
         )
 
 
-def _changes(counted: list[Stride], each: dict[int, dict[str, Metric]]) -> dict[str, Metric]:
+def _changes(last: list[dict[str, float]]) -> dict[str, float]:
     """Change of clearance and air from the last but one counted stride to the last."""
     found = {}
     for name, of in CHANGES.items():
-        pair = [each[stride.number].get(of) for stride in counted[-2:]]
-        if len(pair) < 2 or pair[0] is None or pair[1] is None:
-            continue
-        change = pair[1].value - pair[0].value
-        if name == "walked_clearance_change":
-            found[name] = measured(name, change)
-        elif pair[0].value > 0.0:
-            found[name] = measured(name, 100.0 * change / pair[0].value)
+        pair = [stride[of] for stride in last if of in stride]
+        if len(pair) == 2 and name == "walked_clearance_change":
+            found[name] = pair[1] - pair[0]
+        elif len(pair) == 2 and pair[0] > 0.0:
+            found[name] = 100.0 * (pair[1] - pair[0]) / pair[0]
     return found
 
 
-def _unsettled(counted: list[Stride], totals: dict[str, Metric]) -> Iterator[Notice]:
+def _unsettled(counted: list[Stride], changes: Mapping[str, float]) -> Iterator[Notice]:
     """Strides of equal duration that do not repeat: totals are means over a change."""
-    change = totals.get("walked_clearance_change")
+    change = changes.get("walked_clearance_change")
     if change is None or abs(counted[-1].duration - counted[-2].duration) > counted[-1].timestep:
         return
-    if abs(change.value) > UNSETTLED:
+    if abs(change) > UNSETTLED:
         yield Notice(
             "strides-differ",
             "the strides do not repeat: the last one's toe clearance is {change:+.1f} mm off the one's "
             "before (air still settling, or a timer that drifts); totals are means over them",
-            change=change.value,
+            change=float(change),
         )
 
 
@@ -168,25 +188,18 @@ def _each(name: str) -> str:
     return CHANGES.get(name) or (name.removeprefix("lowest_") if name.endswith("_clearance") else name)
 
 
-def stride_metrics(stride: Stride, wanted: frozenset[str] | None = None) -> dict[str, Metric]:
-    """Metrics of one stride, by name; NaN where one is undefined."""
-    functions = reporting(_functions(stride), wanted)
-    return {name: measured(name, value) for function in functions for name, value in function(stride)}
-
-
 def stride_metric(stride: Stride, name: str) -> float:
-    """One metric of a stride, without those that come along; NaN where it is undefined."""
-    functions = reporting(_functions(stride), frozenset([name]), strict=False)
-    found = (value for function in functions for each, value in function(stride) if each == name)
-    return next(found, math.nan)
+    """One metric of a stride; NaN where it is undefined."""
+    functions = reporting(_functions(tuple(stride.columns)), frozenset([name]), strict=False)
+    return stride.values(functions).get(name, math.nan)
 
 
-def _functions(stride: Stride) -> tuple[Callable[..., Found], ...]:
-    scopes = (Of.STRIDE, Of.WORN) if has_orthosis(stride.columns) else (Of.STRIDE,)
-    return functions_of(*scopes)
+@functools.lru_cache(maxsize=64)  # cases of a sweep have the same columns
+def _functions(columns: tuple[str, ...]) -> tuple[Callable[..., Any], ...]:
+    return functions_of(*((Of.STRIDE, Of.WORN) if has_orthosis(columns) else (Of.STRIDE,)))
 
 
-def has_orthosis(columns: Mapping[str, np.ndarray]) -> bool:
+def has_orthosis(columns: Iterable[str]) -> bool:
     """Whether the leg wears one."""
     return any(name.startswith("muscle/") for name in columns)
 
@@ -197,10 +210,11 @@ def has_orthosis(columns: Mapping[str, np.ndarray]) -> bool:
     ("stance", "percent", "Stance", "heel strike to toe-off, of the stride"),
     of=Of.STRIDE,
 )
-def _timing(stride: Stride) -> Found:
+@kernel(R.force)
+def _timing(b: Any, out: Any) -> float:
     """Durations of the stride and of its stance."""
-    yield "stride_time", stride.duration
-    yield "stance", 100.0 * stride.toe_off
+    out[0], out[1] = b[S.duration], 100.0 * b[S.toe_off]
+    return 0.0
 
 
 @reported(
@@ -229,26 +243,38 @@ def _timing(stride: Stride) -> Found:
     ("gvs_norm", "deg", "Gait variable score against the norm", "RMS over 51 points"),
     of=Of.STRIDE,
 )
-def _ankle(stride: Stride) -> Found:
+@kernel(R.force, *LEVEL, R.healthy_angle)
+def _ankle(b: Any, out: Any) -> float:
     """Ankle angle of the stride, and its distance from the recorded walker and from the norm."""
-    angle = np.degrees(stride["ankle/angle"])
-    if stride.swing.any():
-        part = stride.between(stride.toe_off, 1.0)
-        yield "peak_swing_dorsiflexion", math.degrees(part.of(stride.columns["ankle/angle"]).max())
-        middle = stride.at("ankle/angle", 0.5 * (1.0 + stride.toe_off))
-        yield "mid_swing_angle", math.degrees(middle)
-    yield "ankle_range", float(np.ptp(angle))
-    points = np.linspace(0.0, 1.0, GVS_POINTS)
-    norm = gait_norm.read()
-    here = np.degrees(stride.at("ankle/angle", points))
-    level = stride.level
-    for name, rows, score in (
-        ("recorded", stride["gait/ankle_angle"], stride.at("gait/ankle_angle", points)),
-        ("norm", level + norm.at("ankle_angle", stride.phase), level + norm.at("ankle_angle", points)),
-    ):
-        yield f"angle_error_{name}", _rms(angle - np.degrees(rows))
-        yield f"gvs_{name}", _rms(here - np.degrees(score))
+    first, end, toe_off = int(b[S.first]), int(b[S.end]), b[S.toe_off]
+    way, own, recorded = base(b, R.phase), base(b, R.angle), base(b, R.healthy_angle)
+    if b[way + end - 1] >= toe_off:
+        start, strike, most = edge(b, toe_off), edge(b, 1.0), -np.inf
+        for k in range(places(start, strike)):
+            most = max(most, row_at(b, own, int(b[S.count]), place_of(start, strike, k)))
+        out[0], out[1] = math.degrees(most), math.degrees(at(b, R.angle, 0.5 * (1.0 + toe_off)))
+    n = end - first
+    range_ = greatest(b, own + first, n, 1.0) + greatest(b, own + first, n, -1.0)
+    out[2] = math.degrees(range_)
+    off_recorded = off_norm = score_recorded = score_norm = 0.0
+    for k in range(first, end):
+        off_recorded += (b[own + k] - b[recorded + k]) ** 2 / n
+        off_norm += (b[own + k] - _norm(b, b[way + k])) ** 2 / n
+    for k in range(GVS_POINTS):
+        there = place(b, k / (GVS_POINTS - 1.0))
+        here = row_at(b, own, int(b[S.count]), there)
+        score_recorded += (here - row_at(b, recorded, int(b[S.count]), there)) ** 2 / GVS_POINTS
+        score_norm += (here - _norm(b, k / (GVS_POINTS - 1.0))) ** 2 / GVS_POINTS
+    out[3], out[4] = math.degrees(math.sqrt(off_recorded)), math.degrees(math.sqrt(off_norm))
+    out[5], out[6] = math.degrees(math.sqrt(score_recorded)), math.degrees(math.sqrt(score_norm))
+    return 0.0
 
 
-def _rms(values: np.ndarray) -> float:
-    return float(np.sqrt(np.mean(values**2)))
+@register_jitable
+def _norm(b: Any, phase: float) -> float:
+    """Ankle angle of the norm, of a foot that stands flat under an upright shank at `level` [rad]."""
+    norm, turned = int(b[S.norm]) + 1, phase - 1.0 if phase >= 1.0 else max(phase, 0.0)
+    count = int(b[norm - 1])
+    k = below(b, norm, count, turned)
+    share = (turned - b[norm + k]) / (b[norm + k + 1] - b[norm + k])
+    return b[S.level] + row_at(b, norm + count, count, k + share)

@@ -2,11 +2,83 @@
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
+from typing import Any
 
 import numpy as np
 
+from afo_sim.metrics.kernel import NUMBERS, call, kernel
+from afo_sim.physics import register_jitable
+
 ON_ROW = 1e-6  # of a step: what is no further from a row is on it [-]
+
+
+@register_jitable
+def rectified(value: float) -> float:
+    """At least zero; no number stays none."""
+    return 0.0 if value < 0.0 else value
+
+
+@register_jitable
+def row_at(b: Any, base: int, count: int, place: float) -> float:
+    """A row's value at a place from 0 on, straight between two, beyond the last as there."""
+    if place >= count - 1.0:
+        return b[base + count - 1]
+    k = int(place) if place >= 0.0 else 0
+    return b[base + k] + (place - k) * (b[base + k + 1] - b[base + k])
+
+
+@register_jitable
+def places(start: float, end: float) -> int:
+    """How many places a window has: its start, the rows within it and its end; none where it is empty."""
+    return int(end) + int(int(end) < end) - int(start) + 1 if start < end else 0
+
+
+@register_jitable
+def place_of(start: float, end: float, k: int) -> float:
+    """The k-th of a window's places."""
+    return start if k == 0 else min(float(int(start) + k), end)
+
+
+@register_jitable
+def mean(b: Any, base: int, count: int, start: float, end: float) -> float:
+    """Mean of a row over a window; 0 where it is empty."""
+    area, at, before = 0.0, start, row_at(b, base, count, start)
+    for k in range(1, places(start, end)):
+        there = place_of(start, end, k)
+        value = row_at(b, base, count, there)
+        area, before, at = area + 0.5 * (before + value) * (there - at), value, there
+    return area / (end - start) if start < end else 0.0
+
+
+@register_jitable
+def share(k: int, first: int, last: int, start: float, end: float) -> float:
+    """Share in a window of a row's step [-], to sum up means of a step; outer rows have what is beyond."""
+    found = min(max(end - k, 0.0), 1.0)
+    if k == first:
+        found += first - start
+    return found + max(0.0, end - k - 1.0) if k == last else found
+
+
+@register_jitable
+def crossed(before: float, at: float, value_before: float, value: float) -> float:
+    """Place at which what goes from one value to another crosses zero; the later one where it does not."""
+    if not value_before * value < 0.0:
+        return at
+    return before + value_before / (value_before - value) * (at - before)
+
+
+@kernel()
+def _part(b: Any, out: Any) -> float:
+    for k in range(places(b[1], b[2])):
+        out[k] = row_at(b, NUMBERS, int(b[0]), place_of(b[1], b[2], k))
+    return 0.0
+
+
+@kernel()
+def _shares(b: Any, out: Any) -> float:
+    for k in range(int(b[2])):
+        out[k] = share(int(b[1]) + k, int(b[1]), int(b[1] + b[2]) - 1, b[3], b[4])
+    return 0.0
 
 
 @dataclass(frozen=True)
@@ -16,38 +88,13 @@ class Window:
     start: float
     end: float
 
-    @cached_property
-    def places(self) -> np.ndarray:
-        """Numbers of its start, of the rows within it and of its end (n,)."""
-        within = np.arange(math.floor(self.start) + 1, math.ceil(self.end))
-        return np.concatenate([[self.start], within, [self.end]] if self.start < self.end else [[]])
-
     def of(self, values: np.ndarray) -> np.ndarray:
-        """A recording's column at these places (n,), straight between two rows, beyond the last as there."""
-        if not len(self.places):
-            return values[:0]
-        first, last = math.floor(self.start), math.ceil(self.end)
-        near = values[first : last + 1]
-        if (lacking := last + 1 - first - len(near)) > 0:
-            near = np.append(near, np.full(lacking, near[-1]))
-        if (first, last) == (self.start, self.end):
-            return near
-        found = near.copy()
-        found[0] += (self.start - first) * (near[1] - near[0])
-        found[-1] -= (last - self.end) * (near[-1] - near[-2])
-        return found
-
-    def mean(self, values: np.ndarray) -> float:
-        """Mean of a recording's column over its time; 0 where nothing lies in it."""
-        area = increments(self.of(values), self.places).sum()
-        return float(area / (self.end - self.start)) if len(self.places) else 0.0
+        """A column from start to end (n,), straight between two rows, beyond the last as there."""
+        return call(_part, (self.start, self.end), values, places(self.start, self.end))
 
     def shares(self, first: int, rows: int) -> np.ndarray:
         """Shares in it of rows' steps [-] (n,), to sum up means of a step; outer rows have what is beyond."""
-        found = np.clip(self.end - np.arange(first, first + rows), 0.0, 1.0)
-        found[0] += first - self.start
-        found[-1] += max(0.0, self.end - first - rows)
-        return found
+        return call(_shares, (first, rows, self.start, self.end), (), rows)
 
 
 def whole_cycles(rows: int, timestep: float, period: float) -> tuple[int, Window]:
@@ -60,11 +107,3 @@ def increments(values: np.ndarray, over: np.ndarray) -> np.ndarray:
     """∫ values d(over) of each step from row to row, by the trapezoidal rule (n − 1,)."""
     found: np.ndarray = 0.5 * (values[1:] + values[:-1]) * (over[1:] - over[:-1])
     return found
-
-
-def crossing(over: np.ndarray, values: np.ndarray, row: int) -> float:
-    """Where values cross zero in the step to a row, on a straight line; the row's where they do not."""
-    if row == 0 or not values[row - 1] * values[row] < 0.0:
-        return float(over[row])
-    share = values[row - 1] / (values[row - 1] - values[row])
-    return float(over[row - 1] + share * (over[row] - over[row - 1]))

@@ -41,7 +41,7 @@ def register_all() -> None:
 
 @functools.cache
 def compiled_functions(
-    kind: str, arguments: tuple[Any, ...], *functions: Callable[..., float]
+    kind: str, arguments: tuple[Any, ...], *functions: Callable[..., float], follows: tuple[Any, ...] = ()
 ) -> list[Callable[..., float]]:
     """Functions of arrays and numbers as C functions, compiled once and kept; they raise nothing.
 
@@ -50,11 +50,12 @@ def compiled_functions(
     kind : under which the machine code is kept
     arguments : of each, as of ctypes: addresses of doubles, doubles, whole numbers
     functions : that return a double
+    follows : what the code follows from, beside the sources of the rooms below
     """
     from afo_sim.common import machine_code  # LLVM: for code over arrays alone
 
     prototype = ctypes.CFUNCTYPE(ctypes.c_double, *arguments)
-    return machine_code.functions(kind, prototype, (), lambda: code_of(arguments, *functions))
+    return machine_code.functions(kind, prototype, follows, lambda: code_of(arguments, *functions))
 
 
 def code_of(arguments: tuple[Any, ...], *functions: Callable[..., float]) -> Any:

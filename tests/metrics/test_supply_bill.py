@@ -8,14 +8,7 @@ import pytest
 from metrics.test_verdict import LIMITS
 
 from afo_sim.metrics import Answer, Feed, Metric, Window, compressor_metrics, sag_of_both, words
-from afo_sim.metrics.air_per_stride import (
-    efficiency,
-    flow_metrics,
-    grams_taken,
-    grams_through,
-    positive_work,
-    sag_metrics,
-)
+from afo_sim.metrics.air_per_stride import bill, efficiency, sag_metrics
 from afo_sim.metrics.bottle import bottle_metrics, cycle_metrics
 from afo_sim.metrics.verdict import verdict
 
@@ -26,7 +19,6 @@ GOOD = {
     "free_air_per_minute": 3.4,
     "strides_per_bottle": 2500.0,
 }
-CHAMBERS = ["one", "other"]
 PUMP = Feed("the compressor small", runs=True)
 BOTTLE = Feed("the bottle mine of 1 l at 200 bar")
 
@@ -39,21 +31,27 @@ def rows(supply: list[float], one: list[float], other: list[float]) -> dict[str,
         "valve/one_inlet/mass_flow": 1e-3 * np.array(one),
         "valve/other_inlet/mass_flow": 1e-3 * np.array(other),
         "ankle/moment/orthosis": np.linspace(-1.0, 1.0, n),
+        **{f"chamber/{name}/mass": np.zeros(n) for name in ("one", "other")},
     }
+
+
+def spent(columns: dict[str, np.ndarray], density: float = 1.185) -> dict[str, float]:
+    """The bill of all rows, a second each."""
+    return bill(columns, 1.0, Window(0.0, len(columns["supply/mass_flow"])), free_density=density)
 
 
 def test_air_that_one_chamber_has_from_the_other_is_not_taken_twice() -> None:
     """Both inlets let 2 g/s through, and 2 g/s leave the supply: the other one's are the first one's."""
     found = rows([2.0, 2.0, 0.0], [2.0, 2.0, 0.0], [0.0, 2.0, 2.0])
-    assert [grams_through(found, name, np.ones(3)) for name in CHAMBERS] == pytest.approx([4.0, 4.0])
-    assert grams_taken(found, CHAMBERS, np.ones(3)) == pytest.approx(4.0)
-    alone = rows([2.0, 5.0, 3.0], [2.0, 2.0, 0.0], [0.0, 3.0, 3.0])
-    assert grams_taken(alone, CHAMBERS, np.ones(3)) == pytest.approx(10.0)  # each has its own
+    told = spent(found)
+    assert (told["air_per_stride_one"], told["air_per_stride_other"]) == pytest.approx((4.0, 4.0))
+    assert told["air_per_stride"] == pytest.approx(4.0)
+    del found["supply/mass_flow"]  # of a former recording: as if each had its own
+    assert bill(found, 1.0, Window(0.0, 3.0))["air_per_stride"] == pytest.approx(8.0)
 
 
 def test_air_pushed_back_into_the_supply_is_not_given_back() -> None:
-    found = rows([2.0, -1.0, 0.5], [2.0, -1.0, 0.5], [0.0, 0.0, 0.0])
-    told = dict(flow_metrics(found, CHAMBERS, np.ones(3), 1.0))
+    told = spent(rows([2.0, -1.0, 0.5], [2.0, -1.0, 0.5], [0.0, 0.0, 0.0]))
     assert told["air_per_hour"] == pytest.approx(2.5 * 1200.0)
     assert told["peak_flow"] == pytest.approx(60.0 * 2.0 / 1.185)  # [l/min ANR]
 
@@ -61,7 +59,7 @@ def test_air_pushed_back_into_the_supply_is_not_given_back() -> None:
 def test_a_gas_of_its_own_has_litres_of_its_own() -> None:
     """3.6 g an hour is 1 mg/s. Carbon dioxide of 20 °C and 1 bar: p M/(R T) = 1.806 g/l."""
     density = 1e5 * 44.0095e-3 / (8.314462 * 293.15)
-    told = dict(flow_metrics(rows([1e-3], [1e-3], [0.0]), CHAMBERS, np.ones(1), 1.0, free_density=density))
+    told = spent(rows([1e-3], [1e-3], [0.0]), density)
     assert told["air_per_hour"] == pytest.approx(3.6)
     assert told["free_air_per_hour"] == pytest.approx(3.6 / 1.806, rel=1e-3)
     assert told["mean_flow"] == pytest.approx(told["free_air_per_hour"] / 60.0)
@@ -71,8 +69,8 @@ def test_a_gas_of_its_own_has_litres_of_its_own() -> None:
 def test_positive_work_is_that_of_a_torque_along_its_motion() -> None:
     """Torque from −1 to 1 N·m over 4 rad: half of it at a mean of 0.5 N·m over 2 rad is 1 J."""
     moved = {"ankle/moment/orthosis": np.linspace(-1.0, 1.0, 21), "ankle/angle": np.linspace(0.0, 4.0, 21)}
-    assert positive_work(moved, Window(0.0, 20.0)) == pytest.approx(1.0, rel=1e-12)
-    assert positive_work(moved, Window(0.0, 19.5)) == pytest.approx(0.95**2, rel=1e-12)  # less a triangle
+    for end, work in ((20.0, 1.0), (19.5, 0.95**2)):  # less a triangle
+        assert bill(moved, 1.0, Window(0.0, end))["positive_work"] == pytest.approx(work, rel=1e-12)
     spent, none = {"exergy_taken": 4.0, "skeleton_work": -1.0, "positive_work": 2.0}, {"exergy_taken": 0.0}
     shares = dict(efficiency(SimpleNamespace(totals=spent)))
     assert shares == {"exergy_efficiency": -25.0, "exergy_efficiency_positive": 50.0}

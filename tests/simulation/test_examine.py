@@ -23,7 +23,8 @@ FREE = {f"{point}/height_without_floor" for point in ("sole", "ball", "toe")}
 SWING = (
     FREE
     | {"foot/toe_load", "ankle/position/x", "shank/angle"}
-    | {f"{whose}_height" for whose in ("gait/sole", "gait/ball")}
+    | {f"{whose}_height" for whose in ("gait/sole", "gait/ball", "gait/toe")}
+    | {"gait/needed_moment"}  # of a patient's own walk nothing is known of the healthy foot's floor
 )
 EXTENDED = {f"sole/height{how}" for how in ("_less_extended", "_more_extended")}
 AIR = {"supply/mass_flow"} | {

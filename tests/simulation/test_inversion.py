@@ -7,7 +7,7 @@ from sideways import Talus, inversion_moment
 
 import afo_sim
 from afo_sim.description import Scenario, load
-from afo_sim.metrics.needed_torque import inversion_peaks
+from afo_sim.metrics import ankle_metrics
 from afo_sim.model import muscle_names
 from afo_sim.simulation import Recording
 
@@ -104,6 +104,9 @@ def test_metrics_of_walking_are_means_over_the_counted_strides() -> None:
 
 def test_peaks_of_known_moments() -> None:
     moment = np.array([0.0, 2.0, 2.0, 2.0, -3.0, -3.0, -3.0, 0.0])
-    found = dict(inversion_peaks({INVERSION: moment}, 5e-3))
+    others = dict.fromkeys(("ankle/angle", "ankle/moment/orthosis"), np.zeros(8)) | {
+        "time": 5e-3 * np.arange(8)
+    }
+    found = ankle_metrics(others | {INVERSION: moment}, 5e-3, 1.0)
     assert found["peak_inversion_moment"] == 2.0 and found["peak_eversion_moment"] == 3.0
-    assert dict(inversion_peaks({}, 5e-3)) == {}
+    assert not any("version" in name for name in ankle_metrics(others, 5e-3, 1.0))
