@@ -1,17 +1,12 @@
-from .air_reading import TO_AMBIENT as TO_AMBIENT
-from .air_reading import TO_SUPPLY as TO_SUPPLY
 from .air_reading import Way as Way
 from .air_reading import ends_at_ambient as ends_at_ambient
 from .air_reading import ends_at_supply as ends_at_supply
-from .air_reading import fill_store as fill_store
 from .air_reading import is_compressor as is_compressor
 from .air_reading import read_content as read_content
 from .air_reading import read_node as read_node
 from .air_reading import read_running as read_running
 from .air_reading import store_left as store_left
 from .air_reading import touching as touching
-from .air_reading import wall_of as wall_of
-from .air_reading import ways_of as ways_of
 from .air_reading import write_content as write_content
 from .circuit import AMBIENT_NAME as AMBIENT_NAME
 from .circuit import SIDES as SIDES

@@ -99,11 +99,6 @@ def ways_of(model: mujoco.MjModel) -> list[Way]:
     return found
 
 
-def wall_of(model: mujoco.MjModel, node: int) -> float:
-    """Heat conductance to the wall of the actuator of a chamber or volume [W/K]."""
-    return float(model.actuator_user[node, AIR_ROW.wall_conductance])
-
-
 def store_left(model: mujoco.MjModel, act: np.ndarray, store: int) -> float:
     """Share of its first content that is left in a store's actuator [-], from `act` (na,)."""
     left = act[model.actuator_actadr[store] + STORE_ACT.mass] / model.actuator_user[store, STORE_ROW.content]

@@ -27,7 +27,6 @@ from .flow_edge import compressor as compressor
 from .flow_edge import compressor_flow as compressor_flow
 from .flow_edge import compressor_runs as compressor_runs
 from .flow_edge import edge_flow as edge_flow
-from .flow_edge import edge_flows as edge_flows
 from .flow_edge import quick_exhaust as quick_exhaust
 from .flow_edge import regulator as regulator
 from .flow_edge import relief as relief

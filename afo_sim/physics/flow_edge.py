@@ -1,4 +1,4 @@
-"""What air flows through: flow laws, as kernels of compiled code and for arrays, and edges that have them.
+"""What air flows through: flow laws, as kernels of compiled code, and edges that have them.
 
 law            flow                                              made by
 TWO_WAY        ISO 6358 both ways                                `FlowEdge`
@@ -16,11 +16,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
 from afo_sim.common import AMBIENT_PRESSURE, STANDARD_DENSITY
 from afo_sim.physics.jitable import register_jitable
-from afo_sim.physics.pneumatics import iso_6358_flow, iso_6358_flows, laminar_slope, valve_flow
+from afo_sim.physics.pneumatics import iso_6358_flow, laminar_slope, valve_flow
 from afo_sim.physics.tube import tube_conductance, tube_critical_ratio
 
 TWO_WAY, ONE_WAY, QUICK_EXHAUST, REGULATED, RELIEF, COMPRESSOR, INERTIAL = 0, 1, 2, 3, 4, 5, 6
@@ -75,40 +73,6 @@ def edge_flow(
     if law == COMPRESSOR and opening > 0.5:
         return compressor_flow(p2 - AMBIENT_PRESSURE, numbers[k], 0.0, numbers[k + 1])
     return 0.0 * (p1 - p2)  # a NaN stays one
-
-
-def edge_flows(
-    law: int,
-    conductance: float,
-    critical_ratio: float,
-    parameters: tuple[float, ...],
-    p1: np.ndarray,
-    t1: np.ndarray | float,
-    p2: np.ndarray,
-    t2: np.ndarray | float,
-    pilot: np.ndarray,
-    opening: np.ndarray,
-) -> np.ndarray:
-    """`edge_flow` for arrays, by another order of the same operations: no compressor's, a line's steady one.
-
-    Parameters
-    ----------
-    law, conductance, critical_ratio, parameters : as of a `FlowEdge`: C [m³/(s·Pa)], b [-]
-    p1, t1, p2, t2, opening : as of `edge_flow` [Pa], [K], [-] (n,)
-    pilot : absolute pressure of the third node, of a law that has one [Pa] (n,)
-    """
-    a, b, c, d = parameters
-    if law == QUICK_EXHAUST:
-        opening = np.clip((p1 - pilot - b) / c, 0.0, 1.0)
-    flow = opening * conductance * iso_6358_flows(p1, t1, p2, t2, critical_ratio)
-    if law == ONE_WAY:
-        free = np.clip((p1 - p2 - c) / d, 0.0, 1.0) * a
-        flow = flow + free * np.maximum(iso_6358_flows(p1, t1, p2, t2, b), 0.0)
-    if law == REGULATED:
-        flow = np.maximum(np.minimum(b * (a - p2), flow), 0.0)
-    if law == RELIEF:
-        flow = np.maximum(np.minimum(b * (p1 - a), flow), 0.0)
-    return flow
 
 
 @register_jitable

@@ -2,8 +2,6 @@
 
 import math
 
-import numpy as np
-
 from afo_sim.common import AMBIENT_TEMPERATURE, GAS_CONSTANT, HEAT_CAPACITY_RATIO, STANDARD_DENSITY
 from afo_sim.physics.jitable import register_jitable
 
@@ -71,43 +69,22 @@ def laminar_slope(conductance: float, critical: float) -> float:
     return conductance * STANDARD_DENSITY * math.sqrt(1.0 - x * x) / (1.0 - LAMINAR_RATIO)
 
 
-def iso_6358_flows(
-    p1: np.ndarray, t1: np.ndarray | float, p2: np.ndarray, t2: np.ndarray | float, critical: float
-) -> np.ndarray:
-    """Flow by `iso_6358_flow` for arrays, from side 1 to side 2 whichever is higher, by the conductance.
-
-    By another order of the same operations.
-
-    Parameters
-    ----------
-    p1, t1, p2, t2 : absolute pressures [Pa], temperatures [K] (n,)
-    critical : critical pressure ratio b [-]
-
-    Returns
-    -------
-    array : mass flow by C [kg·Pa/m³] (n,); negative when it runs back
-    """
-    forth = p1 >= p2
-    up, temperature = np.where(forth, p1, p2), np.where(forth, t1, t2)
-    ratio = np.where(forth, p2, p1) / up
-    x = (np.clip(ratio, critical, LAMINAR_RATIO) - critical) / (1.0 - critical)
-    shape = np.sqrt(1.0 - x * x) * np.minimum((1.0 - ratio) / (1.0 - LAMINAR_RATIO), 1.0)
-    found: np.ndarray = np.where(forth, 1.0, -1.0) * STANDARD_DENSITY * up * shape
-    return found * np.sqrt(AMBIENT_TEMPERATURE / temperature)
-
-
-def iso_6358_slope(ratio: np.ndarray, critical: np.ndarray) -> np.ndarray:
+@register_jitable
+def iso_6358_slope(ratio: float, critical: float) -> float:
     """Slope of `iso_6358_flow` by the downstream pressure, d ln ṁ/d ln p_down [-].
 
     Parameters
     ----------
-    ratio : p_down/p_up [-], an array
-    critical : critical pressure ratios b [-]
+    ratio : p_down/p_up [-]
+    critical : critical pressure ratio b [-]
     """
-    r = np.minimum(ratio, 1.0 - NO_FLOW)
+    r = min(ratio, 1.0 - NO_FLOW)
+    if r <= critical:
+        return 0.0
+    if r > LAMINAR_RATIO:
+        return -r / (1.0 - r)
     x = (r - critical) / (1.0 - critical)
-    curved = -x * r / ((1.0 - critical) * np.maximum(1.0 - x * x, NO_FLOW))
-    return np.where(r <= critical, 0.0, np.where(r <= LAMINAR_RATIO, curved, -r / (1.0 - r)))
+    return -x * r / ((1.0 - critical) * max(1.0 - x * x, NO_FLOW))
 
 
 @register_jitable

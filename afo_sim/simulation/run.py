@@ -21,6 +21,7 @@ from afo_sim.metrics import SOLVED, Metric, WalkMetrics, emptied, sag_of_both, s
 from afo_sim.model import AFTER, Built, start_up, two_strides, why_walked, with_person
 from afo_sim.model import supply_and_timer as schedule
 from afo_sim.model.build import build
+from afo_sim.native.between_strides import AIR, ANGLE
 from afo_sim.simulation.examine import (
     Examined,
     described_cycle,
@@ -39,7 +40,6 @@ from afo_sim.simulation.settle import Settled, settle
 from afo_sim.simulation.simulate import Progress, simulate
 from afo_sim.simulation.step_control import HALVINGS, Step, check_step, controlled, forgets
 from afo_sim.simulation.stepping import Policy
-from afo_sim.simulation.stride_search import AIR, ANGLE
 from afo_sim.simulation.validity_checks import empty_warnings
 
 Watch = Callable[[Recording], None]  # takes each new stretch of a run while it is computed

@@ -13,6 +13,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache, partial
+from itertools import accumulate
 from typing import Any
 
 import mujoco
@@ -22,6 +23,8 @@ from afo_sim import native
 from afo_sim.common import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT, SimulationError
 from afo_sim.model import AFTER, JOINTS, Built, cooled, steps_of_stride
 from afo_sim.model.prefill import prefill
+from afo_sim.native.between_strides import compiled_between
+from afo_sim.native.stride_numbers import AT, GONE
 from afo_sim.physics import compiled_functions, valve_flow
 from afo_sim.simulation.coarse_stride import at_heel_strike, coarse
 from afo_sim.simulation.rollout import (
@@ -33,12 +36,12 @@ from afo_sim.simulation.rollout import (
     failed,
     limp,
     not_begun,
-    state_parts,
     widths,
 )
-from afo_sim.simulation.simulate import GONE, begun_case, first_beyond
+from afo_sim.simulation.simulate import GONE as THROUGH
+from afo_sim.simulation.simulate import begun_case
 from afo_sim.simulation.stepping import Rows, one_of, stepper_of
-from afo_sim.simulation.stride_search import StrideSearch, sticks
+from afo_sim.simulation.stride_search import in_steps, numbers_of, sticks, with_slopes
 
 ROUGH = 10.0  # times the distances within which a stride in long steps is settled [-]
 
@@ -80,7 +83,11 @@ def settle(
             else:
                 found[k] = Settled(not_begun(builts[k].model, reason))
         if cases:
-            walks = [_Walk(builts[k], controls[k], case) for k, case in cases.items()]
+            n = (len(controls[0]) - AFTER) // 2
+            numbers = [numbers_of(builts[k], controls[k], n) for k in cases]
+            walks = [
+                _Walk(builts[k], controls[k], cases[k], row) for k, row in zip(cases, numbers, strict=True)
+            ]
             party = _Party(_begun_near(walks, mode, workspace), mode, fields)
             found |= dict(zip(cases, party.settled(workspace), strict=True))
     return [found[k] for k in range(len(builts))]
@@ -88,13 +95,13 @@ def settle(
 
 @dataclass(frozen=True)
 class _Walk:
-    """A scenario's strides, inputs and start; of longer steps before, how many, and slopes of the air."""
+    """A scenario's strides, inputs, start and search; how many longer steps were taken before."""
 
     built: Built
     control: np.ndarray
     case: Case
+    numbers: np.ndarray
     steps: int = 0
-    slopes: np.ndarray | None = None
 
 
 def _begun_near(walks: list[_Walk], mode: native.Mode, workspace: Workspace) -> list[_Walk]:
@@ -105,114 +112,150 @@ def _begun_near(walks: list[_Walk], mode: native.Mode, workspace: Workspace) -> 
         if (there := coarse(walk.built, walk.control)) is not None:
             built, control = there
             state = at_heel_strike(walk.built, walk.case.state, built.scenario.timestep)
-            near = _Walk(built, control, Case(built.model, state, walk.case.policy))
-            longer.setdefault(len(control) // 2, {})[k] = near
+            case, n = Case(built.model, state, walk.case.policy), len(control) // 2
+            numbers = in_steps(walk.numbers, n, built.scenario.timestep, ROUGH)
+            longer.setdefault(n, {})[k] = _Walk(built, control, case, numbers)
     for alike in longer.values():
         # their models take the longer steps meanwhile: a copy of one costs as much as a hundred steps
         for near in alike.values():
             near.case.model.opt.timestep = near.built.scenario.timestep
-        party, places = _Party(list(alike.values()), mode, ("userdata",), ROUGH), list(alike)
-        for place, search, failure in party.ended(workspace):
+        party, places = _Party(list(alike.values()), mode, ("userdata",)), list(alike)
+        for place, failure in party.ended(workspace):
             k, walk = places[place], walks[places[place]]
             walk.case.model.opt.timestep = walk.built.scenario.timestep
-            found[k] = dataclasses.replace(walk, steps=search.strides * party.n)
-            if failure is None and search.found:
+            found[k] = dataclasses.replace(walk, steps=party.steps(place))
+            if failure is None and party.numbers[place, AT.found]:
                 state = at_heel_strike(walk.built, party.stepper.state(place), walk.built.scenario.timestep)
                 case = dataclasses.replace(walk.case, state=state)
-                found[k] = dataclasses.replace(
-                    found[k], case=case, slopes=search.slopes() if search.chambers else None
-                )
+                numbers = with_slopes(walk.numbers, party.numbers[place])
+                found[k] = dataclasses.replace(found[k], case=case, numbers=numbers)
     return found
 
 
 class _Party:
     """Searches that walk side by side, stride by stride."""
 
-    def __init__(
-        self, walks: Sequence[_Walk], mode: native.Mode, fields: tuple[str, ...], within: float = 1.0
-    ):
-        cases = [walk.case for walk in walks]
-        models, states = [case.model for case in cases], [case.state for case in cases]
+    def __init__(self, walks: Sequence[_Walk], mode: native.Mode, fields: tuple[str, ...]):
+        models, states = [walk.case.model for walk in walks], [walk.case.state for walk in walks]
+        self.walks, self.everyone = walks, list(range(len(walks)))
         self.stepper = stepper_of(models, states, mode)
-        self.n = steps_of_stride(walks[0].built.scenario)
+        self.n = int(walks[0].numbers[AT.steps])
         self.widths = widths(models[0], fields)
-        starts = state_parts(models[0], states)
-        self.walks = walks
-        self.searches = [
-            StrideSearch(walk.built, walk.control, one_of(starts, k), near=walk.slopes, within=within)
-            for k, walk in enumerate(walks)
-        ]
+        ends = list(accumulate(self.widths[name] for name in STATE))
+        self.parts = {
+            name: slice(end - self.widths[name], end) for name, end in zip(STATE, ends, strict=True)
+        }
+        self.numbers = np.zeros((len(walks), max(len(walk.numbers) for walk in walks)))
+        for row, walk in zip(self.numbers, walks, strict=True):
+            row[: len(walk.numbers)] = walk.numbers
+        # how the stride before last, the last and the next one begin; whose rows of the former two are where
+        self.begun = [self.stepper.begun(self.everyone)] * 3
+        self.walked: list[tuple[list[int], Rows]] = []
 
-    def ended(self, workspace: Workspace) -> Iterator[tuple[int, StrideSearch, Exception | None]]:
+    def steps(self, k: int) -> int:
+        """Steps that were taken for a search, with those of longer ones before."""
+        return self.walks[k].steps + int(self.numbers[k, AT.strides]) * self.n
+
+    def ended(self, workspace: Workspace) -> Iterator[tuple[int, Exception | None]]:
         """Walk until every search has ended: each, as it does, with what failed; its rows are good then."""
-        going, turn = list(range(len(self.searches))), 0
+        going, turn, inputs = self.everyone, 0, np.empty(0)
+        pairs = bool(self.numbers[:, AT.paired].any())  # rows of the stride before stay for them
         while going:
-            failures = self._stride(going, turn, workspace)
-            for k in tuple(going):
-                search = self.searches[k]
-                failure, last = failures.get(k), search.last
-                if failure is None and last and first_beyond(search.built, search.ankle(last)) is not None:
-                    failure = self._failed(k, GONE)
-                if failure is not None or search.done:
-                    going.remove(k)
-                    yield k, search, failure
-                elif search.may_jump:
-                    search.jump(self.stepper.act(k))
-                else:
-                    search.refill(self.stepper.act(k))
-            turn = 1 - turn
+            if turn < 2 or len(going) < len(inputs):
+                inputs = self._inputs(going, turn, workspace)
+            out = workspace.rows(f"stride {turn % 2 * pairs} ", (len(going), self.n), self.widths)
+            stopped = self.stepper.advance(going, inputs, out)
+            self.begun = [*self.begun[1:], self.begun[2].copy()]
+            self.begun[2][going] = self.stepper.begun(going)
+            walked = np.array([-1.0 if k in stopped else k for k in going], dtype=float)
+            arrays = (self.numbers, walked, *self.begun[1:], out["qpos"], out["act"], out["userdata"], inputs)
+            sizes = len(going), self.numbers.shape[1], self.begun[2].shape[1]
+            compiled_between()[0](*(array.ctypes.data for array in arrays), *sizes)
+            self.stepper.begin(going, self.begun[2][going])
+            self.walked = [*self.walked[-1:], (going, out)]
+            ended, turn = self.numbers[going, AT.ended].tolist(), turn + 1
+            for k, end in zip(going, ended, strict=True):
+                if k in stopped:
+                    yield k, self._failed(k, stopped[k].reason)
+                elif end:
+                    yield k, self._failed(k, THROUGH) if end == GONE else None
+            going = [k for k, end in zip(going, ended, strict=True) if not end and k not in stopped]
 
     def settled(self, workspace: Workspace) -> list[Settled]:
         """Walk until every search has ended, and two strides of each."""
-        rows = workspace.rows("settled ", (len(self.searches), 2 * self.n + AFTER), self.widths)
-        found: dict[int, Settled] = {}
-        for k, search, failure in self.ended(workspace):
-            steps = self.walks[k].steps + search.strides * self.n
-            if failure is not None:
-                found[k] = Settled(not_begun(search.built.model, failure), search.strides, steps)
+        rows = workspace.rows("settled ", (len(self.walks), 2 * self.n + AFTER), self.widths)
+        failures: dict[int, Exception] = {}
+        for k, failure in self.ended(workspace):
+            if failure is None:
+                self._keep(k, one_of(rows, k))
+            else:
+                failures[k] = failure
+        ends = self._walk_on([k for k in self.everyone if k not in failures], rows, failures)
+        slowest = self._slowest()
+        found = []
+        for k, (walk, row) in enumerate(zip(self.walks, self.numbers, strict=True)):
+            told = int(row[AT.strides]), self.steps(k)
+            if k in failures:
+                found.append(Settled(not_begun(walk.built.model, failures[k]), *told))
                 continue
-            rollout = self._rollout(k, one_of(rows, k))
-            found[k] = Settled(
-                rollout, search.strides, steps, search.air, search.angle, search.found, search.slowest
-            )
-        return [found[k] for k in range(len(found))]
+            rollout = Rollout(one_of(rows, k), walk.control, final=ends[k])
+            air, angle, good = row[[AT.air, AT.angle, AT.found]].tolist()
+            found.append(Settled(rollout, *told, air, angle, good > 0.0, slowest[k]))
+        return found
 
-    def _stride(self, going: list[int], turn: int, workspace: Workspace) -> dict[int, Exception]:
-        """Walk a stride of every search that goes on; memory of the stride before stays."""
-        firsts = [0 if self.searches[k].strides == 0 else self.n for k in going]
-        inputs = [self.searches[k].control[a : a + self.n] for k, a in zip(going, firsts, strict=True)]
-        out = workspace.rows(f"stride {turn} ", (len(going), self.n), self.widths)
-        stopped = self.stepper.advance(going, np.ascontiguousarray(inputs), out)
+    def _inputs(self, going: list[int], turn: int, workspace: Workspace) -> np.ndarray:
+        """Inputs of a stride; every one but the first is walked as the second."""
+        first, n = min(turn, 1) * self.n, self.n
+        found = workspace.take("inputs", (len(going), n, self.walks[0].control.shape[1]))
         for place, k in enumerate(going):
-            if k not in stopped:
-                self.searches[k].walked(one_of(out, place))
-        return {k: self._failed(k, stop.reason) for k, stop in stopped.items()}
+            found[place] = self.walks[k].control[first : first + n]
+        return found
 
     def _failed(self, k: int, reason: str) -> SimulationError:
-        return failed(self.searches[k].built.model, reason, self.searches[k].strides * self.n)
+        return failed(self.walks[k].built.model, reason, int(self.numbers[k, AT.strides]) * self.n)
 
-    def _rollout(self, k: int, rows: Rows) -> Rollout:
-        """Aligned rows of a search's last two strides and of the steps after them, into `rows`."""
-        search, n = self.searches[k], self.n
-        last, before = search.last, search.before if search.paired else search.last
-        assert before is not None and last is not None
-        inputs = search.control[2 * n :]
-        out = {name: np.empty((1, AFTER, width)) for name, width in self.widths.items()}
-        stopped = self.stepper.advance([k], np.ascontiguousarray(inputs[np.newaxis]), out)
-        if k in stopped:
-            return not_begun(search.built.model, self._failed(k, stopped[k].reason))
+    def _keep(self, k: int, rows: Rows) -> None:
+        """Aligned rows of a search's last two strides, into `rows`: states before each step, forces in it."""
+        n, pair = self.n, []
+        for place in (0, 1) if self.numbers[k, AT.paired] else (-1, -1):
+            going, walked = self.walked[place]
+            pair.append((one_of(walked, going.index(k)), self.begun[1 if place else 0][k]))
         for name, values in rows.items():
-            parts = [before.out[name], last.out[name], out[name][0]]
-            if name in STATE:  # after a step; the rows want it before
-                begun = [stride.start[name][np.newaxis] for stride in (before, last)]
-                parts = [begun[0], before.out[name][:-1], begun[1], last.out[name], out[name][0, :-1]]
-            np.concatenate(parts, out=values)
-        # the shank has walked on, while the first strides are reported
-        assert search.built.walk is not None
-        forward = rows["qpos"][:, search.built.model.joint(JOINTS[0]).qposadr[0]]
-        for first, stride in ((0, slice(n)), (n, slice(n, None))):
-            forward[stride] -= forward[first] - search.built.walk.pose[1 + first, 0]
-        return Rollout(rows, search.control, final={name: out[name][0, -1] for name in STATE})
+            for first, (walked, begun) in zip((0, n), pair, strict=True):
+                if name in STATE:
+                    values[first] = begun[self.parts[name]]
+                    values[first + 1 : first + n + 1] = walked[name]
+                else:
+                    values[first : first + n] = walked[name]
+
+    def _walk_on(self, going: list[int], rows: Rows, failures: dict[int, Exception]) -> dict[int, Rows]:
+        """The steps after the last strides, into their rows, and the states that they end with."""
+        n, out = self.n, {name: np.empty((len(going), AFTER, width)) for name, width in self.widths.items()}
+        if going:
+            inputs = np.array([self.walks[k].control[2 * n :] for k in going])
+            stopped = self.stepper.advance(going, inputs, out)
+            failures |= {k: self._failed(k, stop.reason) for k, stop in stopped.items()}
+        for name, values in rows.items():
+            values[going, 2 * n + (name in STATE) :] = out[name][:, : AFTER - (name in STATE)]
+        for k in going:  # the shank has walked on, while the first strides are reported
+            built = self.walks[k].built
+            assert built.walk is not None
+            joint = mujoco.mj_name2id(built.model, mujoco.mjtObj.mjOBJ_JOINT, JOINTS[0])
+            forward = rows["qpos"][k, :, built.model.jnt_qposadr[joint]]
+            for first, stride in ((0, slice(n)), (n, slice(n, None))):
+                forward[stride] -= forward[first] - built.walk.pose[1 + first, 0]
+        return {k: {name: out[name][at, -1] for name in STATE} for at, k in enumerate(going)}
+
+    def _slowest(self) -> list[float]:
+        """Share of a distance from the settled air that a stride leaves, where it was asked [-]."""
+        asked = [k for k, row in enumerate(self.numbers) if row[AT.asked]]
+        found, size = np.full(len(self.numbers), math.nan), 2 * int(self.numbers[:, AT.nodes].max())
+        slopes = np.zeros((len(asked), size, size))
+        for own, k in zip(slopes, asked, strict=True):
+            row, n = self.numbers[k], 2 * int(self.numbers[k, AT.nodes])
+            own[:n, :n] = row[int(row[AT.told]) : int(row[AT.flowing])].reshape(n, n)
+        found[asked] = np.abs(np.linalg.eigvals(slopes)).max(axis=1, initial=0.0)
+        return found.tolist()
 
 
 FILLED = 0.5  # share of the supply's pressure at which the volume is taken, and from which it begins

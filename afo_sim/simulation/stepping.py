@@ -16,6 +16,8 @@ from afo_sim.model import get_state
 
 Rows = dict[str, np.ndarray]
 CONTROL = int(mujoco.mjtState.mjSTATE_CTRL)  # inputs that are the actuators' alone
+_PLACE = mujoco.mjtState.mjSTATE_TIME | mujoco.mjtState.mjSTATE_QPOS | mujoco.mjtState.mjSTATE_QVEL
+BEGUN = int(_PLACE | mujoco.mjtState.mjSTATE_ACT)  # first parts of an mjSTATE_INTEGRATION row
 
 
 def one_of(rows: Rows, place: int, *, copy: bool = False) -> Rows:
@@ -87,9 +89,7 @@ class BatchStepper:
         if len(set(map(id, models))) > 1:
             self.batch.set_models(list(models))
         self.batch.state[:] = states
-        before = mujoco.mjtState.mjSTATE_TIME | mujoco.mjtState.mjSTATE_QPOS | mujoco.mjtState.mjSTATE_QVEL
-        first = mujoco.mj_stateSize(models[0], before)
-        self.activations = slice(first, first + models[0].na)
+        self.width = mujoco.mj_stateSize(models[0], BEGUN)
 
     def restart(self, k: int, state: np.ndarray) -> None:
         """Take a simulation to an mjSTATE_INTEGRATION row, with no memory of what was before."""
@@ -102,10 +102,14 @@ class BatchStepper:
         found: np.ndarray = self.batch.state[k].copy()
         return found
 
-    def act(self, k: int) -> np.ndarray:
-        """Activations of a simulation between two blocks (na,); what is written there is stepped on from."""
-        found: np.ndarray = self.batch.state[k, self.activations]
+    def begun(self, alive: Sequence[int]) -> np.ndarray:
+        """Time, qpos, qvel and act of some simulations between two blocks (n, width), a copy."""
+        found: np.ndarray = self.batch.state[alive, : self.width]
         return found
+
+    def begin(self, alive: Sequence[int], states: np.ndarray) -> None:
+        """Go on from such states."""
+        self.batch.state[alive, : self.width] = states
 
     def advance(self, alive: Sequence[int], inputs: np.ndarray, out: Rows) -> dict[int, Stop]:
         """Step, and record every step."""
@@ -150,8 +154,15 @@ class LoopStepper:
     def state(self, k: int) -> np.ndarray:
         return get_state(self.models[k], self.data[k])
 
-    def act(self, k: int) -> np.ndarray:
-        return self.data[k].act
+    def begun(self, alive: Sequence[int]) -> np.ndarray:
+        found = np.empty((len(alive), mujoco.mj_stateSize(self.models[0], BEGUN)))
+        for place, k in enumerate(alive):
+            mujoco.mj_getState(self.models[k], self.data[k], found[place], BEGUN)
+        return found
+
+    def begin(self, alive: Sequence[int], states: np.ndarray) -> None:
+        for place, k in enumerate(alive):
+            mujoco.mj_setState(self.models[k], self.data[k], states[place], BEGUN)
 
     def advance(self, alive: Sequence[int], inputs: np.ndarray, out: Rows) -> dict[int, Stop]:
         stopped = {}

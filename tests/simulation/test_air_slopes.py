@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.linalg import block_diag
 
 from afo_sim.common import (
     AMBIENT_PRESSURE,
@@ -11,7 +12,7 @@ from afo_sim.common import (
     HEAT_CAPACITY_RATIO,
     STANDARD_DENSITY,
 )
-from afo_sim.simulation.air_slopes import AirRows, air_slopes, giving
+from afo_sim.native.air_slopes import giving, rates, step_on
 
 STRIDE, ROWS = 0.2, 800  # [s], rows of it
 BAR, C, CRITICAL = 1e5, 5.5e-10, 0.3
@@ -78,22 +79,13 @@ class Chamber:
         assert done.success
         return done.y.T
 
-    def rows(self, start: np.ndarray) -> AirRows:
-        """The same as the search sees it."""
-        found = np.array([self.air(state) for state in self.walked(start)]).T
-        mass, pressure, volume, enters, leaves = found[:, np.newaxis]
-        return AirRows(
-            mass=mass,
-            pressure=pressure,
-            volume=volume,
-            inlet=enters,
-            outlet=leaves,
-            supply=np.full_like(mass, self.supply),
-            inlet_ratio=np.array([[CRITICAL]]),
-            outlet_ratio=np.array([[CRITICAL]]),
-            wall=np.array([[self.wall]]),
-            step=STRIDE / ROWS,
-        )
+    def slopes(self, start: np.ndarray, s: list[float], at: int = 0, width: int = 2) -> np.ndarray:
+        """∂(ln m, ln σ) at the end of a stride by those at its start, times what stands at `at`."""
+        h, gas = STRIDE / ROWS, (GAS_CONSTANT, HEAT_CAPACITY_RATIO)
+        for state in self.walked(start):
+            found = rates(*self.air(state), self.supply, CRITICAL, CRITICAL, self.wall, self.give, *gas)
+            step_on(s, at, width, *(h * rate for rate in found))
+        return np.reshape(s, (-1, width))
 
     def differences(self, start: np.ndarray) -> np.ndarray:
         """∂(ln m, ln σ) at the end by those at the start, by central differences."""
@@ -124,52 +116,40 @@ AIRS = {
 def test_the_slopes_are_those_of_the_stride_that_was_walked(name: str) -> None:
     chamber, pressure, temperature = AIRS[name]
     start = chamber.state(pressure, temperature)
-    rows = chamber.rows(start)
-    slopes = air_slopes(rows, np.full(rows.volume.shape, chamber.give))[0]
+    slopes = chamber.slopes(start, [1.0, 0.0, 0.0, 1.0])
     # rows are the states after each step: half a step of the rates is the error
     assert slopes == pytest.approx(chamber.differences(start), abs=0.01)
 
 
 def test_a_sealed_chamber_without_a_wall_keeps_what_it_holds() -> None:
     chamber, pressure, temperature = AIRS["sealed, adiabatic"]
-    rows = chamber.rows(chamber.state(pressure, temperature))
-    assert air_slopes(rows, np.full(rows.volume.shape, chamber.give))[0] == pytest.approx(
-        np.eye(2), abs=1e-12
-    )
+    slopes = chamber.slopes(chamber.state(pressure, temperature), [1.0, 0.0, 0.0, 1.0])
+    assert slopes == pytest.approx(np.eye(2), abs=1e-12)
 
 
 def test_a_chamber_that_comes_to_the_supply_and_the_wall_forgets_what_it_held() -> None:
     """Pressure and temperature are then those of supply and wall, whatever they were."""
     chamber = Chamber(3 * BAR, 100 * C, 0.0, 50.0, 0.0)
-    start = chamber.state(2.8 * BAR, AMBIENT_TEMPERATURE)
-    slopes = air_slopes(chamber.rows(start), np.zeros((1, ROWS)))[0]
+    slopes = chamber.slopes(chamber.state(2.8 * BAR, AMBIENT_TEMPERATURE), [1.0, 0.0, 0.0, 1.0])
     assert slopes == pytest.approx(np.zeros((2, 2)), abs=1e-3)
 
 
 def test_each_chamber_has_its_own_slopes() -> None:
     chosen = [AIRS[name] for name in ("filled, choked", "vented, subsonic", "sealed, warm")]
-    alone = [chamber.rows(chamber.state(p, t)) for chamber, p, t in chosen]
-    values = {
-        name: np.concatenate([getattr(rows, name) for rows in alone])
-        for name in vars(alone[0])
-        if name != "step"
-    }
-    together = AirRows(**values, step=STRIDE / ROWS)
-    give = np.full(together.volume.shape, 0.2)
-    expected = [air_slopes(rows, give[:1])[0] for rows in alone]
-    assert np.array_equal(air_slopes(together, give), expected)
+    together = np.eye(6).ravel().tolist()
+    for k, (chamber, p, t) in enumerate(chosen):
+        found = chamber.slopes(chamber.state(p, t), together, 14 * k, 6)
+    alone = [chamber.slopes(chamber.state(p, t), [1.0, 0.0, 0.0, 1.0]) for chamber, p, t in chosen]
+    assert np.array_equal(found, block_diag(*alone))
 
 
 def test_two_strides_tell_how_the_volume_follows_the_pressure() -> None:
     chamber, pressure, temperature = AIRS["through both valves"]
-    one = chamber.rows(chamber.state(pressure, temperature))
-    other = chamber.rows(chamber.state(1.05 * pressure, temperature))
-    assert giving(one, other) == pytest.approx(np.full((1, ROWS), chamber.give), abs=1e-9)
+    one, other = (chamber.walked(chamber.state(p, temperature)) for p in (pressure, 1.05 * pressure))
+    for state, before in zip(one, other, strict=True):
+        here, there = chamber.air(state)[1:3], chamber.air(before)[1:3]
+        assert giving(*here, *there, 0.9) == pytest.approx(chamber.give, abs=1e-9)
 
 
 def test_strides_that_are_alike_tell_nothing_of_the_volume() -> None:
-    chamber, pressure, temperature = AIRS["through both valves"]
-    rows = chamber.rows(chamber.state(pressure, temperature))
-    known = np.full(rows.volume.shape, 0.123)
-    assert np.array_equal(giving(rows, rows, known), known)
-    assert np.array_equal(giving(rows, None, known), known)
+    assert giving(2 * BAR, VOLUME, 2 * BAR * (1.0 + 4e-4), 1.1 * VOLUME, 0.123) == 0.123

@@ -9,12 +9,12 @@ from afo_sim.description import Scenario, load
 from afo_sim.model import AFTER, Built, get_state, steps_of_stride, two_strides, why_walked
 from afo_sim.model import supply_and_timer as schedule
 from afo_sim.model.build import build
+from afo_sim.native.between_strides import AIR, ANGLE
 from afo_sim.simulation import Rollout, Settled, simulate_together
 from afo_sim.simulation.examine import examine
 from afo_sim.simulation.run import run
 from afo_sim.simulation.settle import settle
 from afo_sim.simulation.simulate import simulate
-from afo_sim.simulation.stride_search import AIR, ANGLE
 
 SHIPPED = ("walk-dropfoot-afo", "walk-dropfoot-afo-short", "walk-dropfoot", "walk-healthy")
 SHORT = "walk-dropfoot-afo-short"

@@ -6,17 +6,16 @@ import numpy as np
 import pytest
 
 from afo_sim import native
-from afo_sim.common import AMBIENT_PRESSURE
 from afo_sim.description import Scenario, load
 from afo_sim.model import Built, steps_of_stride, two_strides, why_walked
 from afo_sim.model import supply_and_timer as schedule
 from afo_sim.model.build import build
-from afo_sim.simulation import Settled
-from afo_sim.simulation.air_slopes import AirRows, air_slopes
-from afo_sim.simulation.network_slopes import network_slopes
+from afo_sim.native.between_strides import AIR, ANGLE, chamber_slopes
+from afo_sim.native.network_slopes import network_slopes
+from afo_sim.native.stride_numbers import AT
+from afo_sim.simulation import Settled, stride_search
 from afo_sim.simulation.settle import settle
 from afo_sim.simulation.simulate import simulate
-from afo_sim.simulation.stride_search import AIR, ANGLE, network_rows
 
 CHAMBER = "orthosis.chamber"
 TUBES: dict[str, Any] = {
@@ -105,30 +104,19 @@ def test_a_compressor_is_walked_and_why_is_told() -> None:
     assert "compressor" in why_walked(described({"supply.source": "vn_c4", "supply.pressure": "1 bar"}))
 
 
-def test_slopes_of_a_network_are_a_chamber_s_where_there_is_nothing_else() -> None:
+def test_slopes_of_a_network_are_a_chamber_s_where_there_is_nothing_else(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     built, settled = solved(described({}))
-    n, coarse = steps_of_stride(built.scenario), 6
-    rows = {name: values[:n:coarse] for name, values in settled.rollout.rows.items()}
-    inputs = schedule.controls(built)[:n:coarse]
-    nodes, step = list(built.index.chambers.values()), coarse * built.scenario.timestep
-    network = network_rows(built, nodes, rows, inputs, step)
-    chambers = [built.scenario.orthosis.chamber[name] for name in built.index.chambers]
-    flows = [native.read_flows(built.model, rows["userdata"], node) for node in nodes]
-    alone = AirRows(
-        network.mass,
-        network.pressure,
-        network.volume,
-        inlet=np.stack([each.inlet for each in flows]),
-        outlet=np.stack([each.outlet for each in flows]),
-        supply=inputs[:, nodes].T + AMBIENT_PRESSURE,
-        inlet_ratio=np.array([[each.inlet.critical_ratio] for each in chambers]),
-        outlet_ratio=np.array([[each.vent.critical_ratio] for each in chambers]),
-        wall=np.array([[each.wall_conductance] for each in chambers]),
-        step=step,
-    )
-    giving = np.full(network.volume.shape, 0.3)
-    together = network_slopes(network, giving)
-    own = air_slopes(alone, giving)[0]
+    n, control = steps_of_stride(built.scenario), schedule.controls(built)
+    rows = [settled.rollout.rows[name][:n].ravel() for name in ("act", "userdata")]
+    found = []
+    for networked, slopes in ((False, chamber_slopes), (True, network_slopes)):
+        monkeypatch.setattr(stride_search, "beyond_chambers", lambda _, networked=networked: networked)
+        numbers = stride_search.numbers_of(built, control, n)
+        slopes(numbers, 0, *rows, control.ravel(), 0)
+        found.append(numbers[int(numbers[AT.own]) : int(numbers[AT.slopes])].reshape(4, 4))
+    own, together = found
     assert np.abs(own).max() > 0.3
-    assert together[:2, :2] == pytest.approx(own, abs=0.02)
-    assert not together[:2, 2:].any()
+    assert together[:2, :2] == pytest.approx(own[:2, :2], abs=0.02)
+    assert not together[:2, 2:].any() and not own[:2, 2:].any()
