@@ -265,7 +265,6 @@ def _made(seen: _Seen) -> Geometry:
         circuit=ids,
         index=Index(
             **vars(ids),
-            joints={model.joint(k).name: int(model.jnt_qposadr[k]) for k in range(model.njnt)},
             passive=model.actuator(PASSIVE).id,
             walking=walking_actuators(model),
             ankle_qpos=qpos,

@@ -14,9 +14,8 @@ ANKLE = "ankle"
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Index(native.CircuitIds):
-    """Actuator ids and joint addresses by name, in the order they are recorded; joints in `qpos`."""
+    """Actuator ids and joint addresses by name, in the order they are recorded."""
 
-    joints: dict[str, int]
     passive: int
     walking: dict[str, int]
     ankle_qpos: int

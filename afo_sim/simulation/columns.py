@@ -304,7 +304,7 @@ def _formulas(index: Index, whole: bool, holds: tuple[bool, ...]) -> dict[str, C
         "restriction": index.restrictions,
         "volume": index.volumes,
         "store": index.stores,
-        "qpos": index.joints,
+        "qpos": {name: place for name, (place, _) in index.joints.items()},
     }
     there = {where for where, held in zip(CONDITIONS, holds, strict=True) if held}
     present = [c for c in COLUMNS if (whole or not c.whole) and c.where in there]

@@ -23,7 +23,7 @@ AWAY = -1.0  # height of a floor that no foot meets [m]
 
 def free_swing(built: "Built", rows: Rows, control: np.ndarray, first_step: int) -> np.ndarray:
     """`qpos` of aligned rows (n, nq), with the swings as they are without a floor; NaN where one fails."""
-    found, forward = rows["qpos"], built.index.joints[JOINTS[0]]
+    found, forward = rows["qpos"], built.index.joints[JOINTS[0]][0]
     alike: dict[bytes, list[slice]] = {}  # the rows of a settled stride stand there twice
     for swing in _swings(built, first_step, len(found)):
         if _touched(built, rows, first_step, swing):  # else there is nothing to take away

@@ -21,7 +21,7 @@ import numpy as np
 
 from afo_sim import native
 from afo_sim.common import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT, SimulationError
-from afo_sim.model import AFTER, JOINTS, Built, cooled, steps_of_stride
+from afo_sim.model import AFTER, JOINTS, Built, cooled
 from afo_sim.model.prefill import prefill
 from afo_sim.native.between_strides import compiled_between
 from afo_sim.native.stride_numbers import AT, GONE

@@ -73,7 +73,7 @@ class WalkFrame(Frame):
 
     def joint(self, name: str) -> np.ndarray:
         """Coordinate of a joint [m] or [rad] (n,)."""
-        return self.rows["qpos"][:, self.built.index.joints[name]]
+        return self.rows["qpos"][:, self.built.index.joints[name][0]]
 
     def moment(self, name: str) -> np.ndarray:
         """Force of one of the actuators that walking adds [N·m], of a pad [N] (n,)."""
