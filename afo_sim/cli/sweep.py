@@ -253,9 +253,9 @@ def optimise(
 def _plan_text(opened: "Opened", workers: int) -> str:
     if opened.finished:
         return "the search is finished: nothing is computed"
-    search = opened.search
-    count = search.starts * search.generations * opened.cases
-    time = duration(count * opened.seconds / workers)
-    each = f"up to {search.generations} generations of {opened.cases} cases"
+    search, method = opened.search, opened.problem.method
+    time = duration(opened.runs * opened.seconds / workers)
     starts = f"{search.starts} starts, each " if search.starts > 1 else ""
-    return f"{starts}{each}: {count} runs; about {time} in all"
+    each = f"up to {search.generations} generations by {method}: {opened.runs} runs; about {time} in all"
+    whole = "" if method == search.stated else f"\n{search.stated} takes no whole numbers: {method} searches"
+    return starts + each + whole

@@ -49,7 +49,7 @@ _DECISIVE = (  # metrics that designs are compared by
     "orthosis_peak_dorsiflexion_torque",
 )
 _AT_ONCE = Asked(frozenset({"toe_clearance"}), doubts=False)
-_SEARCH: dict[str, Any] = {"generations": 12, "population": 8, "starts": 1}
+_SEARCH: dict[str, Any] = {"generations": 9, "starts": 1}
 _ENDS = {"low": 0, "high": 2}  # of a band, in quantiles of 5, 50 and 95 %
 Message = dict[str, Any]
 Report = Callable[..., None]
@@ -243,7 +243,7 @@ class Answers:
             yield {"kind": "report", "file": "report.html"}
 
     def _search(self, design: Design, options: Mapping[str, Any], report: Report) -> Message:
-        """The design with the lowest objective within the limits of the verdict, by CMA-ES."""
+        """The design with the lowest objective within the limits of the verdict."""
         scenario, metric = design.scenario, str(options.get("objective", "air_per_stride"))
         limits = limits_of(self._recording(design, report))
         kept = [

@@ -31,13 +31,13 @@ from .scales import chosen as chosen
 from .scales import human_scale as human_scale
 from .scales import scale as scale
 from .search.aim import OBJECTIVE as OBJECTIVE
+from .search.aim import Columns as Columns
 from .search.aim import Limit as Limit
+from .search.aim import Problem as Problem
+from .search.aim import best_of as best_of
 from .search.best import BestDesign as BestDesign
 from .search.best import statement as statement
 from .search.best import tables as tables
-from .search.loop import Columns as Columns
-from .search.loop import Problem as Problem
-from .search.loop import best_of as best_of
 from .search.runner import Opened as Opened
 from .search.runner import open_search as open_search
 from .sizing.candidates import Candidate as Candidate

@@ -90,7 +90,7 @@ def optimise(
     threads: int = 0,
     **options: Any,
 ) -> BestDesign:
-    """The design that makes a metric lowest or highest within limits, by CMA-ES (needs cma).
+    """The design that makes a metric lowest or highest within limits.
 
     Parameters
     ----------
@@ -102,7 +102,7 @@ def optimise(
     patients : that a design must serve, as [patients] of a search's file has them
     out : folder of the search, which it can be resumed from; none is kept by default
     threads : as many as processors if 0
-    options : `generations`, `population`, `starts`, `seed`, `constraints`, `of`, as in a search's file
+    options : `method`, `generations`, `population`, `starts`, `seed`, `constraints`, `of`, as in a file
 
     Returns
     -------
@@ -111,7 +111,7 @@ def optimise(
     Raises
     ------
     InputError
-        There is no such key or metric, a limit is none, or cma is missing; the folder holds another search.
+        There is no such key or metric, a limit is none; the folder holds another search; no cma for `cma-es`.
 
     Examples
     --------

@@ -211,7 +211,7 @@ def overheads(count: int, repeats: int) -> list[Figure]:
 
 
 def alike_cases(scenario: str, count: int) -> list[dict[str, object]]:
-    """Cases of a scenario that differ in the supply's pressure, or where there is none in the person's mass."""
+    """Cases of a scenario that differ in the supply's pressure, or without one in the person's mass."""
     described = load("scenario", scenario)
     shares = np.linspace(0.8, 1.0, count)
     if described.orthosis.chamber:

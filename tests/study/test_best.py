@@ -44,7 +44,7 @@ def test_best_design_has_units_and_limits(best: BestDesign) -> None:
     assert list(best.limits.values()) == [False, True] and not best.feasible
     assert next(iter(best.limits)).startswith("peak_pressure_dorsiflexor >= 10")
     assert len(best.starts) == 2 and {start.unit for start in best.starts} == {"g"}
-    assert best.summary["designs"] == 16
+    assert best.summary["designs"] == best.summary["runs"] == 2 * (13 + 4)
     with pytest.raises(dataclasses.FrozenInstanceError):
         best.feasible = True  # type: ignore[misc]
 
@@ -98,7 +98,7 @@ def test_it_finds_less_pressure_for_the_same_torque(tmp_path: pathlib.Path, call
     assert call("optimise", file, "--out", tmp_path / "found")[0] == 0
     best = afo.load("scenario", tmp_path / "found" / "best.toml")
     own, found = afo.run("seated", {"duration": "8 s"}), afo.run(best)
-    assert best.supply.pressure < 0.9 * 4e5
+    assert best.supply.pressure < 3.05e5  # docs/search.md: 3.04 bar, and 2.95 bar with the origin at its end
     # the bounds are written in four digits
     torque = "peak_dorsiflexion_torque"
     assert float(found.metrics[torque]) >= float(own.metrics[torque]) - 1e-3

@@ -18,6 +18,7 @@ from afo_sim.study.search.runner import optimise
 STUDY = str(pathlib.Path(engine.__file__).parent)
 SEARCH = """
 scenario = "{scenario}"
+method = "cma-es"
 generations = {generations}
 population = 4
 starts = 1

@@ -91,14 +91,13 @@ def test_strides_near_the_settled_one_are_not_walked(
 
 @pytest.mark.slow
 def test_a_limit_of_a_search_may_be_of_the_first_strides(tmp_path: pathlib.Path) -> None:
-    pytest.importorskip("cma")
     best = afo_sim.optimise(
         afo_sim.load("scenario", SHORT).set({"start": {"dorsiflexor": {"pressure": "1 bar"}}}),
         {"start.dorsiflexor.pressure": ("0.5 bar", "4 bar")},
         lowest="air_before_first_step",
         limits=["toe_clearance_stride_1 >= 10 mm", "strides_until_clear <= 0"],
         sets=FAST,
-        generations=3,
+        generations=2,
         starts=1,
         population=4,
         out=tmp_path / "out",

@@ -143,9 +143,9 @@ def test_a_search_of_other_code_goes_on_where_told_and_says_so(
     assert "more than one version of the code" in printed
     assert json.loads((out / store.BEST).read_text())["mixed"] is True
     table = store.read_designs(out)
-    assert len(table["design"]) == 16 and np.array_equal(table["design"], np.arange(16))
+    assert len(table["design"]) == 34 and np.array_equal(table["design"], np.arange(34))
     assert sorted({*table["start"].tolist()}) == [0, 1]
-    assert (table["start"] == 1).sum() == 8
+    assert (table["start"] == 1).sum() == 17
 
 
 def test_the_spread_over_starts_is_told_of_feasible_ones() -> None:

@@ -1,13 +1,17 @@
-"""Aim of a search: an objective over the patients, and limits that a share of them must keep."""
+"""Aim of a search: an objective over the patients, and limits that a share of them must keep; its problem."""
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Literal
 
 import numpy as np
 
-OUTSIDE, LACKING, OBJECTIVE = "outside", "lacking", "objective"
+from afo_sim.study.constraint import Constraint
+from afo_sim.study.parameter import Parameter
+
+Columns = dict[str, np.ndarray]
+OUTSIDE, LACKING, OBJECTIVE, PATIENT = "outside", "lacking", "objective", "patient"
 OF_LIMIT = ("level", "kept", "short")  # columns of each
 
 
@@ -64,21 +68,21 @@ class Limit(StatedLimit):
             return max(math.floor((1.0 - self.share) * (patients + 1) + 1e-9) - 1, 0)
         return patients - math.ceil(self.share * patients - 1e-9)
 
-    def level(self, values: np.ndarray) -> float:
-        """The best bound that the share of the patients keeps; NaN where too few have a value."""
-        spare = self.spare(len(values)) - int(np.count_nonzero(np.isnan(values)))
-        if spare < 0:
-            return math.nan
-        known = np.sort(values[~np.isnan(values)])
-        return float(known[spare] if self.at_least else known[-1 - spare])
+    def level(self, values: np.ndarray) -> np.ndarray:
+        """The best bound that the share of the patients (…, patients) keeps; NaN where values lack."""
+        many, spare = values.shape[-1], self.spare(values.shape[-1])
+        place = spare - np.count_nonzero(np.isnan(values), axis=-1)  # among the known ones
+        taken = np.maximum(place, 0) if self.at_least else np.full_like(place, many - 1 - spare)
+        known = np.take_along_axis(np.sort(values, axis=-1), np.expand_dims(taken, -1), -1)[..., 0]
+        return np.where(place < 0, math.nan, known)
 
-    def kept(self, values: np.ndarray) -> float:
-        """The share of the patients (patients,) that keep it."""
-        return float(np.mean(values >= self.bound if self.at_least else values <= self.bound))
+    def kept(self, values: np.ndarray) -> np.ndarray:
+        """The share of the patients (…, patients) that keep it."""
+        return np.asarray(np.mean(values >= self.bound if self.at_least else values <= self.bound, axis=-1))
 
-    def short(self, level: float) -> float:
-        """Shortfall of a level [the metric's unit]; 0 where it keeps the bound."""
-        return max(self.bound - level if self.at_least else level - self.bound, 0.0)
+    def short(self, level: np.ndarray) -> np.ndarray:
+        """Shortfall of levels [the metric's unit]; 0 where they keep the bound."""
+        return np.maximum(self.bound - level if self.at_least else level - self.bound, 0.0)
 
 
 @dataclass(frozen=True)
@@ -104,10 +108,9 @@ class Aim:
             values = metrics[limit.metric]
             missing = np.count_nonzero(np.isnan(values), axis=1)
             found[LACKING] += np.maximum(missing - limit.spare(values.shape[1]), 0)
-            levels = np.array([limit.level(row) for row in values])
-            found[f"{limit.name}_level"] = levels
-            found[f"{limit.name}_kept"] = np.array([limit.kept(row) for row in values])
-            found[f"{limit.name}_short"] = np.array([limit.short(level) for level in levels])
+            found[f"{limit.name}_level"] = levels = limit.level(values)
+            found[f"{limit.name}_kept"] = limit.kept(values)
+            found[f"{limit.name}_short"] = limit.short(levels)
         return found
 
     def unknown(self, count: int) -> dict[str, np.ndarray]:
@@ -141,3 +144,45 @@ class Aim:
     def feasible(self, columns: Mapping[str, np.ndarray]) -> np.ndarray:
         """Mask of the designs that keep everything (n,)."""
         return (columns[OUTSIDE] == 0.0) & (columns[LACKING] == 0) & (self.violation(columns) == 0.0)
+
+
+@dataclass(frozen=True)
+class Problem:
+    """The problem of a search: ranges, constraints on them, aim, number of starts, traits of the patients.
+
+    traits : of each patient in standard deviations (patients, traits); a single one has none
+    """
+
+    parameters: tuple[Parameter, ...]
+    constraints: tuple[Constraint, ...]
+    aim: Aim
+    seed: int
+    population: int | None = None
+    starts: int = 1
+    method: str = "surrogate"
+    traits: np.ndarray = field(default_factory=lambda: np.zeros((1, 0)))
+
+    @property
+    def seeds(self) -> list[int]:
+        """Of each start; the first one's is the search's own."""
+        others = [np.random.SeedSequence([self.seed, k]).generate_state(1)[0] for k in range(1, self.starts)]
+        return [self.seed, *map(int, others)]
+
+    def values(self, shares: np.ndarray) -> Columns:
+        """{parameter: values (n,) [SI]} of shares from 0 to 1 (n, parameters)."""
+        return {p.name: p.spread.at(shares[:, k]) for k, p in enumerate(self.parameters)}  # type: ignore[union-attr]
+
+    def outside(self, values: Columns) -> np.ndarray:
+        """Distance of designs from within all constraints (n,)."""
+        none = np.zeros(len(next(iter(values.values()))))
+        return np.sum([none, *(constraint.excess(values) for constraint in self.constraints)], axis=0)
+
+
+def best_of(aim: Aim, columns: Columns) -> int:
+    """Row of the best design; of equals the first."""
+    return int(np.argmin(aim.ranks(columns)))
+
+
+def row(columns: Columns, number: int) -> Columns:
+    """One design, as a table of one row."""
+    return {name: values[number : number + 1] for name, values in columns.items()}

@@ -47,6 +47,7 @@ def statement(best: Mapping[str, Any]) -> list[str]:
     tried = f"{best['designs']} designs in {best['generations']} generations"
     patients = f"{best['patients']} patient{'s' if best['patients'] > 1 else ''}"
     tried += f", {best['simulated']} of them simulated with {patients} each"
+    tried += f", {best['runs']} runs by {best['method']}" if "runs" in best else ""
     how = "the search has converged"
     if not best["converged"]:
         how = "the search has not converged: more generations may find better"

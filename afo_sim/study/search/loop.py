@@ -1,4 +1,4 @@
-"""The loop of a search: CMA-ES proposes designs, the engine simulates them, and their ranks lead on."""
+"""The loop of a search: a method proposes designs, the engine simulates them, and the result leads on."""
 
 import math
 import pathlib
@@ -10,17 +10,15 @@ import numpy as np
 
 from afo_sim.common import InputError, optional
 from afo_sim.simulation import Asked
-from afo_sim.study.constraint import Constraint
 from afo_sim.study.design import Cases
 from afo_sim.study.engine import OK, Jobs
-from afo_sim.study.parameter import Parameter
 from afo_sim.study.pool import Pool, Report
 from afo_sim.study.search import store
-from afo_sim.study.search.aim import LACKING, OUTSIDE, Aim
+from afo_sim.study.search.aim import LACKING, OUTSIDE, PATIENT, Columns, Problem
+from afo_sim.study.search.surrogate import Surrogate
 
 _CHUNK = 20  # cases that a thread or a worker takes at a time
 
-Columns = dict[str, np.ndarray]
 START, STEP = 0.5, 0.25  # middle of the cube; standard deviation of the first designs
 _CONVERGED = 1e-4  # standard deviation in every direction below which nothing is left to find
 
@@ -33,27 +31,42 @@ class Answers:
     reasons: tuple[str, ...]
 
 
-Evaluate = Callable[[Columns], Answers]  # {parameter: values (n,) [SI]} → answers of n designs
+@dataclass(frozen=True)
+class Found:
+    """All designs that were run with all patients; whether nothing is left to find; the number of runs."""
+
+    columns: Columns
+    converged: bool
+    runs: int
+
+
+# {parameter: values (n,) [SI]} and the patient of each design (n,), -1 for all → answers of n designs
+Evaluate = Callable[[Columns, np.ndarray], Answers]
 
 
 def answers(
-    scenario: Mapping[str, Any], designs: Cases, patients: Cases | None, metrics: Sequence[str], who: Pool
+    scenario: Mapping[str, Any],
+    designs: Cases,
+    patients: Cases | None,
+    metrics: Sequence[str],
+    who: Pool,
+    only: np.ndarray | None = None,
 ) -> Answers:
-    """Simulate every design with every patient."""
+    """Simulate every design with every patient, or with the one of `only` (designs,) where that is not -1."""
     many = len(patients) if patients else 1
+    alone = np.full(len(designs), -1) if only is None else only
+    runs = [(d, p) for d, one in enumerate(alone) for p in (range(many) if one < 0 else (int(one),))]
 
     def sets(number: int) -> dict[str, Any]:
-        design, patient = divmod(number, many)
+        design, patient = runs[number]
         return designs.sets(design) | (patients.sets(patient) if patients else {})
 
-    jobs = Jobs(len(designs) * many, _CHUNK, sets)
+    jobs = Jobs(len(runs), _CHUNK, sets)
     done = who.outcomes(scenario, jobs, range(jobs.count), Asked(frozenset(metrics), doubts=False))
     found = {n: o for c, outcomes in done for n, o in zip(jobs.numbers(c), outcomes, strict=True)}
-    shape = len(designs), many
-    values = {name: np.full(shape, np.nan) for name in metrics}
+    values = {name: np.full((len(designs), many), np.nan) for name in metrics}
     reasons = [""] * len(designs)
-    for number in range(jobs.cases):
-        design, patient = divmod(number, many)
+    for number, (design, patient) in enumerate(runs):
         outcome = found[number]
         for name in metrics:
             if name in outcome.metrics:
@@ -70,10 +83,10 @@ class Evolution:
     Source: Hansen, arXiv:1604.00772; bounds by pycma's smooth transformation of the search space.
     """
 
-    def __init__(self, dimensions: int, seed: int, population: int | None = None):
+    def __init__(self, problem: Problem, seed: int):
         cma = optional("cma")
         generator = np.random.default_rng(seed)
-        self.dimensions = dimensions
+        self.problem, dimensions = problem, len(problem.parameters)
         options = {
             "bounds": [0.0, 1.0],
             "randn": lambda *shape: generator.standard_normal(shape),
@@ -88,109 +101,86 @@ class Evolution:
             **dict.fromkeys(("tolflatfitness", "tolstagnation"), math.inf),
             **dict.fromkeys(("maxiter", "tolfacupx", "tolupsigma"), math.inf),
         }
-        if population is not None:
-            options["popsize"] = population
+        if problem.population is not None:
+            options["popsize"] = problem.population
         # cma knows no search along one line: a second direction changes nothing
         self._strategy = cma.CMAEvolutionStrategy([START] * max(dimensions, 2), STEP, options)
 
-    @property
-    def population(self) -> int:
-        """Designs in a generation."""
-        return int(self._strategy.popsize)
+    def runs(self, generations: int) -> int:
+        """Simulations of that many generations at most."""
+        return generations * int(self._strategy.popsize) * len(self.problem.traits)
 
     @property
     def converged(self) -> bool:
         """True where the designs have come so close together that nothing is left to find."""
         return bool(self._strategy.stop())
 
-    def ask(self) -> np.ndarray:
-        """The next designs (population, dimensions), as shares from 0 to 1."""
+    def ask(self) -> tuple[np.ndarray, np.ndarray]:
+        """The next designs as shares from 0 to 1 (n, dimensions), each with all patients: -1 (n,)."""
         self._asked = self._strategy.ask()
-        return np.clip(np.array(self._asked)[:, : self.dimensions], 0.0, 1.0)
+        shares = np.array(self._asked)[:, : len(self.problem.parameters)]
+        return np.clip(shares, 0.0, 1.0), np.full(len(shares), -1)
 
-    def tell(self, ranks: np.ndarray) -> None:
-        """Take the ranks of the designs last asked for (population,): the lower the better."""
-        self._strategy.tell(self._asked, [float(rank) for rank in ranks])
+    def tell(self, columns: Columns) -> None:
+        """Take the ranks of the designs last asked for."""
+        self._strategy.tell(self._asked, self.problem.aim.ranks(columns).astype(np.float64).tolist())
 
 
-@dataclass(frozen=True)
-class Problem:
-    """The problem of a search: ranges, constraints on them, aim, number of starts."""
-
-    parameters: tuple[Parameter, ...]
-    constraints: tuple[Constraint, ...]
-    aim: Aim
-    seed: int
-    population: int | None = None
-    starts: int = 1
-
-    @property
-    def seeds(self) -> list[int]:
-        """Of each start; the first one's is the search's own."""
-        others = [np.random.SeedSequence([self.seed, k]).generate_state(1)[0] for k in range(1, self.starts)]
-        return [self.seed, *map(int, others)]
-
-    def evolutions(self) -> list[Evolution]:
-        """The optimiser of each start."""
-        return [Evolution(len(self.parameters), seed, self.population) for seed in self.seeds]
-
-    def values(self, shares: np.ndarray) -> Columns:
-        """{parameter: values (n,) [SI]} of shares from 0 to 1 (n, parameters)."""
-        return {p.name: p.spread.at(shares[:, k]) for k, p in enumerate(self.parameters)}  # type: ignore[union-attr]
+METHODS: dict[str, type[Evolution] | type[Surrogate]] = {"surrogate": Surrogate, "cma-es": Evolution}
 
 
 def evolve(
     problem: Problem, folder: pathlib.Path, generations: int, evaluate: Evaluate, report: Report | None = None
-) -> tuple[Columns, bool]:
+) -> Found:
     """Search; killed at any time, the next call goes on from the last finished generation."""
-    evolutions = problem.evolutions()
+    starts = [METHODS[problem.method](problem, seed) for seed in problem.seeds]
     done: list[Columns] = []
-    most = generations * len(evolutions)
+    most, designs = generations * len(starts), 0
     for generation in range(generations):
-        for start, evolution in enumerate(evolutions):
-            if evolution.converged:
+        for start, method in enumerate(starts):
+            if method.converged:
                 continue
-            number, values = generation * problem.starts + start, problem.values(evolution.ask())
+            number, (shares, patients) = generation * problem.starts + start, method.ask()
+            asked = problem.values(shares) | {PATIENT: patients}
             columns = store.read_generation(folder, number)
             if columns is None:
-                first = sum(len(each["design"]) for each in done)
-                columns = _judged(problem, (generation, start), first, values, evaluate)
+                columns = _judged(problem, (generation, start), designs, asked, evaluate)
                 store.write_generation(folder, number, columns)
-            elif not all(np.array_equal(columns.get(n, ""), x) for n, x in values.items()):
+            elif not all(np.array_equal(columns.get(n, ""), x) for n, x in asked.items()):
                 seen = f"generation {number} holds other designs than are asked for here"
                 raise InputError(f"{seen}: another processor?", file=folder, allowed="`changed=restart`")
-            evolution.tell(problem.aim.ranks(columns))
+            method.tell(columns)
             done.append(columns)
+            designs += int(np.count_nonzero(patients < 0))
             if report is not None:
                 report(len(done), most, f"{len(done)} of {most} generations")
     columns = {name: np.concatenate([each[name] for each in done]) for name in done[0]}
-    return columns, all(evolution.converged for evolution in evolutions)
-
-
-def best_of(aim: Aim, columns: Columns) -> int:
-    """Row of the best design; of equals the first."""
-    return int(np.argmin(aim.ranks(columns)))
-
-
-def row(columns: Columns, number: int) -> Columns:
-    """One design, as a table of one row."""
-    return {name: values[number : number + 1] for name, values in columns.items()}
+    whole, found = columns[PATIENT] < 0, [name for name in columns if name != PATIENT and "/" not in name]
+    run = np.where(whole, len(problem.traits), 1)[columns[OUTSIDE] == 0.0]
+    return Found({n: columns[n][whole] for n in found}, all(s.converged for s in starts), int(np.sum(run)))
 
 
 def _judged(
-    problem: Problem, which: tuple[int, int], first: int, values: Columns, evaluate: Evaluate
+    problem: Problem, which: tuple[int, int], first: int, asked: Columns, evaluate: Evaluate
 ) -> Columns:
-    """A generation's table, its designs numbered from `first`. What is outside the constraints is not run."""
-    count = len(next(iter(values.values())))
-    excesses = [constraint.excess(values) for constraint in problem.constraints]
-    off = np.sum(excesses, axis=0) if excesses else np.zeros(count)  # from within all constraints
+    """A generation's table, its designs with all patients numbered from `first`, others -1.
+
+    What is outside the constraints is not run. Beside what `Aim.judge` says it has every run's metrics.
+    """
+    patients = asked[PATIENT]
+    values = {name: column for name, column in asked.items() if name != PATIENT}
+    count, whole, off = len(patients), patients < 0, problem.outside(values)
     judged, reasons = problem.aim.unknown(count), np.full(count, "", dtype=object)
+    runs = np.full((len(problem.aim.metrics), len(problem.traits), count), np.nan)  # of metrics, patients
     inside = np.flatnonzero(off == 0.0)
     if len(inside):
-        found = evaluate({name: column[inside] for name, column in values.items()})
+        found = evaluate({name: column[inside] for name, column in values.items()}, patients[inside])
         for name, column in problem.aim.judge(found.metrics).items():
-            judged[name][inside] = column
+            judged[name][inside] = np.where(whole[inside], column, judged[name][inside])
+        runs[:, :, inside] = [found.metrics[name].T for name in problem.aim.metrics]
         reasons[inside] = found.reasons
     head = {name: np.full(count, value) for name, value in zip(("generation", "start"), which, strict=True)}
-    head["design"] = np.arange(first, first + count)
-    return head | values | {OUTSIDE: off, LACKING: judged.pop(LACKING)} | judged | {"reason": reasons}
+    head["design"] = np.where(whole, first + np.cumsum(whole) - 1, -1)
+    names = [f"{name}/{k}" for name in problem.aim.metrics for k in range(len(problem.traits))]
+    table = head | values | {OUTSIDE: off, LACKING: judged.pop(LACKING)} | judged | {"reason": reasons}
+    return table | {PATIENT: patients} | dict(zip(names, runs.reshape(len(names), count), strict=True))

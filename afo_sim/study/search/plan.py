@@ -23,10 +23,20 @@ from afo_sim.common import InputError, assets, parse_quantity
 from afo_sim.description import refusal
 from afo_sim.study.design import Cases, case_seeds, cases_of
 from afo_sim.study.folder import fingerprint
-from afo_sim.study.parameter import Parameter, Range, Span
+from afo_sim.study.parameter import OwnSeed, Parameter, Range, Span
 from afo_sim.study.parameter_table import ParameterTable, StrictTable, first_error
-from afo_sim.study.search.aim import OBJECTIVE, OF_LIMIT, Aim, Limit, Objective, StatedLimit
-from afo_sim.study.search.loop import Problem
+from afo_sim.study.search.aim import (
+    LACKING,
+    OBJECTIVE,
+    OF_LIMIT,
+    OUTSIDE,
+    PATIENT,
+    Aim,
+    Limit,
+    Objective,
+    Problem,
+    StatedLimit,
+)
 from afo_sim.study.sweep_plan import (
     Plan,
     SweepFile,
@@ -39,21 +49,14 @@ from afo_sim.study.sweep_plan import (
     planned,
 )
 
+SURROGATE, CMA_ES = "surrogate", "cma-es"
 _GENERATIONS = 40
 STARTS = 3
 _FRESH = 4  # times as many patients as the designs were judged by, to judge the best one again
 _JUDGING = ("grid", "list", "random", "latin-hypercube", "sobol")  # designs that patients can be of
 _FIXED_COLUMNS = (
-    "generation",
-    "start",
-    "design",
-    "outside",
-    "lacking",
-    OBJECTIVE,
-    "feasible",
-    "violation",
-    "reason",
-)
+    "generation", "start", "design", OUTSIDE, LACKING, OBJECTIVE, "feasible", "violation", "reason", PATIENT,
+)  # fmt: skip
 
 Metric = Annotated[StrictStr, AfterValidator(known_metric)]
 
@@ -71,15 +74,22 @@ class SearchPlan:
     generations: int
     population: int | None
     starts: int = STARTS
+    stated: str = SURROGATE
+
+    @property
+    def method(self) -> str:
+        """How designs are proposed; the surrogate is of numbers that may have any value."""
+        return CMA_ES if any(p.whole for p in self.designs.parameters) else self.stated
 
     def walked(self) -> "SearchPlan":
         """The same with settled strides that are walked to, not solved for."""
         return replace(self, designs=self.designs.walked())
 
-    def problem(self, aim: Aim) -> Problem:
-        """The problem that the optimiser solves."""
+    def problem(self, aim: Aim, patients: Cases | None) -> Problem:
+        """The problem that is solved, with what tells the patients apart."""
         plan = self.designs
-        return Problem(plan.parameters, plan.constraints, aim, plan.seed, self.population, self.starts)
+        judged = plan.parameters, plan.constraints, aim, plan.seed, self.population, self.starts, self.method
+        return Problem(*judged, _traits(patients)) if patients else Problem(*judged)
 
     def aim(self, units: Mapping[str, str], *, sampled: bool = False) -> Aim:
         """Objective and limits, by the units that the scenario's metrics have."""
@@ -125,8 +135,9 @@ class SearchPlan:
             "limits": repr(self.limits),
             "population": self.population,
             "starts": self.starts,
+            "method": self.method,
         }
-        return fingerprint("search", written, "cma")
+        return fingerprint("search", written, "cma" if self.method == CMA_ES else "scipy")
 
 
 class ObjectiveTable(StrictTable):
@@ -171,6 +182,7 @@ class SearchFile(StrictTable):
     generations: StrictInt = Option(default=_GENERATIONS, ge=1)
     population: StrictInt | None = Option(default=None, ge=4)
     starts: StrictInt = Option(default=STARTS, ge=1, le=100)
+    method: Literal["surrogate", "cma-es"] = "surrogate"
     constraints: tuple[StrictStr, ...] = ()
     set: dict[str, Any] = Option(default_factory=dict)
     parameters: dict[str, ParameterTable] = Option(min_length=1)
@@ -247,6 +259,7 @@ def _of_table(file: pathlib.Path, table: Mapping[str, Any]) -> SearchPlan:
         generations=written.generations,
         population=written.population,
         starts=written.starts,
+        stated=written.method,
     )
 
 
@@ -297,3 +310,17 @@ def _patients_of(plan: Plan) -> Cases:
         return cases_of(plan)
     except InputError as error:
         raise error.replaced(field=f"patients.{error.field}") from None
+
+
+def _traits(patients: Cases) -> np.ndarray:
+    """Values of the patients' parameters in standard deviations, of a word 1 where it is it (n, traits)."""
+    columns: list[np.ndarray] = []
+    for parameter in patients.plan.parameters:
+        values = patients.values[parameter.name]
+        if parameter.words:
+            columns += [(values == word).astype(np.float64) for word in sorted(set(values))]
+        elif not isinstance(parameter.spread, OwnSeed):
+            columns.append(values.astype(np.float64))
+    varied = [column for column in columns if np.ptp(column) > 0.0]
+    found = [(column - np.mean(column)) / np.std(column) for column in varied]
+    return np.array(found).reshape(len(found), len(patients)).T

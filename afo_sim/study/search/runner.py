@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common import together, write_json, write_sealed
+from afo_sim.common import optional, together, write_json, write_sealed
 from afo_sim.description import load, toml_text
 from afo_sim.description.portable import portable
 from afo_sim.study.design import Cases
@@ -16,10 +16,20 @@ from afo_sim.study.folder import AGAIN, Changed
 from afo_sim.study.pool import Pool, Report, pool
 from afo_sim.study.runner import probe
 from afo_sim.study.search import store
-from afo_sim.study.search.aim import LACKING, OBJECTIVE, OF_LIMIT, OUTSIDE, Aim
+from afo_sim.study.search.aim import (
+    LACKING,
+    OBJECTIVE,
+    OF_LIMIT,
+    OUTSIDE,
+    Aim,
+    Columns,
+    Problem,
+    best_of,
+    row,
+)
 from afo_sim.study.search.best import spread_over_starts
-from afo_sim.study.search.loop import Answers, Columns, Evolution, Problem, answers, best_of, evolve, row
-from afo_sim.study.search.plan import SearchPlan
+from afo_sim.study.search.loop import METHODS, Answers, Found, answers, evolve
+from afo_sim.study.search.plan import CMA_ES, SearchPlan
 from afo_sim.study.time_step import longer
 
 
@@ -45,9 +55,10 @@ class Opened:
         )
 
     @property
-    def cases(self) -> int:
-        """Simulations in a generation of one start."""
-        return self.problem.evolutions()[0].population * (len(self.patients) if self.patients else 1)
+    def runs(self) -> int:
+        """Simulations of the whole search at most."""
+        problem = self.problem
+        return problem.starts * METHODS[problem.method](problem, problem.seed).runs(self.search.generations)
 
 
 def open_search(search: SearchPlan, folder: pathlib.Path, changed: Changed = "refuse") -> Opened:
@@ -55,7 +66,8 @@ def open_search(search: SearchPlan, folder: pathlib.Path, changed: Changed = "re
     patients = search.judging()
     search.fresh()  # says now what would be wrong with them at the end
     plan = search.designs
-    Evolution(len(plan.parameters), plan.seed, search.population)  # says so at once if cma is missing
+    if search.method == CMA_ES:
+        optional("cma")  # says so at once if it is missing
 
     def first(scenario: dict[str, Any]) -> dict[str, Any]:
         middle = {p.name: p.spread.at(np.array([0.5])) for p in plan.parameters}  # type: ignore[union-attr]
@@ -72,7 +84,7 @@ def open_search(search: SearchPlan, folder: pathlib.Path, changed: Changed = "re
         scenario=manifest["scenario"],
         units=manifest["metrics"],
         patients=patients,
-        problem=search.problem(aim),
+        problem=search.problem(aim, patients),
         seconds=float(manifest["seconds_per_case"]),
         best=store.read_best(folder),
         mixed=bool(manifest.get("mixed")),
@@ -94,22 +106,23 @@ def run(opened: Opened, who: Pool, report: Report | None = None) -> dict[str, An
         return opened.best
     search, problem = opened.search, opened.problem
 
-    def judged(values: Columns, patients: Cases | None) -> Answers:
+    def judged(values: Columns, patients: Cases | None, only: np.ndarray | None = None) -> Answers:
         designs = search.as_cases(values)
-        return answers(opened.scenario, designs, patients, problem.aim.metrics, who)
+        return answers(opened.scenario, designs, patients, problem.aim.metrics, who, only)
 
-    columns, converged = evolve(
-        problem, opened.folder, search.generations, lambda v: judged(v, opened.patients), report
+    found = evolve(
+        problem, opened.folder, search.generations, lambda v, only: judged(v, opened.patients, only), report
     )
+    columns = found.columns
     best = row(columns, best_of(problem.aim, columns))
-    summary = _summary(opened, columns, best, converged) | {"fresh_patients": None, "half_step": None}
+    summary = _summary(opened, found, best) | {"fresh_patients": None, "half_step": None}
     fresh = search.fresh()
     if fresh is not None and best[OUTSIDE][0] == 0.0:  # the best design with patients it has not seen
-        found = judged({p.name: best[p.name] for p in problem.parameters}, fresh)
+        again = judged({p.name: best[p.name] for p in problem.parameters}, fresh)
         summary["fresh_patients"] = {
             "patients": len(fresh),
             "seed": fresh.plan.seed,
-            **_judged_again(opened, found, search.aim(opened.units)),
+            **_judged_again(opened, again, search.aim(opened.units)),
         }
     if best[OUTSIDE][0] == 0.0:
         designs = search.as_cases({p.name: best[p.name] for p in problem.parameters})
@@ -120,8 +133,8 @@ def run(opened: Opened, who: Pool, report: Report | None = None) -> dict[str, An
             for cases in (designs, opened.patients)  # each sets what the search does
         )
         assert finer is not None
-        found = answers(opened.scenario, finer, patients, problem.aim.metrics, who)
-        summary["half_step"] = _judged_again(opened, found, problem.aim)
+        again = answers(opened.scenario, finer, patients, problem.aim.metrics, who)
+        summary["half_step"] = _judged_again(opened, again, problem.aim)
     _write(opened, columns, summary)
     return summary
 
@@ -137,9 +150,9 @@ def _judged_again(opened: Opened, found: Answers, aim: Aim) -> dict[str, Any]:
     }
 
 
-def _summary(opened: Opened, columns: Columns, best: Columns, converged: bool) -> dict[str, Any]:
+def _summary(opened: Opened, searched: Found, best: Columns) -> dict[str, Any]:
     """The result but for the fresh patients, as JSON-able data."""
-    problem, aim = opened.problem, opened.problem.aim
+    problem, aim, columns = opened.problem, opened.problem.aim, searched.columns
     simulated = int(np.count_nonzero(columns[OUTSIDE] == 0.0))
     sets = opened.search.as_cases({p.name: best[p.name] for p in problem.parameters}).sets(0)
     found: dict[str, Any] = {
@@ -147,7 +160,9 @@ def _summary(opened: Opened, columns: Columns, best: Columns, converged: bool) -
         "scenario": opened.search.designs.scenario_name,
         "feasible": bool(aim.feasible(best)[0]),
         "feasible_designs": int(np.count_nonzero(aim.feasible(columns))),
-        "converged": converged,
+        "converged": searched.converged,
+        "method": problem.method,
+        "runs": searched.runs,
         "starts": _starts(opened, columns),
         "generations": int(columns["generation"][-1]) + 1,
         "designs": len(columns["design"]),
