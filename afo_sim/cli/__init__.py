@@ -1,7 +1,4 @@
-"""The command line: reads options, calls the library, prints.
-
-A name is imported when it is first asked for: signal handlers are installed before typer is there.
-"""
+"""The command line; lazily imported, since signal handlers are installed before typer is there."""
 
 import lazy_loader
 

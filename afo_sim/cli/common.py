@@ -29,6 +29,7 @@ _EPILOGUE = """Exit codes:
 143  stopped by SIGTERM
 """
 SIDES_HEADER = ["", "right", "left", "2 (L − R)/(L + R)"]  # of a table of both sides
+Rows = list[list[str]]  # of a table
 _SETTINGS = {"help_option_names": ["-h", "--help"]}
 
 app = typer.Typer(
@@ -146,10 +147,7 @@ def watching(live: bool) -> Iterator[Any]:
 
 
 def quantity(field: str, text: str, unit: str, **bounds: float) -> float:
-    """A quantity given on the command line, in SI `unit`; what is wrong with it names the option.
-
-    bounds : above, at_least, at_most [unit]
-    """
+    """A quantity given on the command line, in SI `unit` and its bounds; what is wrong names the option."""
     from afo_sim.description import Quantity
 
     asked = Quantity(unit, **bounds, exact=True)  # type: ignore[arg-type]
@@ -234,7 +232,7 @@ def _plain_progress(title: str) -> Iterator[Callable[..., None]]:
         thread.join()
 
 
-def print_tables(tables: Iterable[tuple[str, list[str], list[list[str]]]], lines: Iterable[str] = ()) -> None:
+def print_tables(tables: Iterable[tuple[str, list[str], Rows]], lines: Iterable[str] = ()) -> None:
     """Tables, and lines below them."""
     for title, header, rows in tables:
         print_table(title, header, rows)
@@ -243,18 +241,9 @@ def print_tables(tables: Iterable[tuple[str, list[str], list[list[str]]]], lines
 
 
 def print_table(
-    title: str,
-    header: list[str],
-    rows: list[list[str]],
-    droppable: int | None = None,
-    *,
-    whole_names: bool = False,
+    title: str, header: list[str], rows: Rows, droppable: int | None = None, *, whole_names: bool = False
 ) -> None:
-    """Aligned columns; what is too wide folds between words, and columns that do not fit stand below.
-
-    droppable : a column that a narrow terminal leaves out
-    whole_names : neither the first column nor short cells are broken into lines
-    """
+    """Aligned columns; what is too wide folds between words, and columns that do not fit stand below."""
     from rich.console import Console
     from rich.markup import escape
     from rich.table import Table

@@ -29,6 +29,19 @@ _LISTS = (
     "muscles", "laws", "frictions", "scenarios", "legs", "orthoses", "valves", "tubes", "sources",
     "regulators", "patients", "shoes", "gaits", "sensors", "sweeps", "searches", "uncertainties", "walkers",
 )  # fmt: skip
+_WALK = "afo-sim new scenario NAME --like walk-dropfoot-afo"
+_NEXT = {  # the command to go on with, or where the new one goes
+    "scenario": "afo-sim run {file}",
+    "sweep": "afo-sim sweep {file}",
+    "search": "afo-sim optimise {file}",
+    "orthosis": "afo-sim new scenario NAME --orthosis {file.parent}",
+    "leg": "afo-sim new scenario NAME --leg {file.parent}",
+    **{kind: f"{_WALK} --{kind} {{file.parent}}" for kind in ("patient", "shoe", "limits")},
+    "sensor": '[sensor.NAME] with column = "…" and type = "{file.parent}" in a scenario',
+    "tube": 'tube = "{file.parent}" and tube_length = "…" in a [chamber.NAME] of an orthosis',
+    **{kind: f'{kind} = "{{file.parent}}" in the [supply] of a scenario' for kind in ("source", "regulator")},
+    **{kind: f"afo-sim new orthosis NAME --{kind} {{file.parent}}" for kind in ("muscle", "valve")},
+}
 
 
 @app.command("list")
@@ -178,21 +191,6 @@ def keys(
     rows = [[k.key, k.value, k.allowed, k.unit, k.origin, k.meaning] for k in found]
     header = ["key", "value", "allowed", "SI unit", "from", "meaning"]
     print_table(f"{scenario}: {len(rows)} key{'s' if len(rows) > 1 else ''}", header, rows, droppable=5)
-
-
-_WALK = "afo-sim new scenario NAME --like walk-dropfoot-afo"
-_NEXT = {  # the command to go on with, or where the new one goes
-    "scenario": "afo-sim run {file}",
-    "sweep": "afo-sim sweep {file}",
-    "search": "afo-sim optimise {file}",
-    "orthosis": "afo-sim new scenario NAME --orthosis {file.parent}",
-    "leg": "afo-sim new scenario NAME --leg {file.parent}",
-    **{kind: f"{_WALK} --{kind} {{file.parent}}" for kind in ("patient", "shoe", "limits")},
-    "sensor": '[sensor.NAME] with column = "…" and type = "{file.parent}" in a scenario',
-    "tube": 'tube = "{file.parent}" and tube_length = "…" in a [chamber.NAME] of an orthosis',
-    **{kind: f'{kind} = "{{file.parent}}" in the [supply] of a scenario' for kind in ("source", "regulator")},
-    **{kind: f"afo-sim new orthosis NAME --{kind} {{file.parent}}" for kind in ("muscle", "valve")},
-}
 
 
 @app.command("refit")

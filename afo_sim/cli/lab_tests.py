@@ -27,6 +27,12 @@ from afo_sim.cli.overwriting import check_folder
 if TYPE_CHECKING:
     from afo_sim.lab import Stand
 
+# Options of a test alone; `replay` and `sensitivity` refuse them.
+_OF_A_TEST = ["law", "friction", "pressure", "load", "contraction", "length", "stiffness", "series"]
+_OF_A_TEST += ["valve", "supply"]
+_RUN_FILES = ("fit_run.json", "scenario.toml", "fit_run.png", "fit_run.pdf")
+_LAW_FILES = ("fit.json", "muscle.toml", "fit.png", "fit.pdf")
+
 
 @dataclass(frozen=True)
 class _Test:
@@ -63,11 +69,6 @@ class _Test:
     fit: Annotated[str, Option(help="of replay: settings to fit to the first log, with commas")] = ""
     out: Annotated[Path, Option(help="folder, .csv or .parquet")] = Path("runs/stand")
     rrd: RecordingOption = None
-
-
-# Options of a test alone; `replay` and `sensitivity` refuse them.
-_OF_A_TEST = ["law", "friction", "pressure", "load", "contraction", "length", "stiffness", "series"]
-_OF_A_TEST += ["valve", "supply"]
 
 
 @app.command("stand")
@@ -177,10 +178,6 @@ def _remarks(tests: "Stand") -> Iterator[str]:
             f"{trial.name} against {compared.name}: {factor * compared.rms:.3g} {unit} RMS, worst "
             f"{factor * compared.worst:.3g} {unit}, {len(compared.x)} points{left}"
         )
-
-
-_RUN_FILES = ("fit_run.json", "scenario.toml", "fit_run.png", "fit_run.pdf")
-_LAW_FILES = ("fit.json", "muscle.toml", "fit.png", "fit.pdf")
 
 
 @app.command("fit-run")

@@ -12,6 +12,11 @@ from afo_sim.cli.common import Rate, app, hertz_of, progress, quantity
 from afo_sim.cli.overwriting import KNOWN_BY, check_folder
 from afo_sim.common import InputError, unknown
 
+_STUDIES = {
+    "sweep": "a run's folder: afo-sim replay DIR CASE makes one of a case; results.parquet has all",
+    "search": "a run's folder: afo-sim run DIR/best.toml makes one of the best design",
+}
+
 
 @app.command()
 def view(
@@ -246,12 +251,6 @@ def draw(
         print(line)
     for path in paths:
         print(f"written to {path}")
-
-
-_STUDIES = {
-    "sweep": "a run's folder: afo-sim replay DIR CASE makes one of a case; results.parquet has all",
-    "search": "a run's folder: afo-sim run DIR/best.toml makes one of the best design",
-}
 
 
 @app.command("export")

@@ -17,6 +17,7 @@ _STYLES = {"✓": "bold green", "!": "bold yellow", "✗": "bold red", "?": "bol
 _LINES = 12  # that a run prints, of which nobody asked for every number
 _WARNING = "warning: "
 _Line = tuple[str, int]  # a text, and by how much its further lines are indented
+_Lines = Sequence[_Line]
 _SPELLED = str.maketrans(  # for a terminal that does not know them
     {"✓": "+", "✗": "x", "−": "-", "–": "-", "·": "*", "°": " deg", "≥": ">=", "≤": "<=", "×": "x", "²": "^2"}
     | {"…": "...", "→": "->"}
@@ -61,19 +62,9 @@ def _print_in_short(recording: Any, answers: Sequence[Any], written: str) -> Non
 
 
 def print_answers(
-    judged: Sequence[Any],
-    remarks: list[_Line],
-    tail: list[_Line],
-    *,
-    first: Sequence[_Line] = (),
-    whole: bool = False,
+    judged: Sequence[Any], remarks: _Lines, tail: _Lines, *, first: _Lines = (), whole: bool = False
 ) -> None:
-    """Answers, what stands first behind them, and as many remarks as a dozen lines hold.
-
-    judged : each answer behind the run whose limits it is held against
-    tail : lines that end it
-    whole : the answers in full and every remark
-    """
+    """Answers behind their runs, lines that end them, and as many remarks as a dozen lines hold."""
     from afo_sim.metrics import closing
     from afo_sim.show import verdict_texts as verdict
 
@@ -87,12 +78,12 @@ def print_answers(
         print_line(line, hang=hang)
 
 
-def _rows(lines: Sequence[_Line]) -> int:
+def _rows(lines: _Lines) -> int:
     """How many lines of the terminal they take."""
     return sum(len(list(_wrapped(line, hang))) for line, hang in lines)
 
 
-def _fitting(remarks: list[_Line], room: int) -> list[_Line]:
+def _fitting(remarks: _Lines, room: int) -> list[_Line]:
     """The first remarks that fit into some lines; the last line says how many and which are left out."""
     kept: list[_Line] = []
     for line in remarks:

@@ -1,8 +1,7 @@
 """The process of the command line: its signals, its standard streams, its last message.
 
 The first signal stops the command as an error would: unfinished files are removed. A second one ends the
-process at once, and so does one that comes when the command is over. What a process leaves unfinished has a
-hidden name, which the next one removes.
+process at once, and so does one that comes when the command is over.
 """
 
 import contextlib
@@ -28,11 +27,7 @@ class Stopped(KeyboardInterrupt):
 
 
 class Program:
-    """One run of the command line in a process of its own.
-
-    received : signals, in their order
-    finished : whether the exit code is known
-    """
+    """One run of the command line in a process of its own."""
 
     def __init__(self) -> None:
         self.received: list[int] = []
@@ -82,10 +77,7 @@ class Program:
 
 
 def _open_streams() -> None:
-    """Print what an encoding has not with backslashes, and nowhere where a stream is closed, as by `>&-`.
-
-    A file that is opened later would else become the closed stream, and libraries would print into it.
-    """
+    """Print what an encoding has not with backslashes, and not into later files if closed (`>&-`)."""
     while (number := os.open(os.devnull, os.O_RDWR)) <= 2:
         pass
     os.close(number)

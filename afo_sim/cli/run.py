@@ -30,6 +30,20 @@ from afo_sim.cli.overwriting import check_folder, check_run_folder, check_same
 from afo_sim.cli.printed_run import note_lines, print_answers, print_line, print_run, warning_lines
 from afo_sim.common import InputError
 
+# Rows of the table: (beginning of the number's name, words); each stands for right, left and both.
+ROWS = (
+    ("air_per_stride", "air per stride [g]"),
+    ("air_per_cycle", "air per cycle [g]"),
+    ("mean_flow", "mean flow from the source [l/min ANR]"),
+    ("peak_flow", "peak flow from the source [l/min ANR]"),
+    ("strides_per_bottle", "strides on one bottle"),
+    ("way_per_bottle", "way on one bottle [km]"),
+    ("hours_per_bottle", "hours on one bottle [h]"),
+    ("source_share", "mean flow of the compressor's [%]"),
+    ("compressor_duty", "duty of the compressor [%]"),
+    ("compressor_power", "mean electric power [W]"),
+)
+
 
 @app.command()
 def run(
@@ -194,21 +208,6 @@ def _print_torque_maps(found: Any, bands: dict[str, list[float]], out: Path) -> 
     for warning in found.warnings:
         print(f"warning: {warning}")
     print(f"written to {out}")
-
-
-# Rows of the table: (beginning of the number's name, words); each stands for right, left and both.
-ROWS = (
-    ("air_per_stride", "air per stride [g]"),
-    ("air_per_cycle", "air per cycle [g]"),
-    ("mean_flow", "mean flow from the source [l/min ANR]"),
-    ("peak_flow", "peak flow from the source [l/min ANR]"),
-    ("strides_per_bottle", "strides on one bottle"),
-    ("way_per_bottle", "way on one bottle [km]"),
-    ("hours_per_bottle", "hours on one bottle [h]"),
-    ("source_share", "mean flow of the compressor's [%]"),
-    ("compressor_duty", "duty of the compressor [%]"),
-    ("compressor_power", "mean electric power [W]"),
-)
 
 
 @app.command("both")

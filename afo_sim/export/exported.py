@@ -14,15 +14,12 @@ from afo_sim.simulation import Recording
 
 @dataclass(frozen=True)
 class Exported:
-    """What was written: the files, the one asked for first; how to open it, and what then to mind; notes.
+    """What was written."""
 
-    Notes are on what is not as in the run, or not as was asked for.
-    """
-
-    files: tuple[pathlib.Path, ...]
-    opens: str
-    minds: str
-    notes: tuple[str, ...]
+    files: tuple[pathlib.Path, ...]  # the one asked for first
+    opens: str  # how to open it
+    minds: str  # what then to mind
+    notes: tuple[str, ...]  # what is not as in the run, or not as was asked for
 
 
 def export(

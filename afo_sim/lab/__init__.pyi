@@ -39,11 +39,8 @@ from .stand_trial import AXES as AXES
 from .stand_trial import COLUMNS as COLUMNS
 from .stand_trial import FURTHER as FURTHER
 from .stand_trial import Trial as Trial
-from .stand_trial import isobaric as isobaric
-from .stand_trial import isotonic as isotonic
 from .stand_trial import static as static
 from .stand_trial import static_load as static_load
-from .stand_trial import step as step
 from .torque_data import Readings as Readings
 from .torque_device import Change as Change
 from .torque_device import paths as paths

@@ -1,14 +1,7 @@
 """Joints of a measured arm half a second ahead: antagonists over pulleys, under their measured pressures.
 
-A joint begins at its measured angle and velocity; after that it is told nothing but pressures: of its flexor
-(`pressure`) and extensor. A `link` from the parallel joint of the log before makes both a double pendulum.
-A pendulum is upright at zero; what hangs beyond the link is a point mass.
-
-    I q̈ = r cosh(μβ) (F_f − F_e) − b q̇ − friction + weight, and what joints share
-    |friction| ≤ r sinh(μβ) (F_f + F_e): cables behind guides have the tensions F e^(∓μβ)
-
-Every second episode is fitted, the others are judged: RMS error over the spread of the angle ahead. The limit
-is that of a linear model, fitted to the same, which is told the start and the pressures every 0.1 s.
+I q̈ = r cosh(μβ) (F_f − F_e) − b q̇ − friction + weight, and what joints share
+|friction| ≤ r sinh(μβ) (F_f + F_e): cables behind guides have the tensions F e^(∓μβ)
 """
 
 import itertools
@@ -120,17 +113,13 @@ class Arm:
 
 @dataclass(frozen=True)
 class Joint:
-    """A joint's errors over the spread of the angle ahead [%], and its numbers [SI].
-
-    fitted, held : of episodes that were fitted, and of the others
-    linear, stays : of the others by a linear model, and by the angle at the start
-    """
+    """A joint's errors over the spread of the angle ahead [%], and its numbers [SI]."""
 
     log: BenchLog
-    fitted: float
-    held: float
-    linear: float
-    stays: float
+    fitted: float  # of episodes that were fitted
+    held: float  # of the others
+    linear: float  # of the others by a linear model
+    stays: float  # of the others by the angle at the start
     numbers: dict[str, float]
 
     @property

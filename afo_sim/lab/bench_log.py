@@ -101,10 +101,7 @@ class BenchLog:
         return replace(self, bench=found)
 
     def coils(self, time: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray]:
-        """Shares of steps that start at times [s] for which the coils of inlet and outlet are on [-].
-
-        Of a stated train of pulses, or of each row's until the next; a command takes `lag` to its valve.
-        """
+        """Shares of steps from times [s] with coils on [-], of stated pulses or of each row's."""
         bench = self.bench
         lags = np.array([bench.get("lag", 0.0), bench.get("outlet_lag", bench.get("lag", 0.0))])
         ends = np.maximum(np.append(time, time[-1] + step) - lags[:, None], 0.0)

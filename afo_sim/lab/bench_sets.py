@@ -35,6 +35,8 @@ from afo_sim.lab.replay import fit_replay, greatest, muscle_of, replay, shortene
 SECOND, LATER = "every second log", "second half of each log"  # that are held out; or a pattern of names
 HEADER = ("bench", "predicted", "as given", "shown", "held out", "simpler", "limit", "verdict")
 EXAMPLE = '[[predict]] with what = "pulses", fit = ["conductance"], limits = { pressure = 3 }'
+Part = tuple[BenchLog, np.ndarray]  # a log, and its rows that are judged
+Predict = Callable[[BenchLog], Mapping[str, np.ndarray]]
 
 
 class Prediction(BaseModel, frozen=True, extra="forbid"):
@@ -59,22 +61,19 @@ class Bench(BaseModel, frozen=True, extra="forbid"):
 
 @dataclass(frozen=True)
 class BenchRow:
-    """Errors of one channel [%]: best, of all, and worst log held out; those of each log by its half.
-
-    `as_given` and `simpler` are those of the half held out with the given settings, and by the simpler model.
-    """
+    """Errors of one channel [%]."""
 
     bench: str
     what: str
     channel: str
     limit: float
-    as_given: float
+    as_given: float  # of the half held out with the given settings
     shown: float
-    held_out: tuple[float, float, float]
-    simpler: float
+    held_out: tuple[float, float, float]  # best, of all, and worst log
+    simpler: float  # of the half held out by the simpler model
     fed: bool
     fitted: tuple[str, ...]
-    logs: dict[str, dict[str, float]]
+    logs: dict[str, dict[str, float]]  # of each log by its half
     source: str = ""
     unit: str = "%"
 
@@ -99,10 +98,6 @@ class BenchRow:
         numbers = f"{self.as_given:.3g}", f"{self.shown:.3g}", f"{middle:.3g}{span}"
         ends = f"{self.simpler:.3g}", f"{self.limit:g}", self.verdict
         return [self.bench, f"{self.what} {self.channel} [{self.unit}]", *numbers, *ends]
-
-
-Part = tuple[BenchLog, np.ndarray]  # a log, and its rows that are judged
-Predict = Callable[[BenchLog], Mapping[str, np.ndarray]]
 
 
 def bench(data: pathlib.Path, report: Callable[[int, int], None] | None = None) -> Iterator[BenchRow]:
@@ -220,11 +215,7 @@ def _halves(logs: list[BenchLog], held_out: str) -> Iterator[dict[str, list[Part
 
 
 def simple_model(seen: Sequence[BenchLog], given: Mapping[str, str]) -> Predict:
-    """A model without physics: time constants of valves and leak, force linear in pressure and contraction.
-
-    Open, the inlet moves the pressure towards one value and the outlet towards none; without a supply the
-    pressure is measured.
-    """
+    """Time constants of valves and leak, force linear in pressure and contraction; no physics."""
     step = 2e-3
 
     def pressure(log: BenchLog, x: np.ndarray) -> np.ndarray:

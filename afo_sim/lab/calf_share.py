@@ -1,8 +1,7 @@
-"""The calf's share of a stride's positive work, on each shipped stride.
+"""The calf's share of a stride's positive work, on each shipped stride, by sagittal inverse dynamics.
 
-A run has no moments of knee and hip, so the share is no metric. It is derived from the recorded strides, by
-inverse dynamics of shank and thigh in the sagittal plane. Assumed: an average person's segments (Winter 2009,
-table 4.1 and figure 4.1), the foot's mass at the ankle, and a trunk that does not turn.
+Assumed: an average person's segments (Winter 2009, table 4.1 and figure 4.1), the foot's mass at the ankle,
+and a trunk that does not turn.
 """
 
 import numpy as np
@@ -19,10 +18,7 @@ PHASE = np.linspace(0.0, 1.0, 2001)
 
 
 def joint_powers(cycle: GaitCycle) -> dict[str, np.ndarray]:
-    """Power of ankle, knee and hip over PHASE, per body mass [W/kg], each (n,).
-
-    Vectors are complex, forward + i upward. A segment that leans forward by q lies along i exp(−i q).
-    """
+    """Power of ankle, knee and hip over PHASE, per body mass [W/kg], each (n,)."""
     assert cycle.body_height is not None
     angles = {n: [cycle.signal(f"{n}_angle", PHASE, k) for k in range(3)] for n in ("shank", "knee", "ankle")}
     angles["thigh"] = [shank - knee for shank, knee in zip(angles["shank"], angles["knee"], strict=True)]
@@ -48,19 +44,15 @@ def joint_powers(cycle: GaitCycle) -> dict[str, np.ndarray]:
 
 def _moment(arm: np.ndarray, force: np.ndarray) -> np.ndarray:
     """Moment of a force about a point, forward lean positive."""
-    moment: np.ndarray = -(np.conj(arm) * force).imag
-    return moment
+    return -(np.conj(arm) * force).imag
 
 
 def positive_work(cycle: GaitCycle) -> dict[str, float]:
     """Positive work of ankle, knee and hip over the stride, and of push-off, per body mass [J/kg]."""
     powers = joint_powers(cycle)
     powers["push-off"] = np.where((PHASE > HEEL_RISE) & (stance(cycle) > PHASE), powers["ankle"], 0.0)
-    return {name: _positive(power, cycle.stride_time * PHASE) for name, power in powers.items()}
-
-
-def _positive(power: np.ndarray, time: np.ndarray) -> float:
-    return float(np.trapezoid(np.maximum(power, 0.0), time))
+    positive = {name: np.maximum(power, 0.0) for name, power in powers.items()}
+    return {n: float(np.trapezoid(power, cycle.stride_time * PHASE)) for n, power in positive.items()}
 
 
 def calf_share(name: str) -> float:

@@ -13,18 +13,7 @@ _COLUMNS: Known = {"reference": ("Pa", "N", "kg", "m", "rad", "rad/s", "N*m"), "
 def calibrate(
     log: object, *, inverse: bool = False, step: float = 0.01
 ) -> tuple[dict[str, tuple[float, str]], str]:
-    """Fit the line, or inverse curve, of a sensor's readings by least squares; InputError where none fits.
-
-    Parameters
-    ----------
-    log : CSV, or {title: values}, of "reference [unit]" and "reading [V]"; a reference in kg is a weight
-    inverse : V = slope/x + intercept, as of infrared distance sensors, instead of slope x + intercept
-    step : of the converter [V]
-
-    Returns
-    -------
-    results by name, each with its unit (the log's), and a sensor.toml; docs/sensors.md defines them
-    """
+    """A line, or V = slope/x + intercept, of a log's references and readings: results, a sensor.toml."""
     x, output, unit, si, table = _readings(log, inverse)
     basis, per = (1.0 / x, "V*") if inverse else (x, "V/")
     per += unit if unit.isalpha() else f"({unit})"

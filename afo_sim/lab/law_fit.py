@@ -1,8 +1,4 @@
-"""Parameters of one law from a measured characteristic, with what the data can and cannot tell about them.
-
-Least squares from several starts; 95 % intervals from the linearised model; a verdict that names the
-parameters that the data do not tell apart; errors on points that the fit did not see.
-"""
+"""Parameters of one law from a measured characteristic, with what the data can and cannot tell about them."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -28,26 +24,19 @@ CHANCE = 2.0  # standard errors 1/√n of a correlation: beyond them neighbourin
 
 @dataclass(frozen=True)
 class LawFit(Believed):
-    """Parameters of a law, and how far they can be believed. SI.
-
-    `half_width` is half the 95 % interval, infinite where it is refused; `verdict` says why. `held_out` are
-    the errors [N or m] of points that the fit did not see: by what was left out, then group by group.
-    `covariance` is of the parameters that the data identify together, whether or not each alone; None
-    where the points are too few or the starts end in different places.
-    """
+    """Parameters of a law, and how far they can be believed. SI."""
 
     solution: Solution
     agreeing_starts: int
     starts: int
     verdict: tuple[Notice, ...]
-    held_out: Mapping[str, HeldOut] = field(default_factory=dict)
+    held_out: Mapping[str, HeldOut] = field(default_factory=dict)  # errors [N or m] of points not seen
     covariance: FitCovariance | None = None
 
     @property
     def problem(self) -> LawProblem:
         """What was fitted to what."""
-        found: LawProblem = self.solution.problem
-        return found
+        return self.solution.problem
 
     @property
     def values(self) -> dict[str, float]:
@@ -119,14 +108,10 @@ def _agreeing(ends: Sequence[OptimizeResult]) -> int:
 
 
 def held_out(
-    result: LawFit,
-    test: Sequence[Measured] = (),
-    report: Progress = lambda text: None,
-    *,
-    groups: bool = True,
+    fit: LawFit, test: Sequence[Measured] = (), report: Progress = lambda text: None, *, groups: bool = True
 ) -> LawFit:
     """Errors on points that the fit did not see: curves, pressures, loads, muscles, other files."""
-    problem, values = result.problem, result.values
+    problem, values = fit.problem, fit.values
 
     def refit(rest: LawProblem) -> dict[str, float]:
         return rest.values(rest.best([rest.at(values), *rest.starts(3, 1)]).x)
@@ -135,7 +120,7 @@ def held_out(
     found = least.held_out(problem, kinds, refit, lambda text: report(f"{problem.law.name}: {text}"))
     if test:
         found["file"] = unseen([(d.name, replace(problem, data=(d,)), values) for d in test])
-    return replace(result, held_out=found)
+    return replace(fit, held_out=found)
 
 
 def _covariance(solution: Solution) -> FitCovariance | None:

@@ -14,6 +14,9 @@ from afo_sim.lab.solution import POINTS_PER_PARAMETER
 LIKE = "s1_215mm"
 # What a static characteristic does not tell of a muscle, and its unit.
 BESIDE_THE_LAW = {"damping": "m^2*s", "braid_stiffness": "N", "dead_volume": "m^3", "mass": "kg"}
+Sourced = dict[str, tuple[Any, dict[str, str]]]  # name → value as it is written, and what is known of it
+FEWEST = {"pressure": 3, "load": 3}  # groups to leave out in turn: with two, each is extrapolated from one
+GROSS = 3.0  # times the error of the law that fits best: the two orders contradict each other
 
 
 def residual_unit(fit: LawFit) -> tuple[float, str]:
@@ -32,9 +35,6 @@ def grade(fit: LawFit, data: Measured) -> str:
     """Grade of a fitted muscle: A only where every number of it was measured and identified."""
     length = data.contraction is None or "total_length" in data.facts
     return "A" if fit.identifiable and length and not taken_over(data) else "C"
-
-
-Sourced = dict[str, tuple[Any, dict[str, str]]]  # name → value as it is written, and what is known of it
 
 
 def muscle_table(fit: LawFit, data: Measured, like: str = LIKE) -> dict[str, Any]:
@@ -133,10 +133,6 @@ def _files(fit: LawFit) -> str:
 
 def _source(kind: str, source: str) -> dict[str, str]:
     return {"kind": kind, "source": source}
-
-
-FEWEST = {"pressure": 3, "load": 3}  # groups to leave out in turn: with two, each is extrapolated from one
-GROSS = 3.0  # times the error of the law that fits best: the two orders contradict each other
 
 
 def kinds(fits: Sequence[LawFit]) -> list[str]:

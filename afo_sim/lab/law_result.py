@@ -1,7 +1,4 @@
-"""Fits of force laws to a measured characteristic: points in, ranked laws and a muscle that runs out.
-
-In files and in words: muscle.toml, fit.json, tables and remarks to print.
-"""
+"""Fits of force laws to a measured characteristic: points in, ranked laws and a muscle that runs out."""
 
 import dataclasses
 import math
@@ -12,16 +9,7 @@ from typing import Any, get_args
 
 import numpy as np
 
-from afo_sim.common import (
-    InputError,
-    Notice,
-    Shown,
-    assets,
-    quantity_at,
-    unknown,
-    write_json,
-    write_sealed,
-)
+from afo_sim.common import InputError, Notice, Shown, assets, quantity_at, unknown, write_json, write_sealed
 from afo_sim.description import FitCovariance, Muscle, toml_text
 from afo_sim.lab.law_fit import LawFit, doubt, fit_law, held_out
 from afo_sim.lab.law_muscle import (
@@ -41,20 +29,17 @@ from afo_sim.lab.solution import held_out_json, held_out_lines, require_left_out
 from afo_sim.physics import LAWS
 
 HOLD_OUT = ("all", "none", "pressure", "load", "curve", "muscle")
+Tables = list[tuple[str, list[str], list[list[str]]]]
 
 
 @dataclass(frozen=True, repr=False)
 class StaticFit(Shown):
-    """Laws fitted to a characteristic, best first; laws that could not be fitted, and why.
-
-    `left_out` counts the points that no static law is about; `like` is the muscle from which comes what the
-    data do not tell.
-    """
+    """Laws fitted to a characteristic, best first; laws that could not be fitted, and why."""
 
     fits: tuple[LawFit, ...]
     skipped: dict[str, str]
-    left_out: int
-    like: str
+    left_out: int  # points that no static law is about
+    like: str  # the muscle from which comes what the data do not tell
 
     def __repr__(self) -> str:
         """One line: the best law, its parameters, its error."""
@@ -97,11 +82,7 @@ class StaticFit(Shown):
 
     @property
     def covariance(self) -> FitCovariance | None:
-        """Covariance of the best law's parameters; its `matrix` [SI] goes with its `parameters`.
-
-        It holds the parameters that the data identify together, whether or not each alone. None where
-        they identify none, the points are too few, or the starts end in different places.
-        """
+        """Of the best law's parameters that the data identify together [SI]; None of starts that differ."""
         return self.best.covariance
 
     @property
@@ -268,9 +249,6 @@ def _fixed(law: str, texts: Mapping[str, Any], *, only: bool) -> dict[str, float
         name = next(name for name in texts if name not in units)
         raise unknown(name, units, field="fixed", problem=f"is not a parameter of {law}")
     return {name: quantity_at(f"fixed.{name}", text, units[name]) for name, text in known.items()}
-
-
-Tables = list[tuple[str, list[str], list[list[str]]]]
 
 
 def write(found: StaticFit, folder: pathlib.Path) -> None:

@@ -13,7 +13,7 @@ What is not published is drawn from a stated range, never chosen. The rules, wri
 """
 
 import pathlib
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, TypeVar
 
@@ -24,6 +24,7 @@ from pydantic import Field as Option
 from afo_sim.common import InputError, assets, nearest_name, unknown
 from afo_sim.description import PROBLEMS
 from afo_sim.lab.ledger_predictions import PREDICTIONS, si
+from afo_sim.lab.validation_row import Report, counted
 
 DRAWS, SEED = 64, 20070302
 LEVELS = (0.05, 0.5, 0.95)
@@ -142,15 +143,10 @@ def read_device(file: pathlib.Path) -> Device:
     return device
 
 
-def ledger(report: Callable[[int, int], None] | None = None) -> list[LedgerRow]:
+def ledger(report: Report = None) -> list[LedgerRow]:
     """A row for each measured number of the shipped ledger; `report` takes devices done, and in all."""
     files = sorted((assets.folder("models") / "ledger").glob("*.toml"))
-    found = []
-    for done, file in enumerate(files, 1):
-        found += rows_of(read_device(file))
-        if report is not None:
-            report(done, len(files))
-    return found
+    return [row for file in counted(files, report) for row in rows_of(read_device(file))]
 
 
 def rows_of(device: Device) -> list[LedgerRow]:

@@ -1,8 +1,4 @@
-"""Predictions of the ledger, by the name that a device's file gives under `predict`.
-
-A prediction is a function of what the file names (`of`), where it was measured (`at`), and what is given with
-one draw of what is not known (`drawn`); it returns SI. A new kind is an entry of PREDICTIONS.
-"""
+"""Predictions of the ledger, by the name that a device's file gives under `predict`."""
 
 import functools
 import math
@@ -75,8 +71,7 @@ def knee_torque(of: str, at: Table, drawn: Table) -> float:
 
 
 def tissue(of: str, at: Table, drawn: Table) -> float:
-    """Torque with which a relaxed ankle resists dorsiflexion at an angle [N·m]; where the angle is drawn, its
-    slope [N·m/rad]."""
+    """Torque with which a relaxed ankle resists dorsiflexion [N·m]; of a drawn angle its slope [N·m/rad]."""
     if "angle" in drawn:
         angle, rest = si(drawn["angle"]), {key: x for key, x in drawn.items() if key != "angle"}
         ends = [tissue(of, {"angle": f"{angle + step!r} rad"}, rest) for step in (-STEP, STEP)]

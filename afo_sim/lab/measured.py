@@ -78,10 +78,7 @@ class Measured:
 
 
 def level_starts(ordered: np.ndarray, wide: float) -> np.ndarray:
-    """Where levels of rising pressures [Pa] begin: nearer than 2 % of their span is one.
-
-    More than a dozen, and one level wider than `wide`, are a sweep, which is cut into five blocks.
-    """
+    """Where levels of rising pressures [Pa] begin; a sweep, with a level wider than `wide`, has five."""
     span = float(np.ptp(ordered))
     starts = np.flatnonzero(np.diff(ordered, prepend=-np.inf) > max(0.02 * span, 5e3))
     if (len(starts) == 1 and span > wide) or len(starts) > MOST_LEVELS:

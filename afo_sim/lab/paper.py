@@ -9,14 +9,14 @@ Each file of `models/papers` is a paper. A `row` is a system, formula, table, ex
 
 import functools
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
 from afo_sim.common import Shown, assets, unknown
 from afo_sim.lab import paper_values
 from afo_sim.lab.validation import brief, published
-from afo_sim.lab.validation_row import Row
+from afo_sim.lab.validation_row import Report, Row, counted
 
 # The worst outcome of a row's numbers is the row's.
 ORDER = (
@@ -97,7 +97,7 @@ class Paper(Shown):
         return [claim for claim in self.claims if claim.kind == kind]
 
 
-def paper(name: str, report: Callable[[int, int], None] | None = None) -> Paper:
+def paper(name: str, report: Report = None) -> Paper:
     """One of the four papers beside the simulator.
 
     Parameters
@@ -116,12 +116,8 @@ def paper(name: str, report: Callable[[int, int], None] | None = None) -> Paper:
         There is no such paper.
     """
     told = _told(name)
-    found = []
-    for done, row in enumerate(told["row"], 1):
-        found.append(_claim(row))
-        if report is not None:
-            report(done, len(told["row"]))
-    return Paper(name, told["title"], told["source"], told["reading"], tuple(found))
+    claims = tuple(map(_claim, counted(told["row"], report)))
+    return Paper(name, told["title"], told["source"], told["reading"], claims)
 
 
 @functools.cache

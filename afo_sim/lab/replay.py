@@ -1,8 +1,4 @@
-"""A measured log of a bench replayed in the stand's rig: through its valves, or under its pressure.
-
-No input of a prediction may derive from the channel that is predicted. Where one does, the log says so
-(`fed`), and the error of that channel is marked.
-"""
+"""A measured log of a bench replayed in the stand's rig: through its valves, or under its pressure."""
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -115,8 +111,7 @@ class Replay:
 
 
 def replay(log: Any, muscle: Any = None, *, sets: Laid = None, bench: Laid = None) -> Replay:
-    """Replay a log of a bench: through its valves where a supply is stated, else under the measured
-    pressure."""
+    """Replay a log through its valves where a supply is stated, else under the measured pressure."""
     read = read_bench_log(log).stated(bench or {})
     plan = _plan(read, muscle_of(read, muscle, sets))
     whole = complete(plan, 0, roll(plan)[0])
@@ -332,11 +327,7 @@ def fit_replay(
     muscle: Any = None,
     sets: Laid = None,
 ) -> ReplayFit:
-    """Fit settings of bench and muscle to logs by least squares, one value for all of them.
-
-    A search begins at a setting's stated value, else in the middle of its physical range or at zero, and
-    keeps to the range.
-    """
+    """Fit settings of bench and muscle to logs, one value for all, within each setting's physical range."""
     for name in names:
         if name not in FITTED:
             raise unknown(name, FITTED, field="fit", problem="cannot be fitted to a log of a bench")
@@ -367,10 +358,7 @@ def fit_replay(
 
 
 def _half_by_log(solution: Solution, ends: np.ndarray) -> np.ndarray:
-    """Half the 95 % intervals where the errors of one log hang together, and those of logs do not.
-
-    The sandwich of Liang & Zeger 1986, Biometrika 73:13, with Student's t of one less than there are logs.
-    """
+    """Half the 95 % intervals where errors hang together in a log: Liang & Zeger 1986, Biometrika 73:13."""
     jacobian, half, logs = solution.jacobian[:, solution.inner], np.zeros(len(solution.x)), len(ends)
     if logs < FEWEST:
         return half

@@ -1,12 +1,7 @@
 """Dynamic parameters of a scenario from a builder's log, through the simulator, with what the log identifies.
 
-Least squares over whole runs, each channel in units of its noise; 95 % intervals widened where the errors
-hang together in time; a verdict that refuses what the log does not identify; errors on a part not seen; each
-channel judged by itself.
-
 `mujoco.sysid` does not serve: its parameters modify an MjSpec while a muscle's stand in `actuator_user`, its
-intervals take one noise for all sensors and white errors and refuse nothing, and it needs an extra of ten
-packages round the same least squares.
+intervals take one noise for all sensors and white errors and refuse nothing, and it needs ten packages.
 """
 
 import functools
@@ -21,7 +16,7 @@ from scipy.optimize import OptimizeResult
 from afo_sim.common import InputError, Notice, Shown, SimulationError
 from afo_sim.description import Scenario, load
 from afo_sim.lab.identifiability import Believed, memory, refused, rms, unidentified
-from afo_sim.lab.run_problem import HELD_OUT, RunProblem, differences, pose, run_at, sets_of
+from afo_sim.lab.run_problem import HELD_OUT, RunProblem, Values, differences, pose, run_at, sets_of
 from afo_sim.lab.solution import FitParameter, FitProblem, Progress, believed, verdict
 from afo_sim.simulation import Recording
 
@@ -52,17 +47,15 @@ Differences = Mapping[str, np.ndarray]
 
 @dataclass(frozen=True)
 class Errors:
-    """RMS errors of one channel [SI]: over the whole log, with the start values and with the fitted ones;
-    over the part held out, with the start values and with those fitted to the rest.
-    """
+    """RMS errors of one channel [SI], with the start values and with the fitted ones."""
 
     noise: float
     samples: int
     before: float
     after: float
-    samples_held_out: int = 0
+    samples_held_out: int = 0  # the following are of the part held out
     before_held_out: float | None = None
-    held_out: float | None = None
+    held_out: float | None = None  # with the values fitted to the rest
 
     @property
     def chi_squared(self) -> float:
@@ -77,23 +70,18 @@ class Errors:
 
 @dataclass(frozen=True, repr=False)
 class FitRun(Believed, Shown):
-    """Dynamic parameters from a log, and how far they can be believed. SI.
-
-    `interval` is of 95 %, None where it is refused; `verdict` says why. `memory` is the correlation of
-    neighbouring errors, by which the intervals are widened; `misfit` the errors' size in units of the noise.
-    `forecast` is the fit to the part of the log that was seen when the rest was held out: values and run.
-    """
+    """Dynamic parameters from a log, and how far they can be believed. SI."""
 
     problem: RunProblem
     values: dict[str, float]
-    interval: dict[str, tuple[float, float] | None]
+    interval: dict[str, tuple[float, float] | None]  # of 95 %, None where it is refused
     correlation: np.ndarray
-    verdict: tuple[Notice, ...]
+    verdict: tuple[Notice, ...]  # says why
     before: Recording
     after: Recording
-    forecast: tuple[dict[str, float], Recording] | None
-    memory: float
-    misfit: float
+    forecast: tuple[dict[str, float], Recording] | None  # fitted to the part of the log that was seen
+    memory: float  # correlation of neighbouring errors, by which intervals are widened
+    misfit: float  # of the errors, in units of the noise
     runs: int
     converged: bool
 
@@ -303,11 +291,7 @@ class RunSearch(FitProblem):
 
 
 def channel_errors(
-    noise: Mapping[str, float],
-    first: Differences,
-    last: Differences,
-    unseen: Differences | None,
-    rest: np.ndarray,
+    noise: Values, first: Differences, last: Differences, unseen: Differences | None, rest: np.ndarray
 ) -> dict[str, Errors]:
     """Each channel's errors."""
     found = {}

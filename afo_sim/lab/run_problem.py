@@ -1,7 +1,4 @@
-"""A dynamic fit as it is posed: a device's log, the parameters that it can identify, the scenario.
-
-A log is a CSV of time and of quantities that a run records; each of its titles means columns of a run.
-"""
+"""A dynamic fit as it is posed: a device's log, the parameters that it can identify, the scenario."""
 
 import pathlib
 from collections.abc import Iterator, Mapping, Sequence
@@ -36,6 +33,9 @@ from afo_sim.simulation.simulate import simulate
 
 EXAMPLE = "time [s], angle [deg], pressure dorsiflexor [bar], force dorsiflexor_1 [N]"
 FEWEST = 10  # samples
+Meaning = tuple[str, tuple[str, ...], float, float]  # name, columns, factor and summand to SI
+Values = Mapping[str, float]
+HELD_OUT = 0.3  # share of the log's time, from its end
 
 
 @dataclass(frozen=True)
@@ -106,9 +106,6 @@ def read_log(data: Any, scenario: Scenario) -> Log:
         if name != "time"
     ]
     return Log(file, columns[clock], tuple(channels), read_facts(table, TEXTS))
-
-
-Meaning = tuple[str, tuple[str, ...], float, float]  # name, columns, factor and summand to SI
 
 
 def _meaning(table: Table, title: str, known: Mapping[str, tuple[str, ...]]) -> Meaning:
@@ -276,10 +273,6 @@ def _find(name: str, scenario: Scenario) -> FitParameter:
     size = (start or kind.typical) if kind.logarithmic else kind.typical
     ends = kind.lower, kind.upper, start, start
     return FitParameter(name, kind.unit, kind.shown, *ends, size, logarithmic=kind.logarithmic, keys=keys)
-
-
-Values = Mapping[str, float]
-HELD_OUT = 0.3  # share of the log's time, from its end
 
 
 @dataclass(frozen=True)

@@ -1,8 +1,4 @@
-"""Least squares of a posed fit: where it ends, how far each parameter can be off, errors of what is left out.
-
-A problem says what is searched and how. Where neighbouring errors hang together with a correlation ρ, n of
-them are n (1 − ρ)/(1 + ρ) independent ones. A parameter at its bound is held for the others.
-"""
+"""Least squares of a posed fit: where it ends, how far each parameter can be off, errors of the unseen."""
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -19,28 +15,25 @@ Progress = Callable[[str], None]
 CORRELATED = 0.98  # two parameters with more are not told apart
 VAGUE = 0.5  # a half-interval of more than this share of the parameter's size tells nothing
 POINTS_PER_PARAMETER = 2.0  # with fewer no interval is given
+Refit = Callable[[Any], Mapping[str, float]]
 
 
 @dataclass(frozen=True)
 class FitParameter:
-    """SI; `shown` is the unit for people's eyes, `neutral` the value at which it does nothing.
-
-    `low` and `high` are usual values, `size` the unit of a coordinate, or its reference if that is a
-    logarithm. `keys` are what it sets in a scenario, each with its share of the value.
-    """
+    """A number that is searched. SI."""
 
     name: str
     unit: str
-    shown: str
+    shown: str  # unit for people's eyes
     lower: float
     upper: float
-    low: float
+    low: float  # usual values, to high
     high: float
-    size: float
-    neutral: float | None = None
+    size: float  # unit of a coordinate, or of a logarithm its reference
+    neutral: float | None = None  # where it does nothing
     logarithmic: bool = False
     of_law: bool = False
-    keys: Mapping[str, float] = field(default_factory=dict)
+    keys: Mapping[str, float] = field(default_factory=dict)  # that it sets in a scenario, each with its share
 
     def coordinate(self, value: float) -> float:
         """A value [SI] as it is searched."""
@@ -179,8 +172,7 @@ class Solution:
     @property
     def values(self) -> dict[str, float]:
         """Of the parameters [SI]."""
-        found: dict[str, float] = self.problem.ended(self.x)
-        return found
+        return self.problem.ended(self.x)
 
     def interval(self, k: int) -> tuple[float, float]:
         """95 % interval of a parameter [SI], within what it can be."""
@@ -255,14 +247,11 @@ def _too_few(solution: Solution, points: int) -> Iterator[Notice]:
 
 @dataclass(frozen=True)
 class HeldOut:
-    """Errors [SI] of data when they were left out, by what was left out; weights, mean squares within.
-
-    `weight` are their readings, `scatter` the mean square [N²·m²] of these about their mean.
-    """
+    """Errors [SI] of data when they were left out, by what was left out."""
 
     errors: dict[str, np.ndarray] = field(default_factory=dict)
-    weight: dict[str, np.ndarray] = field(default_factory=dict)
-    scatter: dict[str, np.ndarray] = field(default_factory=dict)
+    weight: dict[str, np.ndarray] = field(default_factory=dict)  # readings
+    scatter: dict[str, np.ndarray] = field(default_factory=dict)  # mean square about their mean [N²·m²]
 
     @property
     def rms(self) -> float:
@@ -287,9 +276,6 @@ def unseen(fitted: Sequence[tuple[str, FitProblem, Mapping[str, float]]]) -> Hel
     for name, problem, values in fitted:
         found.errors[name], found.weight[name], found.scatter[name] = problem.missed(values)
     return found
-
-
-Refit = Callable[[Any], Mapping[str, float]]
 
 
 def left_out(problem: FitProblem, masks: Mapping[str, np.ndarray], refit: Refit) -> HeldOut:

@@ -41,14 +41,10 @@ UNITS = dict(zip((*AMOUNTS, "supply", "time"), ("Pa", "N", "", "m", "N/m", "Pa",
 
 @dataclass(frozen=True, repr=False)
 class Stand(Shown):
-    """Finished tests, and their distance from measured points where some were given.
+    """Finished tests, and their distance from measured points where some were given."""
 
-    trials : in the order of tests, muscles, laws, frictions
-    compared : one for each trial, or none
-    """
-
-    trials: tuple[Trial, ...]
-    compared: tuple[Comparison, ...] = ()
+    trials: tuple[Trial, ...]  # in the order of tests, muscles, laws, frictions
+    compared: tuple[Comparison, ...] = ()  # one for each trial, or none
 
     def __repr__(self) -> str:
         muscles = dict.fromkeys(trial.plan.muscle.name for trial in self.trials)
@@ -158,10 +154,7 @@ def stand(
 
 
 def in_series(muscle: Muscle, count: int) -> Muscle:
-    """So many of a muscle end to end on one chamber: its force at κ and κ̇, times its length and volume.
-
-    The damping R p_abs κ̇ stays: tension and κ̇ of each are the chain's. A damper by speed is divided.
-    """
+    """So many of a muscle end to end on one chamber: its force at κ and κ̇, times its length and volume."""
     if count == 1:
         return muscle
     grown, damper = ("total_length", "end_length", "dead_volume", "mass"), muscle.damper
@@ -178,17 +171,7 @@ def in_series(muscle: Muscle, count: int) -> Muscle:
 
 
 def sensitivity(muscle: Muscle, pressure: float, contraction: float = 0.0) -> dict[str, np.ndarray]:
-    """What braid angle, braid length and bore do to a muscle at rest; the law's own parameters are held.
-
-    Parameters
-    ----------
-    muscle : one of the three at a time is 90, 100 and 110 % of its own
-    pressure, contraction : gauge [Pa]; of force and stiffness [-]
-
-    Returns
-    -------
-    {"force [N] by bore", …: three values}; the stiffness is dF/dL at this pressure
-    """
+    """What 90, 100, 110 % of braid angle, braid length and bore do at rest, at a gauge pressure [Pa]."""
     found: dict[str, np.ndarray] = {}
     for key, rest in (("braid_angle", 0.0), ("total_length", muscle.end_length), ("bore", 0.0)):
         own = getattr(muscle, key) - rest

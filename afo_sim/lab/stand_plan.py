@@ -1,8 +1,4 @@
-"""A test on the stand as it is planned: what is set, curve by curve.
-
-Below it: refusals of what a muscle cannot undergo, each with what is possible; and a muscle at rest, whose
-loads, lengths and pressures these follow from.
-"""
+"""A test on the stand as it is planned: what is set, curve by curve, and refusals of what is impossible."""
 
 import dataclasses
 import math
@@ -29,35 +25,24 @@ LEAST_LOAD = 1.0  # [N]: an unloaded muscle has no definite length
 STIFFEST = 1e6  # spring of the stand [N/m]; its frame has ten times that
 PULLING = 10.0  # force at zero contraction from which a muscle counts as pulling [N]
 LONGEST, SHORTEST = -0.5, 0.7  # contraction ratios between which anything is looked for
+Ends = tuple[float | Sequence[float] | np.ndarray, float | Sequence[float] | np.ndarray]
 
 
 @dataclass(frozen=True)
 class Laboratory:
-    """Surroundings of the muscle on the stand.
+    """Surroundings of the muscle on the stand."""
 
-    supply : gauge pressure that no test goes beyond [Pa]; the muscle's own limit by default
-    valve : solenoid valve that fills and vents it in `step`, and feeds it in `release` where given
-    tube_volume : between valve and muscle [m³]
-    line_bore, line_length : of a line whose air has inertia, from the gauge to the muscle [m]; 0 for none
-    gauge_volume : of the gauge at the valves' end of that line [m³]
-    leak_conductance : free air that the muscle loses, by its gauge pressure [m³/(s·Pa)]
-    wall_conductance : heat to the wall [W/K]
-    wall_conductance_by_flow : by which that grows with what flows in [J/(kg·K)]
-    mounting_stiffness : of frame and hook [N/m]; by default they hardly give
-    timestep : [s]; by default 2 ms, for `step` 1 ms, for `release` 0.1 ms, or less where the braid needs it
-    """
-
-    supply: float | None = None
-    valve: Valve | None = None
-    tube_volume: float = 4e-6
-    wall_conductance: float = 0.5
-    wall_conductance_by_flow: float = 0.0
-    line_bore: float = 4e-3
-    line_length: float = 0.0
-    gauge_volume: float = 0.0
-    leak_conductance: float = 0.0
-    mounting_stiffness: float | None = None
-    timestep: float | None = None
+    supply: float | None = None  # gauge pressure that no test goes beyond [Pa]; the muscle's limit by default
+    valve: Valve | None = None  # fills and vents it in `step`, and feeds it in `release` where given
+    tube_volume: float = 4e-6  # between valve and muscle [m³]
+    wall_conductance: float = 0.5  # heat to the wall [W/K]
+    wall_conductance_by_flow: float = 0.0  # by which that grows with what flows in [J/(kg·K)]
+    line_bore: float = 4e-3  # of a line whose air has inertia, from the gauge to the muscle [m]
+    line_length: float = 0.0  # 0 for none [m]
+    gauge_volume: float = 0.0  # of the gauge at the valves' end of that line [m³]
+    leak_conductance: float = 0.0  # free air that the muscle loses, by its gauge pressure [m³/(s·Pa)]
+    mounting_stiffness: float | None = None  # of frame and hook [N/m]; by default they hardly give
+    timestep: float | None = None  # [s]; by default 2 ms, `step` 1, `release` 0.1, or less by the braid
 
 
 USUAL = Laboratory()
@@ -70,35 +55,23 @@ class StandPlan:
     A branch takes `duration`; "up" goes from the first value to the second, "down" back, along half a
     cosine, so that motion starts and ends at rest. With a solenoid valve the pressure is the supply's:
     up opens the inlet, down the outlet.
-
-    set_points : what tells the curves apart: pressure [Pa], load [N], contraction [-], stiffness [N/m] (n,)
-    pressure : gauge, from and to [Pa] (n, 2)
-    contraction : from and to [-] (n, 2); where the carriage hangs free, its start only
-    load : weight on the carriage [N] (n,); NaN where the length is prescribed
-    spring : stiffness of a spring between frame and muscle, which pulls from rest length on [N/m] (n,)
-    start_pressure : in the chamber before the test [Pa] (n,)
-    timestep, duration : of a step, of one branch [s]
-    branches : how many
-    stride : every how many steps a row is kept; turning points are
-    valve : solenoid valve at inlet and outlet; None is the regulator
-    outlet : another valve at the outlet
     """
 
     kind: Kind
     muscle: Muscle
     laboratory: Laboratory
-    set_points: np.ndarray
-    pressure: np.ndarray
-    contraction: np.ndarray
-    load: np.ndarray
-    spring: np.ndarray
-    start_pressure: np.ndarray
-    timestep: float
-    duration: float
+    set_points: np.ndarray  # what tells the curves apart [Pa], [N], [-], [N/m] (n,)
+    pressure: np.ndarray  # gauge, from and to [Pa] (n, 2)
+    contraction: np.ndarray  # from and to [-] (n, 2); of a free carriage, its start only
+    load: np.ndarray  # weight on the carriage [N] (n,); NaN where the length is prescribed
+    spring: np.ndarray  # between frame and muscle, pulls from rest length on [N/m] (n,)
+    start_pressure: np.ndarray  # in the chamber before the test [Pa] (n,)
+    timestep: float  # [s]
+    duration: float  # of one branch [s]
     branches: int
-    stride: int = 1
-    valve: Valve | native.CircuitValve | None = field(default=None)
-    outlet: native.CircuitValve | None = None
+    stride: int = 1  # steps between kept rows; turning points are kept
+    valve: Valve | native.CircuitValve | None = field(default=None)  # at inlet and outlet; None: regulator
+    outlet: native.CircuitValve | None = None  # another valve at the outlet
 
     @property
     def inertia(self) -> float:
@@ -122,14 +95,10 @@ class StandPlan:
     def supply(self, curve: int, time: np.ndarray) -> np.ndarray:
         """Gauge pressure of a curve's supply [Pa] over time [s]."""
         low, high = self.pressure[curve]
-        found: np.ndarray = low + (high - low) * self.wave(time)
-        return found
+        return low + (high - low) * self.wave(time)
 
     def coils(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Share of steps that start at times [s] for which the coils of inlet and outlet are on [-].
-
-        A regulator is always open, but of a sealed muscle, which is shut in.
-        """
+        """Shares of steps from times [s] with inlet's and outlet's coil on [-]; regulators are open."""
         if self.kind == "sealed":
             return np.zeros_like(time), np.zeros_like(time)
         if self.kind != "step":
@@ -310,9 +279,6 @@ def _hung(muscle: Muscle, points: np.ndarray, load: float | None, held_at: float
     hung = usual if load is None else load
     _check_loads(muscle, [hung], weakest, held_at)
     return hung
-
-
-Ends = tuple[float | Sequence[float] | np.ndarray, float | Sequence[float] | np.ndarray]
 
 
 def _plan(

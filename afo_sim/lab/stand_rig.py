@@ -1,14 +1,11 @@
 """The stand as a MuJoCo model: frame, muscle, carriage on a slide, air; and its roll-out.
 
 The muscle is a spatial tendon between the frame above and a carriage that slides along its axis; the
-slide's coordinate is its shortening. Muscle, chamber, valves and friction are the same compiled
-actuators as everywhere.
+slide's coordinate is its shortening.
 
-* A *regulator* keeps the pressure: an inlet valve that is never shut, as wide as the time step allows,
-  whose supply follows the pressure that is wanted. Air flows through it either way.
-* A *prescribed length*: the carriage is given the inertia of a mountain and the force that moves the
-  mountain as planned. No muscle can disturb it.
-* A *load*: a weight on the carriage, with its inertia; the carriage has that of half the muscle.
+* A *regulator* is an inlet valve that is never shut, as wide as the time step allows, whose supply follows
+  the pressure that is wanted. Air flows through it either way.
+* A *prescribed length*: the carriage has the inertia of a mountain and the force that moves it as planned.
 * A *spring* holds the carriage; with the frame in series it is as stiff as planned, from rest length on.
 * Frame and hook give by `MOUNTING` between muscle and carriage, or as stated. The muscle's own contraction is
   recorded; it is the one that is planned, but with a stated mounting, which belongs to the measured length.
@@ -157,8 +154,7 @@ def _hook(plan: StandPlan, k: int) -> np.ndarray:
         force = plan.muscle.force(plan.pressure[k, 1], contraction=contraction)
     else:
         force = plan.carried(k, contraction)
-    found: np.ndarray = contraction * plan.muscle.nominal_length - force / _mounting(plan)
-    return found
+    return contraction * plan.muscle.nominal_length - force / _mounting(plan)
 
 
 def _start(rig: Rig, plan: StandPlan, k: int) -> np.ndarray:

@@ -27,36 +27,24 @@ SET = {  # what tells the curves of a test apart: (quantity, form, factor from S
     "step": ("supply", "{:.3g} bar", 1e-5),
     "release": ("pressure", "{:.3g} bar", 1e-5),
 }
+# Columns of a printed table: (title, measure where there is one, factor, unit).
+FORCE, OFF = ("force", "greatest_force", 1.0, "N"), ("off formula", "off_formula_share", 1.0, "%")
+SHORTENED, LOOP = ("contraction", "greatest_contraction", 100.0, "%"), ("loop", "loop_height", 100.0, "%")
+LOST = ("work lost", "work_lost_per_cycle", 1.0, "J")
 POWER = (
     ("peak power", "peak_power", 1.0, "W"),
     ("per mass", "power_per_mass", 1.0, "W/g"),
     ("per volume", "power_per_volume", 1.0, "W/cm³"),
 )
-PRINTED = {  # columns of a printed table: (title, measure where there is one, factor, unit)
-    "isobaric": (
-        ("force", "greatest_force", 1.0, "N"),
-        ("off formula", "off_formula_share", 1.0, "%"),
-        ("off pressure", "pressure_off", 1.0, "%"),
-        ("loop", "loop_height", 1.0, "N"),
-        ("work lost", "work_lost_per_cycle", 1.0, "J"),
-    ),
-    "isotonic": (
-        ("contraction", "greatest_contraction", 100.0, "%"),
-        ("off formula", "off_formula_share", 1.0, "%"),
-        ("loop", "loop_height", 100.0, "%"),
-        ("work lost", "work_lost_per_cycle", 1.0, "J"),
-    ),
-    "isometric": (("force", "greatest_force", 1.0, "N"), ("off formula", "off_formula_share", 1.0, "%")),
-    "auxotonic": (
-        ("contraction", "greatest_contraction", 100.0, "%"),
-        ("force", "greatest_force", 1.0, "N"),
-        ("off formula", "off_formula_share", 1.0, "%"),
-        ("loop", "loop_height", 100.0, "%"),
-        ("work lost", "work_lost_per_cycle", 1.0, "J"),
-    ),
+OFF_PRESSURE, FORCE_LOOP = ("off pressure", "pressure_off", 1.0, "%"), ("loop", "loop_height", 1.0, "N")
+PRINTED = {
+    "isobaric": (FORCE, OFF, OFF_PRESSURE, FORCE_LOOP, LOST),
+    "isotonic": (SHORTENED, OFF, LOOP, LOST),
+    "isometric": (FORCE, OFF),
+    "auxotonic": (SHORTENED, FORCE, OFF, LOOP, LOST),
     "sealed": (
         ("mean stiffness", "mean_stiffness", 1e-3, "N/mm"),
-        ("force", "greatest_force", 1.0, "N"),
+        FORCE,
         ("pressure", "greatest_pressure", 1e-5, "bar"),
         ("work lost", "loop_area", 1.0, "J"),  # to the wall's heat, too
     ),

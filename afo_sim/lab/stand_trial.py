@@ -1,27 +1,20 @@
 """The virtual muscle test stand: the tests of one muscle, run in the rig or by the formula.
 
-Each runs the compiled muscle in its rig, through valve and chamber (`stand_rig`); `static` gives the
-formula over the same lengths and pressures. `measures` are the numbers of a curve: errors, loops, time
-constants, speeds; `static_load` is S0's study of a three-element muscle.
-
 Source: the tests but sealed, step and release after Takosoglu et al. 2016 (S3); open loop and static load
 after S0.
 At rest L = F_ce(p) − K(p) x: at each pressure the stand's isobaric curve is a straight line over the
 shortening x, whose start is F_ce and whose slope is −K. S0 draws F_ce over pressure with its line.
 """
 
-import functools
 import math
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
 from afo_sim.common import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT, InputError, Notice, Shown
-from afo_sim.description import Muscle, provenance_note
-from afo_sim.description import load as load_description
+from afo_sim.description import provenance_note
 from afo_sim.lab.stand_plan import (
     StandPlan,
     force_at,
@@ -66,6 +59,15 @@ AXES = {
 LOOP_AREA = {"isobaric": "N", "sealed": "J"}  # units
 FURTHER = {"auxotonic": ("force", "N"), "sealed": ("pressure", "Pa")}  # what is drawn below: (ordinate, unit)
 PULLING = 0.02  # of F_ce: below it the muscle goes slack and its curve is no line
+PLANS: dict[str, Callable[..., StandPlan]] = {
+    "isobaric": plan_isobaric,
+    "isotonic": plan_isotonic,
+    "isometric": plan_isometric,
+    "auxotonic": plan_auxotonic,
+    "sealed": plan_sealed,
+    "step": plan_step,
+    "release": plan_release,
+}
 
 
 @dataclass(frozen=True, repr=False)
@@ -94,37 +96,11 @@ class Trial(Shown):
         return {name: values[last] for name, values in columns.items()}
 
 
-PLANS: dict[str, Callable[..., StandPlan]] = {
-    "isobaric": plan_isobaric,
-    "isotonic": plan_isotonic,
-    "isometric": plan_isometric,
-    "auxotonic": plan_auxotonic,
-    "sealed": plan_sealed,
-    "step": plan_step,
-    "release": plan_release,
-}
-
-
 def run(plan: StandPlan, progress: Progress | None = None) -> Trial:
     """Run a plan in the rig; `progress` is called with (steps done, steps in all)."""
     start = time.perf_counter()
     curves = tuple(complete(plan, k, rows) for k, rows in enumerate(roll(plan, progress)))
     return _trial(plan, curves, static=False, wall=time.perf_counter() - start)
-
-
-def _test(plan: Callable[..., StandPlan]) -> Callable[..., Trial]:
-    """The test of a plan: a muscle's description or name, what the plan takes, and `progress` as of `run`."""
-
-    @functools.wraps(plan)
-    def test(muscle: Muscle | str, *given: Any, progress: Progress | None = None, **others: Any) -> Trial:
-        known = muscle if isinstance(muscle, Muscle) else load_description("muscle", muscle)
-        return run(plan(known, *given, **others), progress)
-
-    test.__name__ = plan.__name__.removeprefix("plan_")
-    return test
-
-
-isobaric, isotonic, isometric, auxotonic, sealed, step, release = map(_test, PLANS.values())
 
 
 def static(plan: StandPlan, rows: int = 200) -> Trial:
@@ -336,21 +312,14 @@ def _power(plan: StandPlan, columns: Rows) -> dict[str, Metric]:
 
 @dataclass(frozen=True)
 class StaticLoad:
-    """F_ce and K at each pressure, and the straight line of F_ce.
+    """F_ce and K at each pressure, and the straight line F_ce = start + slope p."""
 
-    pressure : gauge [Pa] (n,)
-    contractile_force : F_ce [N] (n,)
-    stiffness : K [N/m] (n,)
-    start, slope : F_ce = start + slope p [N], [N/Pa]
-    worst : greatest distance of F_ce from its line [N]
-    """
-
-    pressure: np.ndarray
-    contractile_force: np.ndarray
-    stiffness: np.ndarray
-    start: float
-    slope: float
-    worst: float
+    pressure: np.ndarray  # gauge [Pa] (n,)
+    contractile_force: np.ndarray  # F_ce [N] (n,)
+    stiffness: np.ndarray  # K [N/m] (n,)
+    start: float  # [N]
+    slope: float  # [N/Pa]
+    worst: float  # greatest distance of F_ce from its line [N]
 
     @property
     def text(self) -> str:

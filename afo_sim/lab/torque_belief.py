@@ -1,12 +1,7 @@
 """What static torques tell of each parameter: an interval, or the reason why there is none; and doubts.
 
-A parameter is refused where the linearised model refuses it (correlation, width, bound), or where a fit
-without it predicts as well what it has not seen. Where groups fitted one by one contradict each other, their
-scatter is the interval, which may be too wide.
-
 No interval holds an error that all readings share, or another value of a stiffness that is held: an angle's
-zero that is off moves every reading alike, the fit lies as close as before, at other parameters, and no
-scatter tells. So the fit is done again with each such error, of a usual size (`shared_errors`).
+zero that is off moves every reading alike. So the fit is done again with each such error (`shared_errors`).
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -128,8 +123,7 @@ def _problems(problem: TorqueProblem) -> Iterator[tuple[str, TorqueProblem, str]
     yield "all angles 1 deg higher", _reread(problem, lambda r: replace(r, angle=r.angle + ANGLE)), ""
     yield "all torques 2 % larger", _reread(problem, lambda r: replace(r, torque=TORQUE * r.torque)), ""
     filled = _reread(
-        problem,
-        lambda r: replace(r, pressure=r.pressure + np.where(r.pressure > WITHOUT_AIR, PRESSURE, 0.0)),
+        problem, lambda r: replace(r, pressure=r.pressure + np.where(r.pressure > WITHOUT_AIR, PRESSURE, 0.0))
     )
     yield "all pressures 0.05 bar higher", filled, ""  # without air a gauge is set to zero
     for name, values in _held(problem).items():

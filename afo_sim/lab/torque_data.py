@@ -1,8 +1,4 @@
-"""Measured static joint torque: a CSV of angle, pressure and torque, or a worn device's own log.
-
-Readings at one setting count as one: how far they lie apart says what the gauge scatters, not how well the
-model fits. Of a log only the samples are taken at which nothing moves, and a stretch of them is one reading.
-"""
+"""Measured static joint torque: a CSV of angle, pressure and torque, or a worn device's own log."""
 
 import pathlib
 import re
@@ -12,15 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common import (
-    AMBIENT_PRESSURE,
-    InputError,
-    Table,
-    read_facts,
-    split_title,
-    table_of,
-    unknown,
-)
+from afo_sim.common import AMBIENT_PRESSURE, InputError, Table, read_facts, split_title, table_of, unknown
 from afo_sim.lab.measured import SENSOR_OFFSET, TEXTS, columns_of
 
 EXAMPLE = "angle [deg], pressure [bar], torque [N*m]"
@@ -38,30 +26,26 @@ WITHOUT_AIR = 5e3  # gauge pressure up to which a reading is one without air [Pa
 SAME_ANGLE, SAME_PRESSURE = np.radians(0.05), 500.0  # settings are rounded to such steps
 SAME_LENGTH = 5e-4  # and their measured paths to such [m]
 ANGLE_RATE, PRESSURE_RATE = np.radians(2.0), 5e3  # up to which a sample of a log is still [rad/s], [Pa/s]
+RATES = ANGLE_RATE, PRESSURE_RATE
 WINDOW = 0.5  # over which the rates of a log are taken [s]
 CELL_ANGLE, CELL_PRESSURE = np.radians(1.0), 5e3  # a still stretch is cut into cells of this size
 FEWEST_SAMPLES = 10  # of a log
+Columns = dict[str, np.ndarray]
 
 
 @dataclass(frozen=True, eq=False)
 class Readings:
-    """Static torques of one group (a test, a day, a wearer), SI, one number a setting.
-
-    `angle` and `torque` are dorsiflexion positive, `pressure` is gauge, `cuff` the displacement of the cuff
-    along the pull, not a number where none was read. `weight` is how many readings a setting is the mean of;
-    a stretch of a log counts as one. `scatter` is the mean square of their torques about their mean. `path`
-    holds measured path lengths and moment arms [m] (2, n) by the muscle in their titles, "" for the only one.
-    """
+    """Static torques of one group (a test, a day, a wearer), SI, one number a setting."""
 
     file: pathlib.Path
     group: str
-    angle: np.ndarray
-    pressure: np.ndarray
-    torque: np.ndarray
-    cuff: np.ndarray
-    weight: np.ndarray
-    scatter: np.ndarray
-    path: Mapping[str, np.ndarray] = field(default_factory=dict)
+    angle: np.ndarray  # dorsiflexion positive
+    pressure: np.ndarray  # gauge
+    torque: np.ndarray  # dorsiflexion positive
+    cuff: np.ndarray  # displacement along the pull; not a number where none was read
+    weight: np.ndarray  # readings of a setting; a stretch of a log counts as one
+    scatter: np.ndarray  # mean square of their torques about their mean
+    path: Mapping[str, np.ndarray] = field(default_factory=dict)  # moment arm too [m] (2, n), by muscle
 
     def __len__(self) -> int:
         return len(self.angle)
@@ -83,11 +67,7 @@ class Torques:
 
 
 def read_torques(
-    data: Any,
-    *,
-    chamber: str = "",
-    difference: bool = False,
-    rates: tuple[float, float] = (ANGLE_RATE, PRESSURE_RATE),
+    data: Any, *, chamber: str = "", difference: bool = False, rates: tuple[float, float] = RATES
 ) -> Torques:
     """Measured torques from a CSV, or from columns in memory."""
     table = table_of(data, EXAMPLE, "data")
@@ -117,9 +97,6 @@ def read_torques(
     if after < before and not difference:
         remarks.append(f"{before} readings are of {after} settings; those of one setting count as one")
     return Torques(groups, chambers, tuple(remarks))
-
-
-Columns = dict[str, np.ndarray]
 
 
 def _columns(table: Table) -> Columns:

@@ -87,11 +87,7 @@ def _guided(orthosis: Orthosis, angle: np.ndarray) -> dict[str, tuple[np.ndarray
 
 
 def _carried(orthosis: Orthosis, angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Where the foot's ankle point and the joint's centre are on the shank, forward + i up [m] (n,).
-
-    A foot that turns about c moves by dq/dφ = i (q − c), so q = e^(iφ) (q(0) − i ∫ e^(−is) c(s) ds). Here φ
-    is toes up; a knee's flexion is −φ.
-    """
+    """Ankle and joint's centre on the shank [m] (n,): q = e^(iφ) (q(0) − i ∫ e^(−is) c(s) ds), φ toes up."""
     if not orthosis.joint_centre:
         return np.zeros(len(angle), complex), np.zeros(len(angle), complex)
     known, forward, up = np.transpose(orthosis.joint_centre)

@@ -1,9 +1,4 @@
-"""Compliance, offset and law of a mounted device from measured static torque.
-
-`series_stiffness` is that of each filled muscle's cable and brackets. `offset` is the length that they give
-before they carry anything. `cuff_stiffness` and `plate_stiffness` are those of the anchors, which all muscles
-share. Any other name is a parameter of the muscle's law. `fit_torque` says in what balance they stand.
-"""
+"""Compliance, offset and law of a mounted device from measured static torque."""
 
 import os
 import pathlib
@@ -18,14 +13,7 @@ from afo_sim.description import Orthosis, reader
 from afo_sim.lab.identifiability import Believed, refused
 from afo_sim.lab.measured import require_once, several
 from afo_sim.lab.solution import FitParameter, HeldOut, Progress, Solution, held_out, require_left_out, unseen
-from afo_sim.lab.torque_belief import (
-    SharedError,
-    doubts,
-    judged,
-    scattered,
-    shared_errors,
-    warnings_of,
-)
+from afo_sim.lab.torque_belief import SharedError, doubts, judged, scattered, shared_errors, warnings_of
 from afo_sim.lab.torque_data import ANGLE_RATE, PRESSURE_RATE, Torques, joined, read_torques
 from afo_sim.lab.torque_device import fitted_orthosis
 from afo_sim.lab.torque_laws import OfLaw, moves, of_laws, widened
@@ -56,25 +44,18 @@ MEANINGS = ("device", "difference")
 
 @dataclass(frozen=True, repr=False, eq=False)
 class TorqueFit(Believed, Shown):
-    """Parameters of a mounted device, and how far they can be believed. SI.
-
-    `verdict` says which parameters the readings do not identify, and why; `held_out` are the torque errors of
-    readings that were left out, by what was left out; `alternatives` are the fits without each parameter,
-    `apart` the fits to each group alone, `remarks` remarks of reading the files, `shared` the fits as if all
-    readings were off alike, or what is held were another: no interval holds these. `laws` are the fits with
-    each law of the muscle, the one in use first; none where it has one alone.
-    """
+    """Parameters of a mounted device, and how far they can be believed. SI."""
 
     solution: Solution
-    verdict: tuple[Notice, ...]
-    held_out: dict[str, HeldOut]
+    verdict: tuple[Notice, ...]  # parameters that the readings do not identify, and why
+    held_out: dict[str, HeldOut]  # torque errors of readings left out, by what was left out
     judged_by: str
-    alternatives: tuple[Alternative, ...]
-    apart: Apart | None
-    remarks: tuple[str, ...]
+    alternatives: tuple[Alternative, ...]  # the fits without each parameter
+    apart: Apart | None  # the fits to each group alone
+    remarks: tuple[str, ...]  # of reading the files
     warnings: tuple[Notice, ...]
-    shared: tuple[SharedError, ...] = ()
-    laws: tuple[OfLaw, ...] = ()
+    shared: tuple[SharedError, ...] = ()  # as if all readings were off alike
+    laws: tuple[OfLaw, ...] = ()  # fits with each law, the one in use first
 
     def __repr__(self) -> str:
         """One line: parameters with intervals, error, and how many are refused."""

@@ -1,17 +1,9 @@
 """How far the force law moves what static torques determine: the same fit with every law of the muscle.
 
-An interval holds the readings' scatter about one law. Another law may lie as close and ask for another
-stiffness, so intervals are widened to the hull over the laws that fit comparably: those whose mean squared
-error is above the least by no more than chance allows, each on as many errors as are independent,
+Intervals are widened to the hull over the laws that fit comparably: whose mean squared error is above the
+least by no more than chance allows, each on as many errors as are independent, unpaired,
 
-    S/S_least ≤ F(0.95; n, n_least).
-
-Errors are not paired: a paired test excludes laws for a few per cent of what a bending bracket or friction
-leaves over. A law that is asked beyond its range counts as the others do, and is reported.
-
-Source
-------
-The test of two variances: Snedecor & Cochran 1989, Statistical methods, chapter 6.
+    S/S_least ≤ F(0.95; n, n_least): the test of two variances, Snedecor & Cochran 1989, chapter 6.
 """
 
 from collections.abc import Iterator, Sequence
@@ -32,17 +24,13 @@ CHANCE = 0.95  # up to which a ratio of mean squared errors is chance
 
 @dataclass(frozen=True, eq=False)
 class OfLaw:
-    """A fit with one law; `comparable` says whether it lies as close as the closest, as far as chance
-    allows.
-
-    `rms_held_out` is of what was left out [N·m], `beyond` says where the law is asked beyond its range.
-    """
+    """A fit with one law."""
 
     law: str
     solution: Solution
-    rms_held_out: float | None
-    comparable: bool
-    beyond: tuple[Notice, ...]
+    rms_held_out: float | None  # of what was left out [N·m]
+    comparable: bool  # lies as close as the closest, as far as chance allows
+    beyond: tuple[Notice, ...]  # where the law is asked beyond its range
 
     def ends(self, name: str) -> tuple[float, float] | None:
         """95 % interval [SI] about this law, twice the value where it is refused; None if not fitted."""

@@ -100,17 +100,12 @@ class Group:
 
 @dataclass(frozen=True, eq=False)
 class TorqueProblem(FitProblem):
-    """What is fitted to what. `difference`: the torques are those with air less those without; `spread` is
-    the size of an error by channel.
-
-    Readings of one setting are one point, of the weight of its readings: ten copies of a reading tell no more
-    than one. Of errors that hang together at least one for each curve over the angle is independent.
-    """
+    """What is fitted to what; ten copies of a reading are one point of a larger weight."""
 
     groups: tuple[Group, ...]
     free: tuple[FitParameter, ...]
     chamber: str
-    difference: bool = False
+    difference: bool = False  # the torques are those with air less those without
     fixed: Mapping[str, float] = field(default_factory=dict)
     spread: Mapping[str, float] = field(default_factory=lambda: dict.fromkeys(CHANNELS, 1.0))
 

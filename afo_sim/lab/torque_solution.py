@@ -44,16 +44,12 @@ def from_start(start: np.ndarray) -> Refit:
 
 @dataclass(frozen=True)
 class Alternative:
-    """The fit without one parameter, which is held where it does nothing.
-
-    `values` are those of the others [SI], `rms` is of what was left out [N·m], `beaten` whether this fit
-    predicts it as well.
-    """
+    """The fit without one parameter, which is held where it does nothing."""
 
     dropped: str
-    values: dict[str, float]
-    rms: float
-    beaten: bool
+    values: dict[str, float]  # of the others [SI]
+    rms: float  # of what was left out [N·m]
+    beaten: bool  # this fit predicts it as well
 
 
 def alternatives(
@@ -61,8 +57,7 @@ def alternatives(
 ) -> tuple[str, tuple[Alternative, ...]]:
     """Fits without each parameter that has a neutral value, and the kind of part by which they were judged.
 
-    Source: The one-standard-error rule of Breiman, Friedman, Olshen & Stone 1984, in logarithms, so that
-    a part with large errors does not decide alone.
+    Source: the one-standard-error rule of Breiman, Friedman, Olshen & Stone 1984, in logarithms.
     """
     problem = solution.problem
     kind = next((k for k in KINDS if k in found and len(found[k].errors) >= FOLDS), "")
@@ -96,8 +91,7 @@ class Apart:
 
 
 def apart(solution: Solution, report: Progress = lambda text: None) -> Apart | None:
-    """Fits to each group alone, and whether they contradict each other; None where they are too few or
-    small."""
+    """Fits to each group alone, and whether they contradict each other; None of too few or small ones."""
     problem, values, x, h = solution.problem, {}, [], []
     if len(problem.groups) < 2:
         return None

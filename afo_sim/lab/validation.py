@@ -1,11 +1,11 @@
 """Every published number of the four papers, the force laws and valves' flows, against the simulator."""
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 from afo_sim.common import Shown
 from afo_sim.lab.paper_values import rows_of, validated
-from afo_sim.lab.validation_row import Row
+from afo_sim.lab.validation_row import Report, Row, counted
 
 PAPERS = ("S0", "S1", "S2", "S3")
 EXACT = 1e-8  # below which a number is round-off, and is not told
@@ -19,7 +19,7 @@ class Validation(Shown, list[Row]):
         return f"<Validation: {verdict(self)}>"
 
 
-def validate(report: Callable[[int, int], None] | None = None) -> Validation:
+def validate(report: Report = None) -> Validation:
     """Compare what was published with what is simulated.
 
     Parameters
@@ -37,13 +37,7 @@ def validate(report: Callable[[int, int], None] | None = None) -> Validation:
     >>> [row.quantity for row in validate() if row.outcome == "FAILED"]  # doctest: +SKIP
     []
     """
-    found = Validation()
-    told = validated()
-    for done, one in enumerate(told, 1):
-        found += rows_of(one)
-        if report is not None:
-            report(done, len(told))
-    return found
+    return Validation(row for one in counted(validated(), report) for row in rows_of(one))
 
 
 def verdict(rows: Sequence[Row]) -> str:
@@ -56,10 +50,7 @@ def verdict(rows: Sequence[Row]) -> str:
 
 
 def summary(rows: Sequence[Row]) -> str:
-    """The verdict, of each source the value nearest to its tolerance, and every row that does not agree.
-
-    What the four papers say is left to their own pages (`afo-sim paper`) unless it failed.
-    """
+    """The verdict, each source's value nearest to its tolerance, and rows that do not agree."""
     counted = Counter(row.source for row in rows if row.outcome != "lost")
     good: dict[str, list[Row]] = {}
     others: dict[tuple[str, ...], list[Row]] = {}
@@ -99,12 +90,9 @@ def brief(row: Row, first: Row) -> str:
     notes = [f"{relative:+.3g} %"] if abs(relative) >= 0.05 else []
     notes += [f"±{row.tolerance:.3g}"] if (row.tolerance or 0.0) > EXACT else []
     notes += [f"{name} {value:.3g}" for name, value in row.foils.items()]
-    notes += [f"held out: {_held_out(row)}"] if row.held_out else []
+    held_out = ", ".join(f"{error:.3g} by {kind}" for kind, error in row.held_out.items())
+    notes += [f"held out: {held_out}"] if held_out else []
     return f"{quantity}: {numbers} {row.unit}".strip() + (f" ({'; '.join(notes)})" if notes else "")
-
-
-def _held_out(row: Row) -> str:
-    return ", ".join(f"{error:.3g} by {kind}" for kind, error in row.held_out.items())
 
 
 def published(row: Row) -> str:

@@ -1,13 +1,7 @@
 """Torques measured on a human-size pin knee: rigid anchors, one stiffness for all, what others reached.
 
-The knee turns about a pin, and one fluidic muscle flexes it. The muscle's path is one straight line from
-femur to tibia. The joint was held at an angle, the muscle filled, and the torque read: 185 points of five
-tests, with angle, torque, the muscle's own length and the moment arm on the bent bracket.
-
-Source
-------
-B. Bolen, dissertation, and its public repository (named in `pin_knee.csv`); the law is that of Bolen, Elzein,
-Pang & Hunt, Actuators 2026.
+Source: B. Bolen, dissertation, and its public repository (named in `pin_knee.csv`), 185 points; the law is
+that of Bolen, Elzein, Pang & Hunt, Actuators 2026.
 """
 
 import functools
@@ -155,10 +149,7 @@ def _fitted(but: str, offset: bool) -> tuple[float, float]:
 
 
 def of_test(told: Mapping[str, Any]) -> dict[str, Any]:
-    """Of a test its torque by a model: `errors` and `rms` [N·m], `excess` in the mean [%], the `stiffness`.
-
-    The model is "rigid", "measured" (length and arm), or a "stiffness" (and "offset") fitted to the others.
-    """
+    """A test's torque: "rigid", "measured" (length, arm), or the others' "stiffness" (and "offset")."""
     test, how = knee_tests()[told["test"]], told["torque"]
     known: dict[str, Any] = {"count": len(test)}
     if how in ("rigid", "measured"):

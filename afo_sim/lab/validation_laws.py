@@ -1,7 +1,4 @@
-"""What rows ask of a law of force or flow: at a point, on the maker's curve, or back from two points.
-
-A row names a `muscle` (with `set`), and where it is not the muscle's own a `law` and its `parameters` (SI).
-"""
+"""What rows ask of a law of force or flow: at a point, on the maker's curve, or back from two points."""
 
 import math
 from collections.abc import Mapping
@@ -25,6 +22,7 @@ from afo_sim.physics import (
 )
 
 Told = Mapping[str, Any]
+Parameters = Mapping[str, float] | None
 BAR = 1e5  # [Pa]
 SONIC = 1e-8  # dm³/(s·bar) in m³/(s·Pa)
 LITRES = 6e4  # m³/s in l/min
@@ -37,11 +35,7 @@ def characteristic(muscle: str) -> Measured:
 
 
 def law_force(
-    muscle: Muscle,
-    law: str,
-    contraction: np.ndarray,
-    pressure: np.ndarray,
-    parameters: Mapping[str, float] | None = None,
+    muscle: Muscle, law: str, contraction: np.ndarray, pressure: np.ndarray, parameters: Parameters = None
 ) -> np.ndarray:
     """Signed force of a law, through the kernel [N], by a muscle's own parameters where none are given."""
     values = muscle.laws[law].parameters if parameters is None else parameters

@@ -12,9 +12,9 @@ its `rows` have in common. Keys are those of `Row`, those by which it is compute
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Any, Literal, TypeVar
 
 import numpy as np
 
@@ -24,39 +24,38 @@ Outcome = Literal["agrees", "FAILED", "erratum", "disagrees", "cannot tell", "co
 # What a row has where nothing is told.
 ABSENT: dict[str, Any] = {"published": None, "expected": None, "tolerance": None, "unit": "", "held_out": {}}
 ABSENT |= {"foils": {}, "cell": False, "sourcing": ""}
+Counted = TypeVar("Counted")
+Report = Callable[[int, int], None] | None  # takes how many are done, and in all
+
+
+def counted(items: Sequence[Counted], report: Report) -> Iterator[Counted]:
+    """Each of some items, which is reported when it is done."""
+    for done, each in enumerate(items, 1):
+        yield each
+        if report is not None:
+            report(done, len(items))
 
 
 @dataclass(frozen=True)
 class Row:
-    """A line of the validation, numbers in `unit`.
-
-    `published` is a number that stands in the source, else None: for a curve of `points` numbers, for one
-    that is lost, and for one that the source implies but does not print. That one is `expected`, and so is
-    what should stand where the source is wrong. `error` is simulated less published (or expected), None
-    without either, of a curve the root mean square or the worst. `tolerance` is None where nothing can be
-    demanded; `why` is its reason, or what is wrong with the source. `held_out` are errors on points that the
-    fit did not see, by what was left out. `foils` are the same number of models that must do worse: where
-    one does as well, the source cannot tell. A `cell` is one number of a table that has a row of its own.
-    `passed` is about this simulator: a paper that contradicts itself fails nothing where the expected number
-    comes out.
-    """
+    """A line of the validation, numbers in `unit`; `passed` is about this simulator, not about its source."""
 
     source: str
     quantity: str
-    published: float | None
+    published: float | None  # None of a curve, of what is lost, or is implied only
     simulated: float | None
-    error: float | None
-    tolerance: float | None
+    error: float | None  # less published or expected; of a curve RMS or worst
+    tolerance: float | None  # None where nothing can be demanded
     unit: str
     sourcing: str
     passed: bool
     outcome: Outcome
-    why: str
-    expected: float | None = None
-    held_out: Mapping[str, float] = field(default_factory=dict)
-    foils: Mapping[str, float] = field(default_factory=dict)
+    why: str  # of the tolerance, or what is wrong with the source
+    expected: float | None = None  # what is implied, or should stand where the source is wrong
+    held_out: Mapping[str, float] = field(default_factory=dict)  # errors on points not seen
+    foils: Mapping[str, float] = field(default_factory=dict)  # by models that must do worse
     points: int = 1
-    cell: bool = False
+    cell: bool = False  # one number of a table that has a row of its own
 
     @classmethod
     def of(cls, told: Mapping[str, Any], value: Any) -> "Row":

@@ -1,7 +1,4 @@
-"""A whole model with an orthosis on one of its legs: its state, its valves, and its readings.
-
-The tables of `native/state.py` say where the states stand in `act` and `userdata`; here they have names.
-"""
+"""A whole model with an orthosis on one of its legs: its state, its valves, and its readings."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -22,34 +19,21 @@ COMMANDS: dict[Command, tuple[float, float]] = {"inlet": (1.0, 0.0), "outlet": (
 
 @dataclass(frozen=True, eq=False)
 class Attached:
-    """A compiled model that an orthosis is attached to; it is stepped with `mujoco.mj_step`.
+    """A compiled model that an orthosis is attached to; it is stepped with `mujoco.mj_step`."""
 
-    model : with exact parameters; the user's own actuators come first, in their order
-    spec : that it was compiled from; its text holds no parameters of the muscles
-    orthosis, found : the device, and the leg that it is on
-    bodies : {segment: name of the body that carries the device}, the proximal one first
-    joints : names of the joints that its muscles cross
-    prefix : of all names that were added
-    supply : gauge pressure before the inlet valves [Pa]
-    circuit, ids : as `native` takes them
-    userdata : first place in `userdata` that is this orthosis'
-    notices : what was changed in the model, what is doubtful
-    legs : every orthosis on this model by its prefix, this one too
-    """
-
-    model: mujoco.MjModel
-    spec: mujoco.MjSpec
+    model: mujoco.MjModel  # exact; the user's own actuators come first, in their order
+    spec: mujoco.MjSpec  # that it was compiled from, without parameters of the muscles
     orthosis: Orthosis
-    found: Found
-    bodies: dict[Segment, str]
-    joints: tuple[str, ...]
-    prefix: str
-    supply: float
+    found: Found  # the leg that it is on
+    bodies: dict[Segment, str]  # that carry the device, the proximal one first
+    joints: tuple[str, ...]  # that its muscles cross
+    prefix: str  # of all names that were added
+    supply: float  # gauge pressure before the inlet valves [Pa]
     circuit: native.Circuit
     ids: native.CircuitIds
-    userdata: int = 0
-    notices: tuple[str, ...] = ()
-    legs: dict[str, "Attached"] = field(default_factory=dict)
+    userdata: int = 0  # first place that is this orthosis'
+    notices: tuple[str, ...] = ()  # what was changed in the model, what is doubtful
+    legs: dict[str, "Attached"] = field(default_factory=dict)  # every orthosis by its prefix, this one too
 
     def __repr__(self) -> str:
         return f"<{self.orthosis.name or 'orthosis'} on {' and '.join(self.bodies.values())}>"
@@ -71,11 +55,7 @@ class Attached:
 
     @property
     def valves(self) -> dict[str, int]:
-        """Actuator of every valve ("dorsiflexor_inlet", …); its `ctrl` is 1 with current, else 0.
-
-        Valves between other nodes have the names of their restrictions. The outlet of a 3/2 valve follows
-        its inlet.
-        """
+        """Actuator of every valve ("dorsiflexor_inlet", …); its `ctrl` is 1 with current, else 0."""
         return self.ids.valves
 
     @property
@@ -84,10 +64,7 @@ class Attached:
         return slice(0, min(network for leg in self.legs.values() for network in leg.ids.networks.values()))
 
     def callbacks(self) -> Hold:
-        """The muscle callbacks, installed; for a `with` block, or to be kept and closed.
-
-        Without them MuJoCo steps the model with limp muscles, and says nothing.
-        """
+        """The muscle callbacks, for a `with` block, or to be kept and closed; else muscles are limp."""
         return Hold()
 
     def data(self, qpos: np.ndarray | None = None) -> mujoco.MjData:
@@ -97,10 +74,7 @@ class Attached:
         return data
 
     def reset(self, data: mujoco.MjData, qpos: np.ndarray | None = None) -> None:
-        """Set a state at rest: chambers at ambient pressure, valves shut, the supply at its pressure.
-
-        Units: qpos (nq,).
-        """
+        """Set a state at rest (qpos (nq,)): chambers at ambient pressure, valves shut, full supply."""
         mujoco.mj_resetData(self.model, data)
         if qpos is not None:
             posture = np.asarray(qpos, dtype=float)
@@ -112,10 +86,7 @@ class Attached:
         self.fill(data)
 
     def fill(self, data: mujoco.MjData, pressures: Mapping[str, str | float] | None = None) -> None:
-        """Set this orthosis' chambers to gauge pressures at ambient temperature, muscles at rest with them.
-
-        Units: pressures [Pa].
-        """
+        """Set chambers to gauge pressures [Pa] at ambient temperature, muscles at rest with them."""
         gauge: dict[int, float] = {}
         for leg in self.legs.values():
             if pressures is not None and leg.prefix != self.prefix:  # whose air stays, if it has any
@@ -166,10 +137,7 @@ class Attached:
         return {name: air.volume for name, air in self._air(data).items()}
 
     def flow(self, data: mujoco.MjData) -> dict[str, float]:
-        """Air through each valve and restriction [kg/s], in the step last computed.
-
-        From the supply to chambers to the ambient air, and downstream, it is positive.
-        """
+        """Air through each valve and restriction in the step last computed [kg/s], downstream positive."""
         found = {}
         for name, chamber in self.chambers.items():
             flows = native.read_flows(self.model, data.userdata, chamber)

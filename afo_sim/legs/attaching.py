@@ -298,8 +298,7 @@ def _check_added(attached: Attached, bare: mujoco.MjModel) -> None:
 
 
 def _check_muscles(attached: Attached) -> list[Notice]:
-    """Refuse a muscle that locks or turns inside out in the range of motion; warn of one stretched too
-    far."""
+    """Refuse muscles that lock or turn inside out in the range of motion; warn of those stretched too far."""
     found, orthosis, model = attached.found, attached.orthosis, attached.model
     angles = np.linspace(*orthosis.range_of_motion, ANGLE_COUNT)
     joint, ids = model.joint(found.ankle), list(attached.muscles.values())
@@ -353,8 +352,7 @@ def _inverse_masses(model: mujoco.MjModel, muscles: list[int], ankle: str, coord
         jacobian, data.actuator_moment, data.moment_rownnz, data.moment_rowadr, data.moment_colind
     )
     mujoco.mj_solveM(model, data, moved, jacobian[muscles])
-    found: np.ndarray = moved @ jacobian[muscles].T
-    return found
+    return moved @ jacobian[muscles].T
 
 
 def _doubts(attached: Attached, tree: Tree) -> Iterator[str]:

@@ -38,11 +38,7 @@ TAKEN |= {f"{segment}_anchors" for segment in (SHANK, FOOT)}
 
 
 def cut(
-    tree: Tree,
-    found: Found,
-    *,
-    range: tuple[float, float] | None = None,
-    toes: str | None = None,
+    tree: Tree, found: Found, *, range: tuple[float, float] | None = None, toes: str | None = None
 ) -> Tree:
     """The leg alone, in its own axes with the origin of shank and foot at the ankle."""
     check_masses(tree, found)

@@ -63,7 +63,14 @@ def export_leg(
     remarks = write_urdf(tree, to, name=scenario.leg.name or "leg")
     meshes = to.parent / f"{to.stem}_meshes"
     files = (to, *([meshes] if any(s.kind == "mesh" for p in tree.parts.values() for s in p.shapes) else []))
-    return Exported(tree, files, tuple(_rows(tree, scenario, worn)), (*remarks, *_lost(scenario, worn)))
+    rows = []
+    for name, parts in zip(("shank", "foot"), tree.split(scenario.leg.shank, scenario.leg.foot), strict=True):
+        mass = Segment.of(tree, parts, scenario.leg.shank).mass
+        rows.append((f"mass of the {name}{' with the orthosis' if worn else ''}", f"{mass:.4g} kg"))
+    hinges = [name for name, (_, joint) in tree.joints().items() if joint.kind == "hinge"]
+    points = sum(len(part.points) for part in tree.parts.values())
+    rows += [("hinges", ", ".join(hinges)), ("points, as links without mass", str(points))]
+    return Exported(tree, files, tuple(rows), (*remarks, *_lost(scenario, worn)))
 
 
 def _leg_tree(scenario: Scenario, *, worn: bool = True) -> Tree:
@@ -95,16 +102,6 @@ def _scenario(source: str, orthosis: str | None) -> tuple[Scenario, bool]:
     allowed, near = f"a path, or one of: {', '.join(known)}", nearest_name(source, known)
     problem = "there is no such leg or scenario"
     raise InputError(problem, field="source", value=source, allowed=allowed, nearest=near)
-
-
-def _rows(tree: Tree, scenario: Scenario, worn: bool) -> list[tuple[str, str]]:
-    rows = []
-    for name, parts in zip(("shank", "foot"), tree.split(scenario.leg.shank, scenario.leg.foot), strict=True):
-        mass = Segment.of(tree, parts, scenario.leg.shank).mass
-        rows.append((f"mass of the {name}{' with the orthosis' if worn else ''}", f"{mass:.4g} kg"))
-    hinges = [name for name, (_, joint) in tree.joints().items() if joint.kind == "hinge"]
-    points = sum(len(part.points) for part in tree.parts.values())
-    return [*rows, ("hinges", ", ".join(hinges)), ("points, as links without mass", str(points))]
 
 
 def _lost(scenario: Scenario, worn: bool) -> Iterator[Notice]:

@@ -18,6 +18,7 @@ NOTED_TILT = np.radians(5.0)  # of an axis from which on a note says so
 NEAR_AXIS = np.radians(5.0)  # of a shank's own axis beside the line to its centre of mass
 KNEE = "knee"  # point of a shank
 Direction = str | Sequence[float]
+Known = np.ndarray | None  # where something shows it
 # {name: direction of the file's axes}
 DIRECTIONS = {
     f"{sign}{name}": float(f"{sign}1") * np.eye(3)[k]
@@ -30,37 +31,22 @@ ASIDE = 0.02  # [m] of an ankle's centre beside the foot's, of a foot beside the
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """A leg within a tree.
-
-    shank, foot : names of the parts; the foot is what the ankle turns, whatever part below it was named
-    ankle : name of the hinge between them
-    side : of the body that it stands on
-    centre : of the ankle on its axis, in the world [m] (3,)
-    axes : forward, left and up of shank and foot at angle zero, in the world; columns of a rotation (3, 3)
-    sign : +1 where the file's hinge is dorsiflexion positive, else −1
-    zero : the file's coordinate of the hinge at which the ankle's angle is zero [rad]
-    tilt : of the hinge's axis against the perpendicular to the shank [rad]
-    welded : names of joints between shank and foot, or below the foot, that are taken as stiff
-    shank_length, foot_length : [m]; None where nothing shows
-    how : {what was found: how it was found}, in words
-    sole : slope of the sole against forward at angle zero, toe up [rad]; None where nothing shows
-    notes : notices for the user
-    """
+    """A leg within a tree."""
 
     shank: str
-    foot: str
-    ankle: str
-    side: Side
-    centre: np.ndarray
-    axes: np.ndarray
-    sign: float
-    zero: float
-    tilt: float
-    welded: tuple[str, ...]
-    shank_length: float | None
+    foot: str  # what the ankle turns, whatever part below it was named
+    ankle: str  # name of the hinge between them
+    side: Side  # of the body that it stands on
+    centre: np.ndarray  # of the ankle on its axis, in the world [m] (3,)
+    axes: np.ndarray  # forward, left, up of shank and foot at angle zero, in the world (3, 3)
+    sign: float  # +1 where the file's hinge is dorsiflexion positive, else −1
+    zero: float  # the file's coordinate where the ankle's angle is zero [rad]
+    tilt: float  # of the hinge's axis against the perpendicular to the shank [rad]
+    welded: tuple[str, ...]  # joints between shank and foot, or below the foot, taken as stiff
+    shank_length: float | None  # [m]; None where nothing shows
     foot_length: float | None
-    how: dict[str, str]
-    sole: float | None = None
+    how: dict[str, str]  # each was found, in words
+    sole: float | None = None  # against forward at angle zero, toe up [rad]; None where nothing shows
     notes: tuple[str, ...] = ()
 
 
@@ -152,9 +138,7 @@ def _why_none(tree: Tree) -> str:
     return f"an ankle is a hinge, and its joints are {listed([f'{n} ({k})' for n, k in kinds.items()])}"
 
 
-def _of_side(
-    tree: Tree, legs: list[Candidate], side: Side | None, forward: np.ndarray | None
-) -> list[Candidate]:
+def _of_side(tree: Tree, legs: list[Candidate], side: Side | None, forward: Known) -> list[Candidate]:
     """The one leg of a side, out of several."""
     other: dict[Side | None, Side | None] = {"right": "left", "left": "right", None: None}
     sides = [_side(tree, leg, forward=forward)[0] for leg in legs]
@@ -176,9 +160,7 @@ def _of_side(
     raise InputError(problem, field=field, value=value, allowed="name the shank, or the foot")
 
 
-def _measured(
-    tree: Tree, leg: Candidate, side: Side | None, zero: float, forward: np.ndarray | None
-) -> Found:
+def _measured(tree: Tree, leg: Candidate, side: Side | None, zero: float, forward: Known) -> Found:
     """Axes, lengths and side of a leg."""
     joint = tree.joints()[leg.ankle][1]
     axis, centre = tree.line(leg.ankle)
@@ -304,12 +286,7 @@ def centre_of(tree: Tree, parts: list[Part]) -> np.ndarray | None:
 
 
 def _forward(
-    along: np.ndarray,
-    centre: np.ndarray,
-    points: np.ndarray,
-    weight: np.ndarray | None,
-    bends: np.ndarray,
-    given: np.ndarray | None,
+    along: np.ndarray, centre: np.ndarray, points: np.ndarray, weight: Known, bends: np.ndarray, given: Known
 ) -> tuple[np.ndarray, str, list[Notice]]:
     """The sense of forward along a line (3,), how it was found, and notes."""
     ahead = along / np.linalg.norm(along)
@@ -359,12 +336,7 @@ def _knee_bends(tree: Tree, shank: str, ankle: np.ndarray) -> np.ndarray:
 
 
 def _side(
-    tree: Tree,
-    leg: Candidate,
-    axes: np.ndarray | None = None,
-    *,
-    forward: np.ndarray | None = None,
-    named: bool = True,
+    tree: Tree, leg: Candidate, axes: Known = None, *, forward: Known = None, named: bool = True
 ) -> tuple[Side | None, str]:
     """Side of a leg by names, else by where it stands against the body; None where nothing shows."""
     word = side_of(leg.shank, leg.foot, leg.ankle, *(part.name for part in tree.below(leg.foot)))
@@ -391,8 +363,7 @@ def standing(tree: Tree, joint: str, left: np.ndarray) -> tuple[Side | None, flo
 
 
 def _doubts(ankle: str, tilt: float, leans: float, foot: np.ndarray, aside: float) -> Iterator[Notice]:
-    """Where the axis is oblique, the shank leaning to the left where `leans` is positive; where a foot's
-    points (n, 3) are wider than long; where the ankle lies beside its centre of mass [m]."""
+    """An oblique axis, the shank to the left; a foot's points (n, 3) wider than long; an ankle beside [m]."""
     if tilt > NOTED_TILT:
         lean, way = np.tan(tilt), "left" if leans > 0.0 else "right"
         yield Notice(

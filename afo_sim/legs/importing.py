@@ -30,28 +30,17 @@ SOLE_NOTE = Notice(
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Imported(Shown):
-    """A leg, cut out of a file and turned.
-
-    name : of the leg
-    leg : tree of the leg alone, with the sole's points
-    found : where it was in the file
-    numbers : of the leg
-    sole : where the sole's points come from, in words
-    left_behind : {kind: names} of what the file holds beside the leg
-    toes : name of the file's hinge that was kept
-    notes : notices for the user
-    folder : it was written to; None where it was not
-    """
+    """A leg, cut out of a file and turned."""
 
     name: str
-    leg: Tree
-    found: Found
+    leg: Tree  # tree of the leg alone, with the sole's points
+    found: Found  # where it was in the file
     numbers: LegNumbers
-    sole: str
-    left_behind: dict[str, tuple[str, ...]]
-    toes: str | None
+    sole: str  # where the sole's points come from, in words
+    left_behind: dict[str, tuple[str, ...]]  # {kind: names} of what the file holds beside the leg
+    toes: str | None  # name of the file's hinge that was kept
     notes: tuple[str, ...]
-    folder: pathlib.Path | None = None
+    folder: pathlib.Path | None = None  # it was written to; None where it was not
 
     @property
     def rows(self) -> list[tuple[str, str, str]]:

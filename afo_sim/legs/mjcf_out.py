@@ -1,7 +1,4 @@
-"""A tree as a self-contained MJCF text with all its digits, and its meshes as files beside it.
-
-MuJoCo's own writer keeps about six digits; here every number reads again as it was.
-"""
+"""A tree as a self-contained MJCF text with all its digits (MuJoCo keeps six), and meshes beside it."""
 
 import dataclasses
 import pathlib

@@ -18,86 +18,59 @@ ShapeKind = Literal["box", "sphere", "capsule", "cylinder", "ellipsoid", "mesh"]
 
 @dataclass(frozen=True, eq=False)
 class Joint:
-    """A joint between a part and its parent.
-
-    axis : in the part's axes, of length one (3,)
-    position : in the part's axes [m] (3,)
-    range : stops [rad] or [m]; None without stops
-    stiffness, spring_reference : about which its spring rests
-    zero : its coordinate in the posture that the tree stands in
-    """
+    """A joint between a part and its parent."""
 
     name: str
     kind: JointKind
-    axis: np.ndarray
-    position: np.ndarray
-    range: tuple[float, float] | None = None
+    axis: np.ndarray  # in the part's axes, of length one (3,)
+    position: np.ndarray  # in the part's axes [m] (3,)
+    range: tuple[float, float] | None = None  # stops [rad] or [m]; None without stops
     damping: float = 0.0
     friction: float = 0.0
     armature: float = 0.0
     stiffness: float = 0.0
-    spring_reference: float = 0.0
-    zero: float = 0.0
+    spring_reference: float = 0.0  # where its spring rests
+    zero: float = 0.0  # its coordinate in the posture that the tree stands in
 
 
 @dataclass(frozen=True, eq=False)
 class Shape:
-    """What a part looks like.
-
-    pose : in the part's axes (4, 4)
-    size : as MuJoCo's geom_size [m] (3,); half lengths and radii; of no meaning for a mesh
-    vertices, faces : of a mesh [m] (n, 3), (m, 3); empty otherwise
-    touches : it is there for contact, beside those that are seen
-    """
+    """What a part looks like."""
 
     name: str
     kind: ShapeKind
-    pose: np.ndarray
-    size: np.ndarray
-    vertices: np.ndarray = field(default_factory=lambda: np.empty((0, 3)))
-    faces: np.ndarray = field(default_factory=lambda: np.empty((0, 3), dtype=int))
+    pose: np.ndarray  # in the part's axes (4, 4)
+    size: np.ndarray  # as MuJoCo's geom_size [m] (3,); of no meaning for a mesh
+    vertices: np.ndarray = field(default_factory=lambda: np.empty((0, 3)))  # [m] (n, 3)
+    faces: np.ndarray = field(default_factory=lambda: np.empty((0, 3), dtype=int))  # (m, 3)
     rgba: tuple[float, float, float, float] = (0.8, 0.8, 0.8, 1.0)
-    touches: bool = False
+    touches: bool = False  # there for contact, beside those that are seen
 
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """A rigid body.
-
-    parent : name of the part that it hangs on; None of a root
-    pose : in the parent's axes, or the world's, in the posture where each joint is at its `zero` (4, 4)
-    mass [kg]; centre, of mass [m] (3,); inertia about that centre [kg·m²] (3, 3); in its own axes
-    joints : between it and its parent; none where it is fixed
-    points : named places in its axes [m] (3,)
-    """
+    """A rigid body, in its own axes."""
 
     name: str
-    parent: str | None
-    pose: np.ndarray
-    mass: float
-    centre: np.ndarray
-    inertia: np.ndarray
-    joints: tuple[Joint, ...] = ()
+    parent: str | None  # None of a root
+    pose: np.ndarray  # in the parent's axes, or the world's, with each joint at its `zero` (4, 4)
+    mass: float  # [kg]
+    centre: np.ndarray  # of mass [m] (3,)
+    inertia: np.ndarray  # about that centre [kg·m²] (3, 3)
+    joints: tuple[Joint, ...] = ()  # between it and its parent; none where it is fixed
     shapes: tuple[Shape, ...] = ()
-    points: dict[str, np.ndarray] = field(default_factory=dict)
+    points: dict[str, np.ndarray] = field(default_factory=dict)  # named places [m] (3,)
 
 
 @dataclass(frozen=True, eq=False)
 class Tree:
-    """Parts, parents before children, and what else the file holds.
+    """Parts, parents before children, and what else the file holds."""
 
-    file : it came from
-    parts : by name
-    beside : what else stands in the file, in words by kind: {"tendons": ("soleus_r", …), "actuators": …}
-    notes : remarks on reading it, for the user
-    couplings : joints that follow another: (joint, the other, offset, multiplier)
-    """
-
-    file: pathlib.Path | None
-    parts: dict[str, Part]
-    beside: dict[str, tuple[str, ...]] = field(default_factory=dict)
-    notes: tuple[str, ...] = ()
-    couplings: tuple[tuple[str, str, float, float], ...] = ()
+    file: pathlib.Path | None  # it came from
+    parts: dict[str, Part]  # by name
+    beside: dict[str, tuple[str, ...]] = field(default_factory=dict)  # what else the file holds, in words
+    notes: tuple[str, ...] = ()  # remarks on reading it, for the user
+    couplings: tuple[tuple[str, str, float, float], ...] = ()  # joint, the other, offset, multiplier
 
     def children(self, name: str) -> list[Part]:
         """The parts that hang on a part directly."""

@@ -97,9 +97,6 @@ def _parsed(root: Any, file: pathlib.Path) -> Any:
             raise InputError(f"yourdfpy cannot read it: {' '.join(str(error).split())}", file=file) from None
 
 
-# ------------------------------------------------------------------------------------------- what is refused
-
-
 def _joint_problems(robot: Any, file: pathlib.Path) -> Iterator[InputError]:
     """What makes a robot's joints impossible, with the way to mend it."""
     for joint in robot.joints:
@@ -140,9 +137,6 @@ def _tree_problems(robot: Any, file: pathlib.Path) -> Iterator[InputError]:
     if circling:
         problem = f"is attached to itself, by the links {listed(circling)}; take out one of the joints"
         yield InputError(problem, file=file, field=f"link {next(iter(circling))!r}")
-
-
-# --------------------------------------------------------------------------------------------- what is read
 
 
 @dataclass

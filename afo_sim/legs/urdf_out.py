@@ -136,10 +136,7 @@ class Shapes:
 
 @dataclass
 class _Robot:
-    """Links and joints of yourdfpy, made of parts.
-
-    frames : {part: place of its link's frame in the part's axes [m] (3,)}
-    """
+    """Links and joints of yourdfpy, made of parts."""
 
     tree: Tree
     name: str
@@ -147,7 +144,7 @@ class _Robot:
     points: bool
     links: list[Any] = field(default_factory=list)
     joints: list[Any] = field(default_factory=list)
-    frames: dict[str, np.ndarray] = field(default_factory=dict)
+    frames: dict[str, np.ndarray] = field(default_factory=dict)  # link's place in the part's axes [m] (3,)
     between: list[str] = field(default_factory=list)
 
     def made(self) -> Any:
@@ -205,10 +202,7 @@ class _Robot:
         )
         visuals, collisions = self.shapes.of(part, frame)
         return urdf.Link(
-            name=part.name,
-            inertial=None if massless else inertial,
-            visuals=visuals,
-            collisions=collisions,
+            name=part.name, inertial=None if massless else inertial, visuals=visuals, collisions=collisions
         )
 
     def _fixed(self, parent: str, child: str, origin: np.ndarray) -> Any:

@@ -18,8 +18,7 @@ INPUTS = int(mujoco.mjtState.mjSTATE_CTRL)
 
 
 class Present:
-    """A second MjData, in which the present state of a simulation is solved, and the first stays
-    untouched."""
+    """A second MjData, in which the present state is solved; the first stays untouched."""
 
     def __init__(self, model: mujoco.MjModel):
         self.model, self.data = model, mujoco.MjData(model)

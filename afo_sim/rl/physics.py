@@ -65,10 +65,7 @@ class ScenarioPhysics(Forkable, dm.Physics):
         self._written: np.ndarray | None = None
 
     def set_valves(self, **commands: Command) -> None:
-        """Command the valves of chambers from the next step on, by the chamber's name.
-
-        Units: commands [-].
-        """
+        """Command the valves of chambers from the next step on, by the chamber's name [-]."""
         self._alive()
         self._commander.take(commands)
 
@@ -82,10 +79,7 @@ class ScenarioPhysics(Forkable, dm.Physics):
         self._supply = checked_pressure(pressure)
 
     def set_control(self, control: np.ndarray) -> None:
-        """Give all inputs of the following steps, instead of the scenario's and of all commands.
-
-        Units: control (nu,).
-        """
+        """Give all inputs (nu,) of the following steps, instead of the scenario's and of all commands."""
         self._alive()
         given = np.array(control, dtype=float)
         if given.shape != (self.model.nu,):
@@ -219,8 +213,7 @@ class ScenarioPhysics(Forkable, dm.Physics):
     def get_state(self, sig: int | None = None) -> np.ndarray:
         """MuJoCo's state, by default the whole of it with time and air; `state()` has the commands, too."""
         self._alive()
-        found: np.ndarray = super().get_state(FULL if sig is None else sig)
-        return found
+        return super().get_state(FULL if sig is None else sig)
 
     def set_state(self, physics_state: np.ndarray, sig: int | None = None) -> None:
         """Set what `get_state` gave, and all fields of `data` to those of this state."""
@@ -246,10 +239,7 @@ class ScenarioPhysics(Forkable, dm.Physics):
     # readers
 
     def read(self, column: str) -> float:
-        """A column of a run, such as "ankle/moment/passive", of the present state and inputs.
-
-        Units and signs are the columns' own (docs/python.md); rates of a muscle are means of the step before.
-        """
+        """A run's column of the present state and inputs; rates of a muscle are means of the step before."""
         self._alive()
         step = self._step_number()
         over = self.built.walk is not None and step >= len(self._schedule)

@@ -28,6 +28,18 @@ _WRAP = textwrap.TextWrapper(20)
 _WRAP.wordsep_re = re.compile(r"(\s+|[^\s_]*_+)")  # broken at spaces and underscores
 
 _Point = tuple[float, float]
+_LEAST_WIDTH, _BORDER, _HEAD, _FOOT = 7.3, 0.35, 0.62, 0.2  # of the page, above picture and caption [inch]
+_CAPTION, _CAPTION_LINE = 7.5, 0.125  # letters [points], height of a line [inch]
+_LETTER = 0.0545  # mean width of a letter of the caption [inch]
+_PALE, _NODE = "#FDE9D9", "0.95"  # behind the narrowest, behind a node
+INK, THIN, WIDE = "0.1", 1.0, 1.9
+_ARROW = {"color": INK, "lw": THIN, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 7}
+_UNIT = "dm³/(s·bar)"
+_LEGEND = (
+    "C: sonic conductance of air in dm³/(s·bar), b: critical pressure ratio (ISO 6358), of the open part. "
+    "Together C = 1/√(Σ1/C²). Pressures are gauge. Round boxes have a pressure, air flows through square "
+    "ones, one way along an arrow. Triangle: ambient air. Lines that cross do not meet."
+)
 
 
 @dataclass(frozen=True)
@@ -137,20 +149,6 @@ def _width(lines: tuple[str, ...], bold: int) -> float:
     """Of a label [inch]."""
     shown = ((line.replace(r"\$", "$"), k < bold) for k, line in enumerate(lines))
     return max(1.03 * width_of(line, _FONT, bold=thick) / 72.0 for line, thick in shown)
-
-
-_LEAST_WIDTH, _BORDER, _HEAD, _FOOT = 7.3, 0.35, 0.62, 0.2  # of the page, above picture and caption [inch]
-_CAPTION, _CAPTION_LINE = 7.5, 0.125  # letters [points], height of a line [inch]
-_LETTER = 0.0545  # mean width of a letter of the caption [inch]
-_PALE, _NODE = "#FDE9D9", "0.95"  # behind the narrowest, behind a node
-INK, THIN, WIDE = "0.1", 1.0, 1.9
-_ARROW = {"color": INK, "lw": THIN, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 7}
-_UNIT = "dm³/(s·bar)"
-_LEGEND = (
-    "C: sonic conductance of air in dm³/(s·bar), b: critical pressure ratio (ISO 6358), of the open part. "
-    "Together C = 1/√(Σ1/C²). Pressures are gauge. Round boxes have a pressure, air flows through square "
-    "ones, one way along an arrow. Triangle: ambient air. Lines that cross do not meet."
-)
 
 
 def write_air(scheme: AirScheme, path: pathlib.Path) -> None:

@@ -18,11 +18,7 @@ _OF_METRICS = {_CLEARANCE: "toe clearance", _TORQUE: "torque against push-off", 
 
 @dataclass(frozen=True)
 class _Part:
-    """One run's part of the report: warnings that stand first, rows, bars, and what was drawn.
-
-    A bar is a group's name, whether it varies from stride to stride, which no measurement takes away, how
-    to measure it, and its share of the variance of each metric [%].
-    """
+    """One run's part of the report: warnings that stand first, rows, bars, and what was drawn."""
 
     run: RunView
     draws: int

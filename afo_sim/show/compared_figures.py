@@ -39,6 +39,8 @@ if TYPE_CHECKING:
     from afo_sim.simulation import Both
 
 _FIGURE, _TABLE = "comparison", "differences.csv"
+_COLOUR: dict[Side, str] = {"right": BLUE, "left": RED}
+_STYLE: dict[Side, Any] = {"right": "-", "left": RUN_STYLES[1]}
 
 
 def write(runs: Mapping[str, Recording], folder: pathlib.Path, *, rrd: bool = True) -> list[pathlib.Path]:
@@ -116,10 +118,6 @@ def draw(runs: Mapping[str, Recording], path: pathlib.Path) -> None:
         common = (part for part in told[0] if all(part in each for each in told))  # not what was set for one
         title = paragraph(f"{first.scenario['name']}: {'; '.join(common)}")
         figure.suptitle(title, x=0.01, ha="left", fontsize=9.0)
-
-
-_COLOUR: dict[Side, str] = {"right": BLUE, "left": RED}
-_STYLE: dict[Side, Any] = {"right": "-", "left": RUN_STYLES[1]}
 
 
 def draw_both(legs: "Both", path: pathlib.Path) -> None:

@@ -27,6 +27,23 @@ _LINES = 9  # below the head
 _PAGE_WIDTH, _COLUMN_GAP = 792.0, 7.0  # of the table, and least between columns [points]
 _LEAST_WARNINGS = 2  # lines that the groups leave to warnings
 WIDTH = 190  # letters of a line
+_BEYOND = "0.92"  # shade of angles outside the range of motion
+_HANGS = 0.16  # opacity of the shade where a muscle hangs through
+_ROOM = 0.08  # of an axis above and below what is within the range of motion
+_STYLES: tuple[Any, ...] = (":", "--", "-")  # without air, at half and at full pressure
+_WORDS = 0.13  # height of a line of words in the panel of contraction [-]
+_SMALL = 7.0  # size of words in panels
+PAGE = (297.0 / 25.4, 210.0 / 25.4)  # A4 landscape [inch]
+SIDE: Box = (0.35, 1.8, 4.9, 5.65)
+_FRONT: Box = (5.2, 1.8, 1.65, 5.65)
+_CURVES: Box = (7.3, 2.2, 4.05, 5.25)
+_TABLE: Box = (0.35, 0.15, 11.0, 1.5)
+_PANEL_GAP = 0.24  # between panels [inch]
+_RERUN = "rrd"
+_ALLOWED = (*FORMATS, _RERUN)
+_DESIGN, AIR = "design", "air"
+VIEWS = {_DESIGN: _ALLOWED, AIR: FORMATS}  # what is drawn, and the formats that there are of it
+_View = Literal["design", "air"]
 
 
 def table(design: Design) -> tuple[list[str], list[list[str]]]:
@@ -128,14 +145,6 @@ def _warned(design: Design, room: int) -> list[str]:
         kept = max(room - 1, 0)
         lines = [*lines[:kept], f"! {len(lines) - kept} more lines of warnings: afo-sim check tells them"]
     return lines
-
-
-_BEYOND = "0.92"  # shade of angles outside the range of motion
-_HANGS = 0.16  # opacity of the shade where a muscle hangs through
-_ROOM = 0.08  # of an axis above and below what is within the range of motion
-_STYLES: tuple[Any, ...] = (":", "--", "-")  # without air, at half and at full pressure
-_WORDS = 0.13  # height of a line of words in the panel of contraction [-]
-_SMALL = 7.0  # size of words in panels
 
 
 def _draw_curves(axes: list[Any], design: Design) -> None:
@@ -254,19 +263,6 @@ def _scale(axis: Any, entry: PathFacts) -> None:
     ]  # fmt: skip
     room = _ROOM * max(max(values) - min(values), 1e-6)
     axis.set_ylim(min(values) - room, max(values) + room)
-
-
-PAGE = (297.0 / 25.4, 210.0 / 25.4)  # A4 landscape [inch]
-SIDE: Box = (0.35, 1.8, 4.9, 5.65)
-_FRONT: Box = (5.2, 1.8, 1.65, 5.65)
-_CURVES: Box = (7.3, 2.2, 4.05, 5.25)
-_TABLE: Box = (0.35, 0.15, 11.0, 1.5)
-_PANEL_GAP = 0.24  # between panels [inch]
-_RERUN = "rrd"
-_ALLOWED = (*FORMATS, _RERUN)
-_DESIGN, AIR = "design", "air"
-VIEWS = {_DESIGN: _ALLOWED, AIR: FORMATS}  # what is drawn, and the formats that there are of it
-_View = Literal["design", "air"]
 
 
 def page(figure: Any, design: Design) -> None:

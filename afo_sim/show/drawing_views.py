@@ -31,6 +31,27 @@ _SKIN, _SKIN_EDGE, _PART, _PART_EDGE = "#F3E4DA", "#8A6F60", "#D3D6DC", "#5A606B
 _GHOST = "0.62"
 _FITTING, _CABLE = "#3A3A3A", "#3A3A3A"
 _ENDS = ("_origin", "_insertion")  # how the names of shapes end that mark a muscle's ends
+_SCALES = (1.0, 2.0, 2.5, 4.0, 5.0, 6.0, 7.5, 8.0, 10.0, 15.0, 20.0, 50.0)  # 1 to so many
+_INCH = 0.0254  # [m]
+_COLUMN = 0.0255  # of labels on either side of the view [m] on the page
+_BEHIND = 0.35  # opacity of muscles behind the leg
+_BORDER = 0.004  # free above and below [m] on the page
+_NARROW, _WIDE = 0.010, 0.024  # heights along which words stand in two lines, in one [m] on the page
+_APART = 0.008  # between the ends of moment arms that are both drawn [m] on the page
+_NAME = 0.009  # of a ghost's angle, beside it [m] on the page
+_LETTERS = 19  # of a line of a label
+_FONT = 7.0
+_LINE = 0.0029  # height of a line of that font [m] on the page
+_DIMENSION = {
+    "arrowstyle": "<|-|>",
+    "lw": 0.6,
+    "color": "0.25",
+    "mutation_scale": 6.0,
+    "shrinkA": 0,
+    "shrinkB": 0,
+}
+WHITE = {"facecolor": "white", "edgecolor": "none", "pad": 0.6, "alpha": 0.85}
+Box = tuple[float, float, float, float]  # left, bottom, width, height [inch]
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,29 +182,6 @@ def lever(pose: Pose, facts: PathFacts) -> tuple[np.ndarray, np.ndarray]:
         feet.append(start - (start @ along_it) * along_it)
     best = min(feet, key=lambda foot: abs(float(np.linalg.norm(foot)) - wanted))
     return np.zeros(2), best
-
-
-_SCALES = (1.0, 2.0, 2.5, 4.0, 5.0, 6.0, 7.5, 8.0, 10.0, 15.0, 20.0, 50.0)  # 1 to so many
-_INCH = 0.0254  # [m]
-_COLUMN = 0.0255  # of labels on either side of the view [m] on the page
-_BEHIND = 0.35  # opacity of muscles behind the leg
-_BORDER = 0.004  # free above and below [m] on the page
-_NARROW, _WIDE = 0.010, 0.024  # heights along which words stand in two lines, in one [m] on the page
-_APART = 0.008  # between the ends of moment arms that are both drawn [m] on the page
-_NAME = 0.009  # of a ghost's angle, beside it [m] on the page
-_LETTERS = 19  # of a line of a label
-_FONT = 7.0
-_LINE = 0.0029  # height of a line of that font [m] on the page
-_DIMENSION = {
-    "arrowstyle": "<|-|>",
-    "lw": 0.6,
-    "color": "0.25",
-    "mutation_scale": 6.0,
-    "shrinkA": 0,
-    "shrinkB": 0,
-}
-WHITE = {"facecolor": "white", "edgecolor": "none", "pad": 0.6, "alpha": 0.85}
-Box = tuple[float, float, float, float]  # left, bottom, width, height [inch]
 
 
 @dataclass(frozen=True)

@@ -43,10 +43,7 @@ _NONE = "no single step helps: it takes a larger step, several together, or anot
 
 @dataclass(frozen=True)
 class _EffectRow:
-    """One step: `name` and `steps` (rows that it heads) only at a parameter's first.
-
-    A cell is a difference as a text, and as a share of the longest of its column [percent].
-    """
+    """One step: `name` and `steps` (rows that it heads) only at a parameter's first."""
 
     name: str
     steps: int

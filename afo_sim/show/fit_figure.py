@@ -24,6 +24,9 @@ from afo_sim.lab.law_problem import predict
 from afo_sim.show.panels import legend
 from afo_sim.show.style import COLOURS, on_scale, plain, write_pair
 
+_LOG, _BEFORE, _AFTER, _FORECAST = "0.75", COLOURS[0], COLOURS[1], COLOURS[4]
+_SPARSE = 150  # samples: fewer are drawn one by one
+
 
 def write_fit_figure(found: StaticFit, folder: pathlib.Path) -> list[pathlib.Path]:
     """Write fit.png and fit.pdf, and return the files."""
@@ -115,10 +118,6 @@ def _draw_ranking(axis: Any, fits: Sequence[LawFit]) -> None:
     axis.set_xlim(left=0.7 * factor * min(f.rms for f in fits))
     axis.set_xlabel(f"RMS error [{unit}]")
     axis.legend()
-
-
-_LOG, _BEFORE, _AFTER, _FORECAST = "0.75", COLOURS[0], COLOURS[1], COLOURS[4]
-_SPARSE = 150  # samples: fewer are drawn one by one
 
 
 def write_log_figure(fit: FitRun, folder: pathlib.Path) -> list[pathlib.Path]:

@@ -32,6 +32,18 @@ _LABELS = {
     "heel": ((-3, -5), "right", "top"),  # both under the floor, clear of a low ankle
     "toe": ((3, -5), "left", "top"),
 }
+_SAME = 0.005  # apart, two instants are one event [s]
+_ASIDE = 0.3  # shown before and after the motion [s]
+_BROAD = 4.0  # least length of the view from above over its height
+_BESIDE = 0.25  # shown beside the ways, seen from above [m]
+_FEW = 10  # strides or contacts of both sides that are numbered one by one
+_NOT_TAKEN = "0.55"  # grey of what was not taken
+_EVENTS = (  # name, marker, whether it is filled
+    ("heel strike by force", "v", True),
+    ("by kinematics", "v", False),
+    ("toe-off by force", "^", True),
+    ("by kinematics", "^", False),
+)
 
 
 def taken_sides(imported: Imported) -> set[str]:
@@ -174,20 +186,6 @@ def _strides(axis: Any, imported: Imported, name: str, scale: float) -> None:
     deviation = scale * imported.band[name]
     look = {"zorder": 1.1, **_BAND}
     axis.fill_between(100.0 * imported.cycle.phase, mean - deviation, mean + deviation, **look)
-
-
-_SAME = 0.005  # apart, two instants are one event [s]
-_ASIDE = 0.3  # shown before and after the motion [s]
-_BROAD = 4.0  # least length of the view from above over its height
-_BESIDE = 0.25  # shown beside the ways, seen from above [m]
-_FEW = 10  # strides or contacts of both sides that are numbered one by one
-_NOT_TAKEN = "0.55"  # grey of what was not taken
-_EVENTS = (  # name, marker, whether it is filled
-    ("heel strike by force", "v", True),
-    ("by kinematics", "v", False),
-    ("toe-off by force", "^", True),
-    ("by kinematics", "^", False),
-)
 
 
 def draw_trial(figure: Any, imported: Imported) -> None:

@@ -30,8 +30,7 @@ class Carriage:
 
     def at(self, walked: np.ndarray) -> np.ndarray:
         """Its x at strides (n,) [m]."""
-        x: np.ndarray = self.start + self.length * walked
-        return x
+        return self.start + self.length * walked
 
 
 class Mountings:

@@ -27,6 +27,32 @@ from afo_sim.show.style import (
 )
 
 _MARKER_EVERY = 0.13  # of the axis' diagonal, from marker to marker
+_UNKNOWN = "uncertainty"
+UNKNOWN_LABEL = "5–95 % of what is not known"
+_UNKNOWN_DASHES = (0, (1.5, 1.5))
+HEALTHY = {"color": "black", "lw": 1.0, "ls": (0, (3, 2)), "zorder": 4}  # line of who walked
+NORM_LABEL = "norm: published means"
+_COINCIDENCE = 1e-3  # of the largest value: curves nearer than this are drawn as one
+_STILL = 1e-6  # range below which an angle is no motion [deg]
+_LEAST_SPAN = 0.1  # that an axis of angles shows [deg]
+_SETTLED = "settled"  # beside the line at which settled strides begin
+_REFERENCE = "controller/reference"
+_OF_WALKING = ("biological", "ground", "frame")  # moments that are left out elsewhere, where they are zero
+# The air before and behind the chambers: volumes, flow of the supply, the source.
+_THIN = 0.75  # of the lines of volumes beside chambers
+_VALVE_END = (0, (4, 1.5))  # of the line of a tube's other end, in its chamber's colour
+_NETWORK = ("volume/", "store/", "restriction/")  # begin the columns of an air path
+_FLOWS = {  # of an orthosis' air: name, colour, style
+    "supply/mass_flow": ("from the supply", BLUE, "-"),
+    "exhaust/mass_flow": ("to the ambient air", ORANGE, (0, (3, 1))),
+}
+_ALIKE = 1e-3  # of the set pressure: a supply that stays this near to it is drawn once
+_PER_MINUTE = 6e4  # l/min in a m³/s
+_ICE = 273.15  # [K]
+QUANTITIES = ("pressure", "mass", "temperature")  # of a source
+# Muscles and what they depend on: own contraction beside the path's, cuff and plate.
+_PATH = {"lw": 0.7, "zorder": 2.5}  # a path beside a muscle's own line
+_SLACK = ":"  # line style of a muscle that pulls on nothing
 
 
 def mean_and_spread(
@@ -52,11 +78,6 @@ def marked(x: np.ndarray, marker: str | None) -> dict[str, Any]:
     return {"marker": marker, "markevery": _MARKER_EVERY, "ms": 3.2} if marker else {}
 
 
-_UNKNOWN = "uncertainty"
-UNKNOWN_LABEL = "5–95 % of what is not known"
-_UNKNOWN_DASHES = (0, (1.5, 1.5))
-
-
 def unknown_band(axis: Any, run: RunView, column: str, scale: float = 1.0, colour: str | None = None) -> None:
     """5 to 95 % of a column over the gait cycle, light, with dotted edges; nothing where none were drawn."""
     study = run.recording.studies.get(_UNKNOWN) or {}
@@ -68,16 +89,6 @@ def unknown_band(axis: Any, run: RunView, column: str, scale: float = 1.0, colou
     axis.fill_between(PERCENT, low, high, color=paint, alpha=0.1, lw=0.0, zorder=1.5, label=UNKNOWN_LABEL)
     for edge in (low, high):
         axis.plot(PERCENT, edge, color=paint, lw=0.7, ls=_UNKNOWN_DASHES, zorder=1.6)
-
-
-HEALTHY = {"color": "black", "lw": 1.0, "ls": (0, (3, 2)), "zorder": 4}  # line of who walked
-NORM_LABEL = "norm: published means"
-_COINCIDENCE = 1e-3  # of the largest value: curves nearer than this are drawn as one
-_STILL = 1e-6  # range below which an angle is no motion [deg]
-_LEAST_SPAN = 0.1  # that an axis of angles shows [deg]
-_SETTLED = "settled"  # beside the line at which settled strides begin
-_REFERENCE = "controller/reference"
-_OF_WALKING = ("biological", "ground", "frame")  # moments that are left out elsewhere, where they are zero
 
 
 def angle(axis: Any, runs: Sequence[RunView], over: Over = "time") -> None:
@@ -255,20 +266,6 @@ def legend(figure: Any, axes: Iterable[Any], columns: int = 3) -> None:
         figure.legend(list(found.values()), list(found), loc="outside upper left", ncols=columns)
 
 
-# The air before and behind the chambers: volumes, flow of the supply, the source.
-_THIN = 0.75  # of the lines of volumes beside chambers
-_VALVE_END = (0, (4, 1.5))  # of the line of a tube's other end, in its chamber's colour
-_NETWORK = ("volume/", "store/", "restriction/")  # begin the columns of an air path
-_FLOWS = {  # of an orthosis' air: name, colour, style
-    "supply/mass_flow": ("from the supply", BLUE, "-"),
-    "exhaust/mass_flow": ("to the ambient air", ORANGE, (0, (3, 1))),
-}
-_ALIKE = 1e-3  # of the set pressure: a supply that stays this near to it is drawn once
-_PER_MINUTE = 6e4  # l/min in a m³/s
-_ICE = 273.15  # [K]
-QUANTITIES = ("pressure", "mass", "temperature")  # of a source
-
-
 def volumes(axis: Any, run: RunView, over: Over) -> None:
     """Pressure in each volume of a run's air path, in thin lines."""
     free = COLOURS[len(run.colours) :] or COLOURS
@@ -314,11 +311,6 @@ def source(axis: Any, run: RunView, quantity: str) -> None:
     mean_and_spread(axis, scaled, run.colour, run.name, time, run.style)
     axis.ticklabel_format(axis="y", useOffset=False)
     axis.set_ylabel(label)
-
-
-# Muscles and what they depend on: own contraction beside the path's, cuff and plate.
-_PATH = {"lw": 0.7, "zorder": 2.5}  # a path beside a muscle's own line
-_SLACK = ":"  # line style of a muscle that pulls on nothing
 
 
 def contractions(axis: Any, runs: Sequence[RunView], over: Over = "time") -> None:

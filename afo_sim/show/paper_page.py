@@ -196,8 +196,7 @@ def _s3(figure: Any) -> None:
 def _s3_printed() -> dict[str, float]:
     """S3's a, b and n at 6 bar, as its row has them."""
     rows = (told for told in paper_values.validated() if told["part"] == "s3" and "parameters" in told)
-    found: dict[str, float] = next(rows)["parameters"]
-    return found
+    return next(rows)["parameters"]
 
 
 def _isobaric(axis: Any, data: Measured, muscle: Muscle) -> None:

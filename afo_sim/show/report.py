@@ -46,6 +46,13 @@ _DEFINITIONS = (
     "Gait variable score: Baker et al. 2009. Bounds of heel, flat and forefoot contact: Altman & Davis 2012, "
     "found on runners."
 )
+_HEAD = re.compile(r"(?:\([^()]*\)|[^(,;:.]|[,;:.](?!\s))*(?=[,;:.]|$)")
+_LONGEST = 90  # letters of a head
+_Tell = Callable[[str], None] | None
+NAME = "report.html"
+_SUFFIXES = (".html", ".htm")
+_TEMPLATE = "report.html.j2"
+_TIME_POINTS = 2000  # of a curve over time, about
 
 
 @dataclass(frozen=True)
@@ -156,10 +163,6 @@ def _gait_source(name: str) -> str:
     return f"{cycle.source}; licence {cycle.licence}; {facts}{quality}"
 
 
-_HEAD = re.compile(r"(?:\([^()]*\)|[^(,;:.]|[,;:.](?!\s))*(?=[,;:.]|$)")
-_LONGEST = 90  # letters of a head
-
-
 def headed(text: str) -> tuple[str, str]:
     """A note or warning as (head, rest): its first clause, to a bracket where it is long, and all else."""
     head = found[0] if (found := _HEAD.match(text)) else ""
@@ -167,17 +170,8 @@ def headed(text: str) -> tuple[str, str]:
     return (begun(head), text[len(head) :]) if 0 < len(head) <= _LONGEST else ("", begun(text))
 
 
-NAME = "report.html"
-_SUFFIXES = (".html", ".htm")
-_TEMPLATE = "report.html.j2"
-_TIME_POINTS = 2000  # of a curve over time, about
-
-
 def write_report(
-    folders: Sequence[pathlib.Path],
-    out: pathlib.Path | None = None,
-    *,
-    tell: Callable[[str], None] | None = None,
+    folders: Sequence[pathlib.Path], out: pathlib.Path | None = None, *, tell: _Tell = None
 ) -> pathlib.Path:
     """Write the report of runs, whole or not at all."""
     first = folders[0] if folders[0].is_dir() else folders[0].parent

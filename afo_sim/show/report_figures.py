@@ -1,9 +1,4 @@
-"""The figures of a report: a panel for each quantity or run, as SVG text that stands in a page.
-
-Every panel is a drawing of its own, as wide as a telephone's page. On a wide page and on paper they stand
-side by side, on a narrow one below one another, so that their letters are never smaller than drawn and no
-figure is drawn twice. The legend is the page's own text, with a drawn sample before each name.
-"""
+"""The figures of a report: a panel for each quantity or run, as SVG text as wide as a telephone's page."""
 
 import html
 import io
@@ -26,6 +21,16 @@ _MINUS = str.maketrans("-", "−")
 
 _MusclePanel = Callable[[Any, Sequence[RunView], Over], None]
 Draw = Callable[[Sequence[Any], Sequence[RunView]], None]  # on a figure for each panel
+_TITLES = {  # of what the page explains
+    "walk": "Toe clearance and ankle angle",
+    "moment": "Whole internal ankle moment, and the ball of the foot in swing",
+    "pressures": "Pressures and valves",
+    "sources": "Source of air",
+    "muscles": "Muscles, cuff and plate",
+    "torque": "Torque needed and torque available",
+    "work": "Power and work of the orthosis",
+    "time": "Angle and moments over time",
+}
 
 
 @dataclass(frozen=True)
@@ -212,18 +217,6 @@ def draw_over_time(figures: Sequence[Any], runs: Sequence[RunView]) -> None:
     panels.moments(moment, runs)
     for axis in (angle, moment):
         axis.set_xlabel("time [s]")
-
-
-_TITLES = {  # of what the page explains
-    "walk": "Toe clearance and ankle angle",
-    "moment": "Whole internal ankle moment, and the ball of the foot in swing",
-    "pressures": "Pressures and valves",
-    "sources": "Source of air",
-    "muscles": "Muscles, cuff and plate",
-    "torque": "Torque needed and torque available",
-    "work": "Power and work of the orthosis",
-    "time": "Angle and moments over time",
-}
 
 
 def figures_over_cycle(runs: Sequence[RunView]) -> Iterator[_Drawing]:

@@ -17,6 +17,11 @@ from afo_sim.show.style import COLOURS, FORMATS, LINE_STYLES, new_figure, on_sca
 from afo_sim.simulation import SENSOR, Recording
 
 _PLAIN = tuple(f"controller/{name}" for name, (unit, _) in TOLD.items() if unit == "")
+_LEAST_SPAN = 1.0  # that an axis of contractions shows [%]
+_LOOP_POINTS = 600  # of a force-contraction curve, evenly spaced on the page
+_SMALL = (3.6, 2.5)  # of a figure of one panel [inch]
+
+_Panel = Callable[[Any, list[RunView]], None]  # draws on an axis
 
 
 def plain_numbers(recording: Recording) -> list[str]:
@@ -40,13 +45,6 @@ def electronics(axis: Any, runs: Sequence[RunView]) -> None:
             )
     axis.set_ylabel("electronics\n[1]")
     shade_stance(axis, run)
-
-
-_LEAST_SPAN = 1.0  # that an axis of contractions shows [%]
-_LOOP_POINTS = 600  # of a force-contraction curve, evenly spaced on the page
-_SMALL = (3.6, 2.5)  # of a figure of one panel [inch]
-
-_Panel = Callable[[Any, list[RunView]], None]  # draws on an axis
 
 
 def draw_run(recording: Recording, path: pathlib.Path) -> None:
@@ -152,17 +150,12 @@ def _refuse_empty(recording: Recording) -> None:
 
 
 def _stack(
-    run: RunView,
-    path: pathlib.Path,
-    size: tuple[float, float],
-    rows: Sequence[_Panel],
-    *,
-    title: bool = False,
+    run: RunView, to: pathlib.Path, size: tuple[float, float], rows: Sequence[_Panel], *, title: bool = False
 ) -> None:
     """Draw panels under one another on one time axis."""
     recording = run.recording
     _refuse_empty(recording)
-    with new_figure(path, size) as figure:
+    with new_figure(to, size) as figure:
         heights = [0.14 * len(run.lanes) if panel is panels.valves else 1.0 for panel in rows]
         axes = figure.subplots(len(rows), 1, sharex=True, squeeze=False, height_ratios=heights)[:, 0]
         for axis, panel in zip(axes, rows, strict=True):

@@ -182,13 +182,11 @@ class RunView:
         mounted = self._orthosis.muscle[group]
         length = mounted.type.nominal_length
         _, path = self.curves(f"muscle/{muscle}/path_length", over)
-        found: np.ndarray = (length - (path - mounted.series_length)) / length
-        return found
+        return (length - (path - mounted.series_length)) / length
 
     @cached_property
     def _orthosis(self) -> Orthosis:
-        orthosis: Orthosis = load("orthosis", self.recording.scenario["orthosis"])
-        return orthosis
+        return load("orthosis", self.recording.scenario["orthosis"])
 
     def curves(self, column: str, over: Over) -> tuple[np.ndarray, np.ndarray]:
         """Abscissa, time [s] or gait cycle [%] (n,), and a column's curves over it (curves, n)."""

@@ -64,6 +64,11 @@ STYLE = {
     "lines.linewidth": 1.3,
     "pdf.fonttype": 42,  # text stays text
 }
+_LONGEST = 34  # letters of a name in a legend
+LINE = 95  # letters of a line above a whole page
+_TEXT, _MARK = 4.5, 3.0  # least contrast ratios: of text (level AA, 1.4.3), of lines and marks (1.4.11)
+STEP = 0.97  # by which a colour is darkened at a time
+SHADES = 96  # colours of a PNG
 
 
 def on_scale(share: Any) -> Any:
@@ -80,10 +85,6 @@ def width_of(line: str, size: float, *, bold: bool = True) -> float:
 
     font = FontProperties(size=size, weight="bold" if bold else "normal")
     return float(text_to_path.get_text_width_height_descent(line, font, False)[0])
-
-
-_LONGEST = 34  # letters of a name in a legend
-LINE = 95  # letters of a line above a whole page
 
 
 def plain(text: str, longest: int | None = _LONGEST) -> str:
@@ -150,10 +151,6 @@ def write_pair(
     return files
 
 
-_TEXT, _MARK = 4.5, 3.0  # least contrast ratios: of text (level AA, 1.4.3), of lines and marks (1.4.11)
-STEP = 0.97  # by which a colour is darkened at a time
-
-
 def luminance(colour: str) -> float:
     """Relative luminance of an sRGB colour, 0 of black to 1 of white [-]."""
     from matplotlib.colors import to_rgb
@@ -176,9 +173,6 @@ def ink(colour: str) -> str:
     while ratio(shade) < _TEXT:
         shade = to_hex([STEP * part for part in to_rgb(shade)])
     return shade
-
-
-SHADES = 96  # colours of a PNG
 
 
 def write_page(path: pathlib.Path, size: tuple[float, float], fill: Callable[[Any], None]) -> None:

@@ -17,6 +17,14 @@ from afo_sim.study.findings import findings
 FIGURES = "figures"  # the folder in a sweep's own
 _IN_ONE = 3  # metrics in one figure
 _PANEL = (2.5, 2.3)  # [inch]
+_Drawing = tuple[str, tuple[float, float], Callable[[Any], None]]  # name, size [inch], what draws it
+_CASE = {"color": "0.5", "marker": "o", "ls": "", "mew": 0.0, "alpha": 0.75}
+MOST_DOTS = 3000  # cases drawn as dots
+_MOST_PARAMETERS = 6  # side by side
+_MOST_LABELS = 9  # cases of a front that have their number written
+_LABEL = 0.14, 0.06  # width and height of a case's number, as a share of what all cases span
+_MOST_NUMBERS = 64  # cells of a heat map up to which the value is written into each
+_FULL, _PALE = COLOURS[1], "#a9cfe8"
 
 
 def show(
@@ -42,9 +50,6 @@ def write_figures(
             names.append(f"{name}.png")
             write_figure(scratch / names[-1], size, fill)
     return [folder / name for name in names]
-
-
-_Drawing = tuple[str, tuple[float, float], Callable[[Any], None]]  # name, size [inch], what draws it
 
 
 def drawings(found: Findings) -> Iterator[_Drawing]:
@@ -80,15 +85,6 @@ def _batches(names: list[str]) -> Iterator[tuple[str, list[str]]]:
     """As many metrics as one figure takes, and what its name ends with."""
     for k in range(0, len(names), _IN_ONE):
         yield f"_{k // _IN_ONE + 1}" if k else "", names[k : k + _IN_ONE]
-
-
-_CASE = {"color": "0.5", "marker": "o", "ls": "", "mew": 0.0, "alpha": 0.75}
-MOST_DOTS = 3000  # cases drawn as dots
-_MOST_PARAMETERS = 6  # side by side
-_MOST_LABELS = 9  # cases of a front that have their number written
-_LABEL = 0.14, 0.06  # width and height of a case's number, as a share of what all cases span
-_MOST_NUMBERS = 64  # cells of a heat map up to which the value is written into each
-_FULL, _PALE = COLOURS[1], "#a9cfe8"
 
 
 def draw_distributions(figure: Any, results: Results, metrics: Sequence[str]) -> None:

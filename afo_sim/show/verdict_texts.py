@@ -1,7 +1,4 @@
-"""The verdict of a walk as it is shown: a mark, a word and a colour for each answer.
-
-The mark and the word say what the colour says: on paper, and to who cannot tell red from green.
-"""
+"""The verdict of a walk as it is shown: a mark, a word and a colour, all of one meaning, for each answer."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -23,6 +20,7 @@ _LIMITS_OF = {  # {answer: the limits that it is compared with}
     ADDS: ("toe_clearance",),
     SKIN: ("skin_pressure", "blood_flow_pressure"),
 }
+_NOT_COMPARED = "Not compared with a walk without the device."  # beside runs that are
 
 
 @dataclass(frozen=True)
@@ -77,9 +75,6 @@ def lead(recording: Recording, among: int = 1) -> str:
         if names := [_shown(answer) for answer in answers if status != "good" or answer.brief]:
             found.append(f"{status.upper()}: {', '.join(names)}.")
     return " ".join(found)
-
-
-_NOT_COMPARED = "Not compared with a walk without the device."  # beside runs that are
 
 
 def _shown(answer: Answer) -> str:

@@ -1,7 +1,4 @@
-"""Recordings → MP4: a seated run in real time, a stride of walks side by side in slow motion.
-
-MuJoCo draws them, ffmpeg encodes. In software a picture of 1280 × 720 takes about 0.06 s of one core.
-"""
+"""Recordings → MP4: a seated run in real time, a stride of walks side by side in slow motion."""
 
 import importlib
 import os
@@ -32,6 +29,13 @@ _LOOK_AT, _DISTANCE, _AZIMUTH, _ELEVATION = (0.03, 0.0, 0.43), 1.1, 120.0, -12.0
 _FAR, _MARGIN = 1.2, 3.0  # far side of the walkway, and its length beyond both ends [m]
 _DRAWN = "_drawn"  # suffix of a tendon that is there for the picture only
 _PULLEY_MUSCLE = 0.01  # radius at which a muscle over a pulley is drawn [m]
+_LINE = 40  # height of the title [pixel]
+_FORCE_SCALE = 50.0  # tension at which a muscle is fully coloured [N]
+_SLACK, _PULLING = np.array([0.62, 0.64, 0.68, 1.0]), np.array([0.84, 0.20, 0.05, 1.0])  # RGBA
+_Progress = Callable[[int, int], None]
+_Shot = tuple[str, Recording, WalkingFigure | None]  # title, run, and who walks
+_MOST = 3  # walks beside one another
+_SLOW = 4.0  # slow motion of a walk [-]
 
 
 def scenery(xml: str, width: int, height: int, walkway: tuple[float, float] | None = None) -> mujoco.MjModel:
@@ -88,11 +92,6 @@ def opengl_context(model: mujoco.MjModel, width: int, height: int) -> tuple[Any,
             "(Debian, Ubuntu: libegl1 libegl-mesa0 libgl1-mesa-dri, or libosmesa6)"
         ) from error
     return opengl, context
-
-
-_LINE = 40  # height of the title [pixel]
-_FORCE_SCALE = 50.0  # tension at which a muscle is fully coloured [N]
-_SLACK, _PULLING = np.array([0.62, 0.64, 0.68, 1.0]), np.array([0.84, 0.20, 0.05, 1.0])  # RGBA
 
 
 class Painter:
@@ -183,12 +182,6 @@ class Painter:
         for chamber in self.recording.scenario["orthosis"]["chamber"]:
             lines[chamber] = f"{1e-5 * at(f'chamber/{chamber}/pressure') + 0.0:z.2f} bar"
         return lines
-
-
-_Progress = Callable[[int, int], None]
-_Shot = tuple[str, Recording, WalkingFigure | None]  # title, run, and who walks
-_MOST = 3  # walks beside one another
-_SLOW = 4.0  # slow motion of a walk [-]
 
 
 def write_video(

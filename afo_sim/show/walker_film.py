@@ -19,6 +19,7 @@ _PICTURES, _EVERY = 75, 0.08  # of the film, and time between them [s]
 _WIDE, _BEHIND, _TALL = 8.0, 0.6, 1.95  # walkway, its part behind the first place, height that is seen [m]
 _DOTS, _SHADES = 80, 32  # per metre, colours
 _LIMBS = {"left": ("0.72", 3.5), "trunk": ("0.2", 9.0), "right": ("0.2", 4.0)}
+_SIDES = dict(zip(("left", "right"), reversed(SIDES), strict=True))  # what the model's names begin with
 
 
 def draw_film(response: Response, path: pathlib.Path) -> None:
@@ -71,9 +72,6 @@ def _filmed(axis: Any, case: Case) -> Callable[[int], None]:
         words.set_text("" if fell is None or number * _EVERY < fell else walk_in_words(case))
 
     return move
-
-
-_SIDES = dict(zip(("left", "right"), reversed(SIDES), strict=True))  # what the model's names begin with
 
 
 def coordinates(case: Case) -> dict[str, np.ndarray]:

@@ -1,9 +1,8 @@
 """The whole walker from the side: shank, foot and device as simulated, all else as recorded or as a sign.
 
-Thigh and other leg are the recorded walk's. A recording has one leg, so the other one is drawn half a stride
-later. Its knee bends until its sole is not below the floor. Lengths of thigh, shank and trunk are shares of
-the body height (Winter 2009, figure 4.1). The lean of the trunk and the head are signs. They are assumed, and
-no number depends on them.
+Thigh and other leg are the recorded walk's, the other one half a stride later, its knee bent until its sole
+is not below the floor. Lengths are shares of the body height (Winter 2009, figure 4.1). Trunk and head are
+signs: assumed, and no number depends on them.
 """
 
 from collections.abc import Callable, Iterable, Mapping
@@ -171,8 +170,7 @@ def wrapped_paths(
 
 def _along(start: np.ndarray, length: float, angle: np.ndarray | float) -> np.ndarray:
     """The upper ends (n, 2) of segments that lean forward by `angle` [rad] (n,)."""
-    end: np.ndarray = start + length * np.stack([np.sin(angle), np.cos(angle)], axis=-1)
-    return end
+    return start + length * np.stack([np.sin(angle), np.cos(angle)], axis=-1)
 
 
 def capsules(points: Mapping[str, Any]) -> np.ndarray:

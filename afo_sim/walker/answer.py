@@ -18,6 +18,20 @@ EXPERIMENTAL = "Experimental: these gaits are not yet people's; compare cases, t
 
 LEAST = 0.10  # relative difference of a cost of transport from which on it is claimed [-]
 NONE = "–"
+_FALLS = (
+    "A walker in the sagittal plane with reflexes, without eyes, arms or steps aside, starts from poses "
+    "drawn about its own and is pushed once, if it has not fallen before. Falls compare walkers; they are "
+    "not a patient's risk of falling."
+)
+_CHANGES = (
+    "Both legs are in the sagittal plane. A case that is not adapted keeps the reflexes of the healthy walk. "
+    "An adapted one is the best that a search found for a stated cost; a person may adapt otherwise."
+)
+_COST = (
+    "The muscles' energy is a model's. Over conditions of walking, seven such models follow measured gas "
+    "exchange with a correlation of 0.9 and more (Koelewijn et al. 2019, doi 10.1371/journal.pone.0222037). "
+    "Differences below 10 % are not claimed. The cost itself, with 1.51 W/kg at rest, is not validated."
+)
 
 
 @dataclass(frozen=True)
@@ -100,22 +114,6 @@ class Reply:
     assumptions: tuple[str, ...]
 
 
-_FALLS = (
-    "A walker in the sagittal plane with reflexes, without eyes, arms or steps aside, starts from poses "
-    "drawn about its own and is pushed once, if it has not fallen before. Falls compare walkers; they are "
-    "not a patient's risk of falling."
-)
-_CHANGES = (
-    "Both legs are in the sagittal plane. A case that is not adapted keeps the reflexes of the healthy walk. "
-    "An adapted one is the best that a search found for a stated cost; a person may adapt otherwise."
-)
-_COST = (
-    "The muscles' energy is a model's. Over conditions of walking, seven such models follow measured gas "
-    "exchange with a correlation of 0.9 and more (Koelewijn et al. 2019, doi 10.1371/journal.pone.0222037). "
-    "Differences below 10 % are not claimed. The cost itself, with 1.51 W/kg at rest, is not validated."
-)
-
-
 def verdict(response: Response) -> tuple[Reply, ...]:
     """Whether the wearer falls in simulation, what they change, what it costs them, in plain English."""
     doubts = tuple(_doubts(response))
@@ -178,10 +176,9 @@ def _of_falls(response: Response) -> Iterator[str]:
 
 
 def difference(before: Falls, after: Falls) -> tuple[float, float]:
-    """95 % interval of the share that falls after, less that before [-].
+    """95 % interval of the share that falls after, less that before [-], as if of independent starts.
 
-    Source: Newcombe 1998, Statistics in Medicine 17, 873, method 10, of independent shares. Starts are
-    the same in both cases, which it leaves aside.
+    Source: Newcombe 1998, Statistics in Medicine 17, 873, method 10.
     """
     (low, high), (lower, higher) = after.interval, before.interval
     now, then = after.count / after.of, before.count / before.of

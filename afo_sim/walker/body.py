@@ -1,7 +1,4 @@
-"""The body of a walker: trunk, thighs, and on each the described leg, with their muscles, reflexes and floor.
-
-The device is on the leg whose names are the leg's own; the other leg's begin with "left_".
-"""
+"""A walker's body: trunk, thighs, and on each the described leg; the left one's names begin with "left_"."""
 
 import dataclasses
 import itertools
@@ -60,26 +57,17 @@ SHANK_SHARE = 0.246  # of the body's height (Winter)
 
 @dataclass(frozen=True, eq=False)
 class Body:
-    """A walker, compiled, with its parameters.
-
-    model : MuJoCo's
-    scenario : whose patient, leg, shoe and orthosis it has
-    size : against the adult of 75 kg and 1.75 m
-    circuit, ids : of the orthosis' air; None without chambers
-    weight : of everything [N]
-    muscles : actuator ids by side and muscle (2, 7)
-    reflexes, pads : actuator ids by side (2,), (2, 4)
-    """
+    """A walker, compiled, with its parameters."""
 
     model: mujoco.MjModel
-    scenario: Scenario
-    size: Size
-    circuit: native.Circuit | None
+    scenario: Scenario  # whose patient, leg, shoe and orthosis it has
+    size: Size  # against the adult of 75 kg and 1.75 m
+    circuit: native.Circuit | None  # of the orthosis' air; None without chambers
     ids: native.CircuitIds | None
-    weight: float
-    muscles: np.ndarray
-    reflexes: np.ndarray
-    pads: np.ndarray
+    weight: float  # of everything [N]
+    muscles: np.ndarray  # actuator ids by side and muscle (2, 7)
+    reflexes: np.ndarray  # actuator ids by side (2,)
+    pads: np.ndarray  # actuator ids by side (2, 4)
 
 
 def build_body(scenario: Scenario, strength: dict[str, float] | None = None, spring: float = 0.0) -> Body:

@@ -22,19 +22,13 @@ TABLES = ("description", "speed", "start", "pose", "gains", "left", "search")
 
 @dataclass(frozen=True, eq=False)
 class Gait:
-    """A gait that a walker knows.
-
-    name, description : of the file
-    speed : that it was searched for [m/s]
-    vector : first pose and gains
-    search : how it was found, in words and numbers
-    """
+    """A gait that a walker knows."""
 
     name: str
     description: str
-    speed: float
-    vector: Vector
-    search: Mapping[str, Any] = field(default_factory=dict)
+    speed: float  # that it was searched for [m/s]
+    vector: Vector  # first pose and gains
+    search: Mapping[str, Any] = field(default_factory=dict)  # how it was found, in words and numbers
 
 
 def read_gait(name: str | os.PathLike[str]) -> Gait:

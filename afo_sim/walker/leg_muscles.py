@@ -34,26 +34,19 @@ THIGH = Segment(9.3014, (0.0, 0.0, -0.170), 0.1412, (0.0, 0.0, -0.396))
 class Muscle:
     """A muscle of a leg.
 
-    force [N]; optimal, slack : lengths of fibre and tendon [m]; pennation at the optimal length [rad]; slow,
-    share of slow fibres [-]; passive, factor on the fibre's force at rest [-]: 0 of muscles of the ankle,
-    whose relaxed moment is the passive ankle's; fastest [1/s]; damping, of the fibre [-]; tendon_strain, at
-    the greatest force [-].
-
-    Source
-    ------
-    SCONE's H0914v3; shares of slow fibres as Song & Geyer 2015 use them (doi 10.1113/JP270228); tendon strain
-    and damping as in Millard et al. 2013, doi 10.1115/1.4023390.
+    Source: SCONE's H0914v3; slow fibres: Song & Geyer 2015 (doi 10.1113/JP270228); tendon strain and
+    damping: Millard et al. 2013, doi 10.1115/1.4023390.
     """
 
-    force: float
-    optimal: float
-    slack: float
-    pennation: float
-    slow: float = 0.5
-    passive: float = 1.0
-    fastest: float = 10.0
-    damping: float = 0.1
-    tendon_strain: float = 0.049
+    force: float  # [N]
+    optimal: float  # length of the fibre [m]
+    slack: float  # length of the tendon [m]
+    pennation: float  # at the optimal length [rad]
+    slow: float = 0.5  # share of slow fibres [-]
+    passive: float = 1.0  # factor at rest [-]; 0 at the ankle, whose moment is the joint's
+    fastest: float = 10.0  # [1/s]
+    damping: float = 0.1  # of the fibre [-]
+    tendon_strain: float = 0.049  # at the greatest force [-]
 
     @property
     def mass(self) -> float:

@@ -61,16 +61,11 @@ class Case:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Response:
-    """How a patient responds to a device in simulation.
+    """How a patient responds to a device in simulation."""
 
-    scenario : whose patient and device
-    cases : by name
-    asked : what it was computed with, by name
-    """
-
-    scenario: Scenario
-    cases: Mapping[str, Case]
-    asked: Mapping[str, Any] = field(default_factory=dict)
+    scenario: Scenario  # whose patient and device
+    cases: Mapping[str, Case]  # by name
+    asked: Mapping[str, Any] = field(default_factory=dict)  # what it was computed with, by name
 
     def __getitem__(self, case: str) -> Case:
         return self.cases[case]

@@ -48,32 +48,19 @@ STRONGER = (0.3, 0.15, 0.07)
 
 @dataclass(frozen=True)
 class Cost:
-    """What a gait is searched for: the sum of these, each a stated weight times a number.
+    """What a gait is searched for: the sum of these, each a stated weight times a number."""
 
-    fall : times the share of the time that is lost by a fall
-    speed : times the distance from the speed beyond 0.02 m/s [1/(m/s)]
-    effort : times the muscles' energy per mass and way [J/(kg·m)]
-    activation : times the mean cube of all activations
-    force : times the mean load beyond 1.25 body weights
-    knee : times the mean extension beyond 4° of flexion [1/rad]
-    lean : times the mean lean of the trunk beyond 3° backward and 7° forward [1/rad]
-    norm : times the mean distance from the norm's angles, over 6°, and load, over 0.1 body weights
-    cadence : times the distance of the stride's time from the norm's beyond 4 %
-    target : speed [m/s]
-    pushed : whether ±50 N push the trunk about every 1.3 s, from a drawn start
-    """
-
-    target: float
-    fall: float = 150.0
-    speed: float = 60.0
-    effort: float = 0.5
-    activation: float = 20.0
-    force: float = 200.0
-    knee: float = 250.0
-    lean: float = 60.0
-    norm: float = 0.0
-    cadence: float = 0.0
-    pushed: bool = True
+    target: float  # speed [m/s]
+    fall: float = 150.0  # of the share of the time that is lost by a fall
+    speed: float = 60.0  # of the distance from the speed beyond 0.02 m/s [1/(m/s)]
+    effort: float = 0.5  # of the muscles' energy per mass and way [J/(kg·m)]
+    activation: float = 20.0  # of the mean cube of all activations
+    force: float = 200.0  # of the mean load beyond 1.25 body weights
+    knee: float = 250.0  # of the mean extension beyond 4° of flexion [1/rad]
+    lean: float = 60.0  # of the mean lean of the trunk beyond 3° backward and 7° forward [1/rad]
+    norm: float = 0.0  # of the distance from the norm's angles, over 6°, and load, over 0.1 weights
+    cadence: float = 0.0  # of the distance of the stride's time from the norm's beyond 4 %
+    pushed: bool = True  # ±50 N push the trunk about every 1.3 s, from a drawn start
 
     def of(self, walked: Walked, duration: float) -> dict[str, float]:
         """The parts of the cost of a walk."""
@@ -114,20 +101,13 @@ def _off(walked: Walked, side: str, speed: float) -> tuple[float, float]:
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """What a search found.
+    """What a search found."""
 
-    vector : mean of the last population
-    history : of each generation, the cost of its best and its median
-    evaluations : walks
-    parts : of the cost of `vector`, by name, in a walk whose pushes no generation had
-    walked : that walk
-    """
-
-    vector: Vector
-    history: np.ndarray
-    evaluations: int
-    parts: dict[str, float]
-    walked: Walked
+    vector: Vector  # mean of the last population
+    history: np.ndarray  # of each generation, the cost of its best and its median
+    evaluations: int  # walks
+    parts: dict[str, float]  # of the vector's cost, in a walk whose pushes no generation had
+    walked: Walked  # that walk
 
     @property
     def converged(self) -> bool:

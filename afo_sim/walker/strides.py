@@ -23,23 +23,32 @@ ANGLES = ("thigh", "knee", "ankle")
 SPREAD = math.radians(6.0)  # middle of the 4 to 8° between people that Bovi et al. 2011 show [rad]
 BASAL = 1.51  # [W/kg], Wang et al. 2012
 NORM = "bovi2011_natural"
+_OF_WALK = ("speed", "stride_time", "stride_length", "muscle_power", "cost_of_transport")
+_OF_DEVICE = ("air_per_stride", "device_torque_swing")
+_OF_LEG = (
+    "ankle_swing",
+    "force_peak",
+    "force_high",
+    "clearance",
+    "scuffs",
+    "push_off_work",
+    "push_off_peak",
+    "moment_peak",
+)
 
 
 @dataclass(frozen=True, eq=False)
 class Strides:
     """The counted strides of one leg of a walk.
 
-    begins : rows at which the foot comes down, one more than strides
-    curves : of each stride over its cycle, {name: (n_stride, 101)}: thigh (against the vertical), knee
-        flexion, ankle [rad]; load over the body weight; moment of the ankle, plantarflexion positive
-        [N·m/kg]; power of the ankle [W/kg]; torque of the device [N·m]
-    duration, length : of each stride [s], [m]
+    Curves over the cycle (n_stride, 101): thigh (against the vertical), knee flexion, ankle [rad]; load over
+    body weight; moment, plantarflexion positive [N·m/kg], power [W/kg] of the ankle; device's torque [N·m].
     """
 
-    begins: np.ndarray
+    begins: np.ndarray  # rows at which the foot comes down, one more than strides
     curves: Mapping[str, np.ndarray]
-    duration: np.ndarray
-    length: np.ndarray
+    duration: np.ndarray  # of each stride [s]
+    length: np.ndarray  # of each stride [m]
 
     def mean(self, name: str) -> np.ndarray:
         """The mean curve (101,)."""
@@ -122,10 +131,6 @@ def numbers(walked: Walked) -> dict[str, float]:
     return {name: float(value) for name, value in found.items()}
 
 
-_OF_WALK = ("speed", "stride_time", "stride_length", "muscle_power", "cost_of_transport")
-_OF_DEVICE = ("air_per_stride", "device_torque_swing")
-
-
 def _of_leg(walked: Walked, strides: Strides, side: str) -> dict[str, float]:
     if not len(strides.duration):
         names = (*(f"{a}_{e}" for a in ANGLES for e in ("max", "min")), *_OF_LEG)
@@ -151,18 +156,6 @@ def _of_leg(walked: Walked, strides: Strides, side: str) -> dict[str, float]:
     return found
 
 
-_OF_LEG = (
-    "ankle_swing",
-    "force_peak",
-    "force_high",
-    "clearance",
-    "scuffs",
-    "push_off_work",
-    "push_off_peak",
-    "moment_peak",
-)
-
-
 def swing_clearance(walked: Walked, strides: Strides, side: str) -> np.ndarray:
     """Lowest height of ball, pulp and tip in mid-swing of each stride [m] (n_stride,)."""
     lowest, speed = walked[f"{side}/forefoot_clearance"], np.gradient(walked[f"{side}/foot"], walked["time"])
@@ -175,10 +168,7 @@ def swing_clearance(walked: Walked, strides: Strides, side: str) -> np.ndarray:
 
 @functools.lru_cache(maxsize=8)
 def norm_at(speed: float, taller: float = 1.0) -> dict[str, np.ndarray]:
-    """Mean curves of healthy adults at a speed, as of `Strides`, and a stride's "duration" [s], "length" [m].
-
-    Source: Bovi et al. 2011, Gait Posture 33(1), between two of its speeds linear.
-    """
+    """Healthy adults' mean curves, "duration" [s], "length" [m]: Bovi et al. 2011, Gait Posture 33(1)."""
     cycle = at_speed(find_gait(NORM), min(max(speed, 0.85), 1.95), taller)
     phase = np.linspace(0.0, 1.0, SAMPLES)
     knee, shank = (

@@ -35,17 +35,11 @@ class Push:
 
 @dataclass(frozen=True, eq=False)
 class Walked:
-    """A walk as it was recorded, a row each 10 ms.
-
-    body : whose
-    columns : by name, SI, (n,); "left/…" of the leg without the device, "right/…" of the one with it
-    fell : when the walker had fallen [s]; None where it did not
-    pushes : that it was given
-    """
+    """A walk as it was recorded, a row each 10 ms."""
 
     body: Body
-    columns: Mapping[str, np.ndarray]
-    fell: float | None
+    columns: Mapping[str, np.ndarray]  # SI, (n,); "left/…" of the leg without the device, "right/…" with it
+    fell: float | None  # when [s]; None where it did not
     pushes: tuple[Push, ...] = ()
 
     def __getitem__(self, column: str) -> np.ndarray:

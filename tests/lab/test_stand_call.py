@@ -4,10 +4,11 @@ import pathlib
 
 import numpy as np
 import pytest
+from stand_tests import isobaric
 
 from afo_sim.common import GRAVITY, InputError, find
 from afo_sim.description import load
-from afo_sim.lab import COLUMNS, isobaric
+from afo_sim.lab import COLUMNS
 from afo_sim.lab.stand import stand
 
 SHORT = {"static": True}

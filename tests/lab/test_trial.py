@@ -10,6 +10,7 @@ from collections.abc import Callable
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
+import stand_tests as bench
 from campaign import nightly, size
 from command import call
 from scipy.integrate import solve_ivp
@@ -39,7 +40,7 @@ def worst(trial: Trial, name: str) -> float:
     return max(found[name].value for found in trial.metrics)
 
 
-USUAL = {test.__name__: test for test in (stand.isobaric, stand.isotonic, stand.isometric, stand.step)}
+USUAL = {test.__name__: test for test in (bench.isobaric, bench.isotonic, bench.isometric, bench.step)}
 
 
 @functools.cache
@@ -54,7 +55,7 @@ def rubbed() -> dict[str, Trial]:
     found = {}
     for friction in FRICTIONS:
         name = "dmsp_10" if friction == "hunt_2017" else "s1_215mm"
-        found[friction] = stand.isobaric(load("muscle", name, sets(friction)), [3e5], duration=20.0)
+        found[friction] = bench.isobaric(load("muscle", name, sets(friction)), [3e5], duration=20.0)
     return found
 
 
@@ -74,12 +75,12 @@ def test_slow_sweeps_give_the_formula(name: str) -> None:
 
 @pytest.mark.parametrize("law", ["kerscher_2006", "polynomial", "takosoglu_2016_an", "bolen_2026"])
 def test_slow_sweeps_give_every_law(law: str) -> None:
-    trial = stand.isobaric(load("muscle", "dmsp_20", {"law": law}), [2e5, 5e5])
+    trial = bench.isobaric(load("muscle", "dmsp_20", {"law": law}), [2e5, 5e5])
     assert worst(trial, "off_formula_share") <= 0.5
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("test", "points"), [(stand.isobaric, [6e5]), (stand.isotonic, [76.0, 150.0])])
+@pytest.mark.parametrize(("test", "points"), [(bench.isobaric, [6e5]), (bench.isotonic, [76.0, 150.0])])
 def test_error_falls_with_the_speed(test: Callable[..., Trial], points: list[float]) -> None:
     """What is left of the difference is the damper's: half the speed, half the error.
 
@@ -94,7 +95,7 @@ def test_error_falls_with_the_speed(test: Callable[..., Trial], points: list[flo
 def test_published_exponential_law_comes_back_through_the_chain() -> None:
     """Pressure through the valve, length through the tendon, force from the compiled muscle."""
     strongest = exponential(np.array(0.0), np.array(6e5))
-    for test in (stand.isobaric, stand.isometric, stand.isotonic):
+    for test in (bench.isobaric, bench.isometric, bench.isotonic):
         trial = test("dmsp_20_200n")
         for columns in trial.curves:
             # frame and hook give: held at zero, the muscle is a little longer below the highest pressure
@@ -117,8 +118,8 @@ def test_formula_is_the_law() -> None:
 
 
 def test_isometric_and_isobaric_meet() -> None:
-    held = stand.isometric("dmsp_20", [0.0], (0.0, 4e5))
-    moved = stand.isobaric("dmsp_20", [4e5])
+    held = bench.isometric("dmsp_20", [0.0], (0.0, 4e5))
+    moved = bench.isobaric("dmsp_20", [4e5])
     turn = int(np.argmax(held.curves[0]["pressure"]))
     assert held.curves[0]["force"][turn] == pytest.approx(moved.curves[0]["force"][0], rel=1e-3)
 
@@ -131,9 +132,9 @@ def test_frictions_take_work_and_never_give_it(rubbed: dict[str, Trial]) -> None
         area = found["loop_area"].value * trial.plan.muscle.nominal_length
         assert found["work_lost_per_cycle"].value == pytest.approx(area, rel=0.01)
         muscle = load("muscle", trial.plan.muscle.name, {"friction": friction})
-        hung = stand.isotonic(muscle, [50.0], duration=20.0)
+        hung = bench.isotonic(muscle, [50.0], duration=20.0)
         assert hung.metrics[0]["work_lost_per_cycle"].value > 0.0
-        (held,) = stand.isometric(muscle, [0.05]).curves  # swells to its mounting's length, and back
+        (held,) = bench.isometric(muscle, [0.05]).curves  # swells to its mounting's length, and back
         rubbing = held["static_force"] - held["force"]
         assert np.trapezoid(rubbing, -held["length"]) > 0.0
 
@@ -143,7 +144,7 @@ def test_rate_independent_loops_close_and_do_not_know_the_speed(rubbed: dict[str
     loop = trial.loop(0)
     assert loop["contraction"][-1] == pytest.approx(loop["contraction"][0], abs=1e-5)
     assert loop["force"][-1] == pytest.approx(loop["force"][0], rel=1e-3)
-    fast = stand.isobaric(trial.plan.muscle, [3e5], duration=trial.plan.duration / 2.0)
+    fast = bench.isobaric(trial.plan.muscle, [3e5], duration=trial.plan.duration / 2.0)
     for name in ("work_lost_per_cycle", "loop_height"):
         assert fast.metrics[0][name].value == pytest.approx(trial.metrics[0][name].value, rel=0.01)
 
@@ -178,7 +179,7 @@ def test_closed_inner_loop_leaves_no_trace_in_maxwell_slip() -> None:
 def test_held_muscle_fills_as_an_ode_solver_says() -> None:
     """ISO 6358 and the energy balance written out again; the frame of 10 MN/m gives way, 0.1 mm in all."""
     muscle = load("muscle", "dmsp_20")
-    trial = stand.step(muscle, [4e5], contraction=0.0, duration=8.0)
+    trial = bench.step(muscle, [4e5], contraction=0.0, duration=8.0)
     columns, valve = trial.curves[0], trial.plan.valve
     braid = muscle.braid
     gauges = np.linspace(0.0, 4e5, 81)
@@ -213,7 +214,7 @@ def test_held_muscle_fills_as_an_ode_solver_says() -> None:
 
 
 def test_air_is_conserved_and_the_step_settles() -> None:
-    trial = stand.step("s1_215mm", [2e5, 4e5])
+    trial = bench.step("s1_215mm", [2e5, 4e5])
     for columns, found in zip(trial.curves, trial.metrics, strict=True):
         stored = trial.plan.timestep * np.cumsum(columns["inflow"] - columns["outflow"])[:-1]
         moved = trial.plan.timestep * np.sum(columns["inflow"] + columns["outflow"])
@@ -261,11 +262,11 @@ def test_three_element_muscle_is_its_equation(relaxing: bool) -> None:
 def test_half_the_step_changes_little() -> None:
     """Half the default step: sweeps and steps move by less than 0.1 %, a release's peak speed by 0.5 %."""
     for test, name, limit, points in (
-        (stand.isotonic, "greatest_contraction", 1e-3, [100.0]),
-        (stand.isobaric, "work_lost_per_cycle", 1e-3, [4e5]),
-        (stand.step, "fill_contraction_time_constant", 1e-3, [4e5]),
-        (stand.step, "filled_contraction", 1e-3, [4e5]),
-        (stand.release, "peak_speed", 5e-3, [4e5]),
+        (bench.isotonic, "greatest_contraction", 1e-3, [100.0]),
+        (bench.isobaric, "work_lost_per_cycle", 1e-3, [4e5]),
+        (bench.step, "fill_contraction_time_constant", 1e-3, [4e5]),
+        (bench.step, "filled_contraction", 1e-3, [4e5]),
+        (bench.release, "peak_speed", 5e-3, [4e5]),
     ):
         coarse = test("dmsp_20", points)
         fine = test("dmsp_20", points, laboratory=Laboratory(timestep=coarse.plan.timestep / 2.0))
@@ -274,7 +275,7 @@ def test_half_the_step_changes_little() -> None:
 
 
 def test_release_against_a_load_ends_where_the_load_hangs() -> None:
-    trial = stand.release("dmsp_20", [3e5, 6e5], load=150.0)
+    trial = bench.release("dmsp_20", [3e5, 6e5], load=150.0)
     for columns, found in zip(trial.curves, trial.metrics, strict=True):
         assert columns["force"][0] > 700.0
         assert found["peak_speed"].value > 0.5
@@ -287,7 +288,7 @@ def test_release_against_a_load_ends_where_the_load_hangs() -> None:
 def test_release_gives_the_power_that_its_load_receives(series: int) -> None:
     """Work in a window is what kinetic and potential energy gain; mass and bore of S1's muscle typed in."""
     muscle = in_series(load("muscle", "s1_215mm"), series)
-    (columns,), load_n = (trial := stand.release(muscle, [4e5], load=50.0)).curves, 50.0
+    (columns,), load_n = (trial := bench.release(muscle, [4e5], load=50.0)).curves, 50.0
     mass, braid = 0.080 * series, 0.1631 * series
     moved = load_n / GRAVITY + mass / 2.0
     x, v = braid * columns["contraction"], braid * np.gradient(columns["contraction"], columns["time"])
@@ -305,7 +306,7 @@ def test_release_gives_the_power_that_its_load_receives(series: int) -> None:
 def test_filling_against_springs_ends_on_their_lines() -> None:
     """The published law and F = load + k x are solved here; a spring of none is the isotonic test."""
     stiffness, hung, length = [1e3, 1e4, 1e5], 20.0, 0.2
-    trial = stand.auxotonic("dmsp_20_200n", stiffness, (1e5, 6e5), load=hung)
+    trial = bench.auxotonic("dmsp_20_200n", stiffness, (1e5, 6e5), load=hung)
     strongest = exponential(np.array(0.0), np.array(6e5))
     for k, columns in zip(stiffness, trial.curves, strict=True):
         line = hung + k * length * columns["contraction"]
@@ -317,8 +318,8 @@ def test_filling_against_springs_ends_on_their_lines() -> None:
             up = columns["branch"] == 0
             reached = np.interp(p, columns["pressure"][up], columns["contraction"][up])
             assert reached == pytest.approx(wanted, abs=5e-4), (k, p)
-    free = stand.auxotonic("dmsp_20_200n", [0.0], (1e5, 6e5), load=hung)
-    isotonic = stand.isotonic("dmsp_20_200n", [hung], (1e5, 6e5))
+    free = bench.auxotonic("dmsp_20_200n", [0.0], (1e5, 6e5), load=hung)
+    isotonic = bench.isotonic("dmsp_20_200n", [hung], (1e5, 6e5))
     assert np.allclose(free.curves[0]["contraction"], isotonic.curves[0]["contraction"], atol=1e-9)
 
 
@@ -328,7 +329,7 @@ def test_sealed_muscle_is_a_gas_spring(wall: float, exponent: float) -> None:
     law = {"law": "chou_hannaford_1996", "laws.chou_hannaford_1996": {}, "damping": "0 m^2*s"}
     muscle = load("muscle", "s1_215mm", law)
     laboratory = Laboratory(wall_conductance=wall)
-    trial = stand.sealed(muscle, [3e5], (0.05, 0.2), laboratory=laboratory, duration=2.0)
+    trial = bench.sealed(muscle, [3e5], (0.05, 0.2), laboratory=laboratory, duration=2.0)
     (columns,) = trial.curves
     left, angle, area = 1.0 - columns["contraction"], muscle.braid_angle, math.pi * 0.00575**2
     braid = area * 0.1631 * left * (1.0 - (math.cos(angle) * left) ** 2) / math.sin(angle) ** 2
@@ -352,7 +353,7 @@ def test_sealed_air_that_cools_loses_work_and_stays_between_the_limits() -> None
     greatest = {}
     for wall in (0.0, 0.2, 1e4):
         laboratory = Laboratory(wall_conductance=wall)
-        trial = stand.sealed("s1_215mm", [3e5], ends, laboratory=laboratory, duration=1.0)
+        trial = bench.sealed("s1_215mm", [3e5], ends, laboratory=laboratory, duration=1.0)
         greatest[wall] = trial.metrics[0]["greatest_pressure"].value
         if wall == 0.2:
             assert trial.metrics[0]["loop_area"].value > 0.0
@@ -375,14 +376,14 @@ def test_muscles_in_series_have_the_force_of_one_and_all_their_strokes(
     """At equal contraction ratio and rate, friction and dampers included; under a load, three strokes."""
     one = load("muscle", name, values)
     three = in_series(one, 3)
-    fast = [stand.isobaric(muscle, [3e5], (0.02, 0.1), duration=1.0).curves[0] for muscle in (one, three)]
+    fast = [bench.isobaric(muscle, [3e5], (0.02, 0.1), duration=1.0).curves[0] for muscle in (one, three)]
     assert fast[1]["velocity"] == pytest.approx(3.0 * fast[0]["velocity"], abs=1e-3)
     # at a turning point the frame gives way to the friction's jump, and takes most of the motion
     moves = np.abs(fast[0]["velocity"]) > 0.05 * fast[0]["velocity"].max()
     assert np.abs(fast[1]["force"] - fast[0]["force"])[moves].max() <= 2e-3 * fast[0]["force"].max()
     tube = 4e-6
     assert fast[1]["volume"] - tube == pytest.approx(3.0 * (fast[0]["volume"] - tube), rel=2e-3)
-    slow = [stand.isotonic(muscle, [60.0], (2e5, 3e5)).curves[0] for muscle in (one, three)]
+    slow = [bench.isotonic(muscle, [60.0], (2e5, 3e5)).curves[0] for muscle in (one, three)]
     strokes = [np.ptp(columns["length"]) for columns in slow]
     assert strokes[1] == pytest.approx(3.0 * strokes[0], rel=5e-3)
     assert three.whole_mass == pytest.approx(3.0 * one.whole_mass, rel=1e-12)
@@ -402,7 +403,7 @@ def test_static_load_gives_the_published_lines() -> None:
 
 
 def test_a_light_load_on_a_stiff_braid_settles_at_a_long_step() -> None:
-    trial = stand.isotonic("s1_120mm", [2.0], laboratory=Laboratory(timestep=2e-3))
+    trial = bench.isotonic("s1_120mm", [2.0], laboratory=Laboratory(timestep=2e-3))
     assert trial.plan.timestep == 2e-3
     assert trial.curves[0]["force"][-1] == pytest.approx(2.0, rel=1e-6)
 

@@ -1,7 +1,4 @@
-"""What a user's file is, and which module checks it; the module is imported when such a file comes.
-
-A muscle's file is checked without the rooms of legs, studies or laboratories.
-"""
+"""What a user's file is, and which module checks it; the module is imported when such a file comes."""
 
 import importlib
 import pathlib
@@ -25,10 +22,7 @@ _OF_DESCRIPTION = {"scenario": "scenarios", "orthosis": "scenarios", "leg": "bod
 
 
 def check_file(path: pathlib.Path) -> Findings:
-    """Examine a TOML description or the folder that holds one, an MJCF, a URDF or a gait cycle.
-
-    A path at which there is nothing may be the name of a shipped orthosis or scenario.
-    """
+    """Examine a description, its folder, an MJCF, a URDF, a gait cycle, or a shipped orthosis or scenario."""
     for kind in ("orthosis", "scenario"):
         if not path.exists() and str(path) in assets.names(kind):
             path = assets.find(kind, str(path))
@@ -52,8 +46,7 @@ def check_file(path: pathlib.Path) -> Findings:
 def _checked(check: str, given: Any) -> Findings:
     """What "module:function" finds."""
     module, _, function = check.partition(":")
-    findings: Findings = getattr(importlib.import_module(f"{_HERE}.{module}"), function)(given)
-    return findings
+    return getattr(importlib.import_module(f"{_HERE}.{module}"), function)(given)
 
 
 def check_gait(path: pathlib.Path) -> Findings:

@@ -1,8 +1,6 @@
-"""Reads one C3D file and writes what is in it to the standard output; `c3d_file` runs this as a process.
+"""Reads one C3D file and writes it to the standard output; `c3d_file` runs this as a process.
 
 It is run as a file, and imports nothing of this package: what it needs is Python's own, and ezc3d.
-The answer is a line of JSON, then the arrays' numbers as 64-bit floats in their order: text and numbers,
-which nobody executes.
 """
 
 import json

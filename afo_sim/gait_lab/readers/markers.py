@@ -40,11 +40,7 @@ def lost_as_nan(points: np.ndarray) -> np.ndarray:
 
 
 def marker_set(
-    file: pathlib.Path,
-    time: np.ndarray,
-    names: list[str],
-    points: np.ndarray,
-    notices: Sequence[Notice],
+    file: pathlib.Path, time: np.ndarray, names: list[str], points: np.ndarray, notices: Sequence[Notice]
 ) -> Markers:
     """Markers by name: none twice, and none that is never seen."""
     titles = [name or f"unnamed {k}" for k, name in enumerate(names, start=1)]

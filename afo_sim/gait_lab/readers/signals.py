@@ -74,8 +74,7 @@ def refuse_slow(path: pathlib.Path, time: np.ndarray, field: str, allowed: str) 
 
 
 def check_clock(file: pathlib.Path, time: np.ndarray, field: str = "time") -> None:
-    """Refuse a trial's clock that stands still, runs backward, leaps or holds something that is not a
-    number."""
+    """Refuse a clock that stands still, runs backward, leaps or holds something that is not a number."""
     if not np.all(np.isfinite(time)):
         row = int(np.argmin(np.isfinite(time)))
         raise InputError(f"row {row + 1} has no finite time", file=file, field=field, value=float(time[row]))

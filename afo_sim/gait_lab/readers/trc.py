@@ -62,16 +62,12 @@ def _header(path: pathlib.Path, lines: list[str]) -> _Header:
         if len(cells) > 1 and cells[0].lower().startswith("datarate"):
             keys, values = line, next((later for later in lines[k + 1 :] if later.strip()), "")
         elif len(cells) > 2 and re.fullmatch(r"frames?(#|no\.?)?", cells[0].lower()):
-            return _titles(path, line, lines[k + 1 :], _stated(keys, values))
+            names, words = keys.split(), values.split()
+            if len(words) != len(names):  # one is absent, and only tabs can say which
+                names, words = cells_of(keys, "\t"), cells_of(values, "\t")
+            stated = {name.lower(): word for name, word in zip(names, words, strict=False)}
+            return _titles(path, line, lines[k + 1 :], stated)
     raise InputError("is not laid out as a .trc file", file=path, allowed=_LAYOUT)
-
-
-def _stated(keys: str, values: str) -> dict[str, str]:
-    names, words = keys.split(), values.split()
-    if len(words) != len(names):  # one is absent, and only tabs can say which
-        words = cells_of(values, "\t")
-        names = cells_of(keys, "\t")
-    return {name.lower(): word for name, word in zip(names, words, strict=False)}
 
 
 def _titles(path: pathlib.Path, line: str, rest: list[str], stated: dict[str, str]) -> _Header:

@@ -143,7 +143,14 @@ def mean_cycle(cycles: Sequence[GaitCycle]) -> tuple[GaitCycle, dict[str, np.nda
         warnings.simplefilter("ignore", RuntimeWarning)  # NaN where none, or a single one, is known
         means: dict[str, Any] = {name: np.nanmean(rows, axis=0) for name, rows in values.items()}
         band = {name: np.nanstd(rows, axis=0, ddof=1) for name, rows in values.items()}
-    means["cop_x"] = _mean_place(values["cop_x"], values["grf_z"])
+    # a mean weighted by forces, where those that have a place carry at least half of the force
+    place, force = values["cop_x"], values["grf_z"]
+    known = np.isfinite(place)
+    weight = np.where(known, force, 0.0)
+    total = weight.sum(axis=0)
+    enough = (2.0 * total >= np.abs(force).sum(axis=0)) & (total > 0.0)
+    moment = (weight * np.where(known, place, 0.0)).sum(axis=0)
+    means["cop_x"] = np.asarray(np.where(enough, moment / np.where(enough, total, 1.0), np.nan))
     times = np.array([cycle.stride_time for cycle in cycles])
     speeds = np.array([cycle.walking_speed for cycle in cycles])
     mean = dataclasses.replace(
@@ -158,16 +165,6 @@ def mean_cycle(cycles: Sequence[GaitCycle]) -> tuple[GaitCycle, dict[str, np.nda
         **means,
     )
     return mean, band
-
-
-def _mean_place(place: np.ndarray, force: np.ndarray) -> np.ndarray:
-    """Mean of places weighted by their forces, where those that have one carry at least half of the force."""
-    known = np.isfinite(place)
-    weight = np.where(known, force, 0.0)
-    total = weight.sum(axis=0)
-    enough = (2.0 * total >= np.abs(force).sum(axis=0)) & (total > 0.0)
-    moment = (weight * np.where(known, place, 0.0)).sum(axis=0)
-    return np.asarray(np.where(enough, moment / np.where(enough, total, 1.0), np.nan))
 
 
 def _notes(cycles: Sequence[GaitCycle], loaded: int) -> dict[str, str]:

@@ -90,10 +90,7 @@ class Cluster:
         return Cluster((*self.names, name), places, np.concatenate([self.paths, path[:, None]], axis=1))
 
     def carry(self, place: np.ndarray) -> tuple[np.ndarray, float]:
-        """A point by its place in the posture (3,) → its path in the walk (n, 3) [m]; the markers' misfit.
-
-        This is their distance from the posture's, root of the mean square, in the median [m].
-        """
+        """A point's place in the posture (3,) → its path (n, 3); the markers' median RMS misfit [m]."""
         fit = fit_rigid(self.places, self.paths)
         known = fit.rms[np.isfinite(fit.rms)]
         return fit.place(place), float(np.median(known)) if len(known) else 0.0

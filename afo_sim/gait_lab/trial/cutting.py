@@ -232,8 +232,7 @@ def _notes(stride: RecordedStride, choices: Choices, moment: str) -> dict[str, s
 
 
 def _ankle_zero(flat: float, sole: float | None, keep: bool) -> tuple[float, Notice]:
-    """The ankle angle's zero [rad]: the foot's pitch where flat, or the sole's if it never lies flat
-    there."""
+    """The ankle angle's zero [rad]: the foot's pitch where flat, or the sole's if it never lies flat."""
     if keep:
         text = "ankle's zero kept; the foot's pitch where flat is {pitch:+.1f} deg"
         return 0.0, note("ankle-zero-kept", text, pitch=float(np.degrees(flat)))

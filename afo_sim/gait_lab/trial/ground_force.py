@@ -1,6 +1,6 @@
 """The ground's force on one foot: contacts found on the plates, assigned to feet, put together."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,7 +11,7 @@ from afo_sim.gait_lab.readers.plates import PRESSED, Plate
 from afo_sim.gait_lab.readers.signals import evenly, low_pass, stretches
 from afo_sim.gait_lab.trial.choices import Choices
 from afo_sim.gait_lab.trial.leg_motion import LegMotion
-from afo_sim.gait_lab.trial.leg_points import LegPoints
+from afo_sim.gait_lab.trial.leg_points import LegPoints, Legs
 from afo_sim.gait_lab.trial.walking_frame import WalkingFrame
 
 EDGE = 20.0  # vertical force at which a contact begins and ends [N]
@@ -82,11 +82,7 @@ def with_floor(frame: WalkingFrame, plates: Sequence[Plate]) -> WalkingFrame:
 
 
 def foot_force(
-    plates: Sequence[Plate],
-    motion: LegMotion,
-    legs: Mapping[str, LegPoints],
-    frame: WalkingFrame,
-    choices: Choices,
+    plates: Sequence[Plate], motion: LegMotion, legs: Legs, frame: WalkingFrame, choices: Choices
 ) -> GroundForce:
     """The ground's force on one foot."""
     names = [plate.name for plate in plates]
@@ -153,9 +149,7 @@ class _PlateLoad:
         return np.column_stack([np.interp(grid, even, c, left=0.0, right=0.0) for c in smooth.T])
 
 
-def _plate_load(
-    plate: Plate, motion: LegMotion, legs: Mapping[str, LegPoints], frame: WalkingFrame
-) -> _PlateLoad:
+def _plate_load(plate: Plate, motion: LegMotion, legs: Legs, frame: WalkingFrame) -> _PlateLoad:
     force = frame.plane(plate.force)
     place = frame.over_floor(plate.place)
     turned = bool(force[:, 1].min() < -2.0 * _SURE and -force[:, 1].min() > force[:, 1].max())
@@ -206,13 +200,7 @@ def _with_tails(contact: PlateContact, time: np.ndarray, force: np.ndarray) -> s
     return slice(first, last + 1)
 
 
-def stands_there(
-    time: np.ndarray,
-    place: np.ndarray,
-    side: str,
-    legs: Mapping[str, LegPoints],
-    frame: WalkingFrame,
-) -> bool:
+def stands_there(time: np.ndarray, place: np.ndarray, side: str, legs: Legs, frame: WalkingFrame) -> bool:
     """Whether a centre of pressure is this foot's, by its line from heel to toe, seen from above."""
     wide = bool(np.ptp(frame.across(place))) and all(_width(leg, frame) > _PLANAR for leg in legs.values())
     pressed = _level(place, frame, wide)

@@ -1,9 +1,4 @@
-"""Joint centres from markers on the skin: regressions and offsets, with their errors.
-
-Laboratories have axes of any handedness, and people walk any way. So every direction here is taken from
-the body: to the right from the left iliac spine to the right one, up from the legs to the pelvis and from
-the ankle to the knee, forward from the heel to the toe.
-"""
+"""Joint centres from markers on the skin: regressions and offsets, with their errors."""
 
 import math
 from dataclasses import dataclass

@@ -11,6 +11,7 @@ from afo_sim.gait_lab.trial.recorded_stride import RecordedStride
 from afo_sim.gait_lab.trial.walking_frame import WalkingFrame
 
 _LEAP = 0.05  # way of a marker to and fro within two frames, which no foot goes (assumed) [m]
+_Smoother = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]  # time, way → time, way
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,9 +30,6 @@ class LegMotion:
     side: str = "right"
     pelvis_x: np.ndarray | None = None  # forward [m]
     marked: tuple[float, ...] = ()  # heel strikes that the laboratory marked [s]
-
-
-_Smoother = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]  # time, way → time, way
 
 
 def from_points(
@@ -74,19 +72,15 @@ def _way(
 ) -> tuple[np.ndarray, list[tuple[float, float]]]:
     """A point's filtered way in the plane (n, 2), and when it was not seen."""
     columns, hidden = [], []
-    for column in _without_leaps(points).T:
+    # a sample that lies far from both neighbours is a label that jumped for a frame
+    off = np.linalg.norm(points[1:-1] - 0.5 * (points[:-2] + points[2:]), axis=1)
+    beside = np.linalg.norm(points[2:] - points[:-2], axis=1)
+    leaps = np.r_[False, (off > _LEAP) & (off > 2.0 * beside), False]
+    for column in np.where(leaps[:, None], np.nan, points).T:
         filled, gaps = fill_gaps(time, column)
         columns.append(filled)
         hidden += [gap for gap in gaps if gap not in hidden]
     return smooth(*evenly(time, np.column_stack(columns)))[1], hidden
-
-
-def _without_leaps(points: np.ndarray) -> np.ndarray:
-    """The way (n, 2) without samples that lie far from both neighbours: a label that jumped for a frame."""
-    off = np.linalg.norm(points[1:-1] - 0.5 * (points[:-2] + points[2:]), axis=1)
-    beside = np.linalg.norm(points[2:] - points[:-2], axis=1)
-    leaps = np.r_[False, (off > _LEAP) & (off > 2.0 * beside), False]
-    return np.where(leaps[:, None], np.nan, points)
 
 
 def _smooth_cycle(

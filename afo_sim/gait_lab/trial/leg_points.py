@@ -79,3 +79,6 @@ def unit_doubt(points: LegPoints) -> str | None:
         if _LEG[0] <= length / factor <= _LEG[1]:
             return f"{seen}: {unit}? divided by {factor:g} it is {length / factor:.2f} m; state the unit"
     return f"{seen}, and no unit of length makes it a leg of {_LEG[0]:g} to {_LEG[1]:g} m"
+
+
+Legs = Mapping[str, LegPoints]  # by side

@@ -24,6 +24,7 @@ _ENOUGH = 0.9  # of the most seen way's frames, from which on a better way is ta
 _STRAY = 0.015  # from its mean place in a segment, above which a point is not bridged by it (assumed) [m]
 _MISFIT = 0.015  # of a posture's markers to the walk's, above which they are doubted (assumed) [m]
 # Segments that carry a joint, the best first: the shank's skin moves less than the thigh's.
+_Ways = Mapping[str, Mapping[str, list[LegPoint | None]]]  # by side and role
 _CARRIERS = {"hip": ("pelvis",), "knee": ("shank", "thigh"), "ankle": ("shank", "foot")}
 _POOR = 3  # number of the way from which on no posture is asked: a medial marker alone, the trochanter
 
@@ -81,12 +82,7 @@ def _roles(markers: Markers, choices: Choices, other: Markers | None) -> Roles:
     return mapped_roles(choices.map, markers, other.positions if other else ())
 
 
-def _clusters(
-    markers: Markers,
-    landmarks: Landmarks,
-    shown: Markers,
-    ways: Mapping[str, Mapping[str, list[LegPoint | None]]],
-) -> Clusters:
+def _clusters(markers: Markers, landmarks: Landmarks, shown: Markers, ways: _Ways) -> Clusters:
     """The walk's markers by segment, from the frame of the walk or of a posture in which most are seen."""
     points = {
         side: {role: point.path for role in ROLES if (point := first(ways[side][role]))} for side in SIDES

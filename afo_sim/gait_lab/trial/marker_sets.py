@@ -108,7 +108,6 @@ def _metatarsal(number: str, ordinal: str, word: str) -> str:
 _KNEE = "knee kne epicondyle femoralepicondyle femurepicondyle femepi condyle femoralcondyle"
 _ANKLE = "ankle ank malleolus mall mal"
 _LATERAL, _MEDIAL = "lateral lat l outer outside ext", "medial med m inner inside int"
-_PELVIS = "iliacspine illiacspine superioriliacspine"
 
 # Names that mean the same wherever they occur; they complete every set.
 GENERAL = _set(

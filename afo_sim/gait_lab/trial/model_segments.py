@@ -18,6 +18,7 @@ MISFIT = 0.020  # residual above which the model's marker places do not fit the 
 
 # Error of a joint centre that no residual shows: scaling, skin that moves as one [m] (assumed)
 UNSEEN = 0.010
+Places = Mapping[str, np.ndarray]  # by point
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,8 +26,8 @@ class Segment:
     """Points of a segment that the model and the trial both know, and the best place of the segment."""
 
     name: str  # "right thigh"
-    local: Mapping[str, np.ndarray]  # point: its place in the segment's axes [m] (3,)
-    seen: Mapping[str, np.ndarray]  # point: its path in the laboratory [m] (n, 3)
+    local: Places  # point: its place in the segment's axes [m] (3,)
+    seen: Places  # point: its path in the laboratory [m] (n, 3)
     missing: tuple[str, ...]  # markers of the model that the trial has not
     fit: RigidFit
     shared: tuple[str, ...] = ()  # joint centres among the points, that a neighbour placed
@@ -79,22 +80,14 @@ class Segment:
         return laid, Notice("segment-misfit", text, subject=self.name, **data)
 
 
-def _lay(
-    name: str,
-    local: Mapping[str, np.ndarray],
-    seen: Mapping[str, np.ndarray],
-    count: int,
-    missing: tuple[str, ...] = (),
-) -> Segment:
+def _lay(name: str, local: Places, seen: Places, count: int, missing: tuple[str, ...] = ()) -> Segment:
     """Lay a segment over points that it has in its axes (3,) and in the laboratory, `count` = n of (n, 3)."""
     places = np.array([local[point] for point in seen]).reshape(-1, 3)
     paths = np.stack([seen[point] for point in seen], axis=1) if seen else np.empty((count, 0, 3))
     return Segment(name, {p: local[p] for p in seen}, dict(seen), missing, fit_rigid(places, paths))
 
 
-def fitted_leg(
-    model: OpenSimModel, leg: ModelLeg, markers: Markers, seen: Mapping[str, np.ndarray]
-) -> LegPoints:
+def fitted_leg(model: OpenSimModel, leg: ModelLeg, markers: Markers, seen: Places) -> LegPoints:
     """Lay the segments of a leg over markers, and take the leg's points from them."""
     pelvis, thigh, shank, foot = segments = _segments(model, leg, seen)
     lost = [segment for segment in segments[1:] if not segment.found.any()]
@@ -130,7 +123,7 @@ def _point(leg: ModelLeg, role: str, segment: Segment, place: np.ndarray) -> Leg
     return LegPoint(segment.fit.place(place), source, error, better, way=way)
 
 
-def _segments(model: OpenSimModel, leg: ModelLeg, seen: Mapping[str, np.ndarray]) -> tuple[Segment, ...]:
+def _segments(model: OpenSimModel, leg: ModelLeg, seen: Places) -> tuple[Segment, ...]:
     """Pelvis, thigh, shank and foot, each with the joint centre of the one above it."""
     pelvis, thigh, shank, foot = (
         _own(model, leg, name, seen) for name in ("pelvis", "thigh", "shank", "foot")
@@ -161,7 +154,7 @@ def _joined(model: OpenSimModel, leg: ModelLeg, thigh: Segment, shank: Segment) 
     return shank
 
 
-def _own(model: OpenSimModel, leg: ModelLeg, name: str, seen: Mapping[str, np.ndarray]) -> Segment:
+def _own(model: OpenSimModel, leg: ModelLeg, name: str, seen: Places) -> Segment:
     """A segment with the markers of its own."""
     body = leg.bodies[name]
     if name == "foot":

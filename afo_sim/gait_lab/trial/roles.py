@@ -16,6 +16,8 @@ from afo_sim.gait_lab.trial.choices import SIDES, Choices
 from afo_sim.gait_lab.trial.marker_sets import GENERAL, LANDMARKS, SETS, MarkerSet
 
 _Reading = tuple[str, str]  # side, or "" for none; the rest of the name
+_Read = Mapping[str, Sequence[_Reading]]  # by name
+_Found = dict[str, dict[str, str]]  # by side and landmark
 # Computed signals that a C3D keeps among its points.
 _COMPUTED = re.compile(r"(angle|moment|force|power|grf|scale|score)s?\d*$")
 
@@ -47,7 +49,7 @@ def find_roles(markers: Markers) -> Roles:
     read = readings(list(markers.positions))
     ranked = sorted(SETS, key=lambda known: _fit(known, read), reverse=True)
     best, hits = ranked[0], _fit(ranked[0], read)[0]
-    found: dict[str, dict[str, str]] = {side: {} for side in SIDES}
+    found: _Found = {side: {} for side in SIDES}
     for known in (best, GENERAL) if hits >= _RECOGNISED else (GENERAL,):
         _add(found, read, known)
     served = {side: {LANDMARKS[landmark][0] for landmark in found[side]} for side in SIDES}
@@ -174,10 +176,7 @@ def _common_start(names: list[str]) -> str:
 
 
 def _add(
-    found: dict[str, dict[str, str]],
-    read: Mapping[str, Sequence[_Reading]],
-    known: MarkerSet,
-    served: Mapping[str, Collection[str]] | None = None,
+    found: _Found, read: _Read, known: MarkerSet, served: Mapping[str, Collection[str]] | None = None
 ) -> None:
     """Add a set's landmarks that are not there yet, and serve no point of the leg that is served."""
     for name, ways in read.items():
@@ -191,7 +190,7 @@ def _add(
                 found[each].setdefault(landmark, name)
 
 
-def _fit(known: MarkerSet, read: Mapping[str, Sequence[_Reading]]) -> tuple[int, int]:
+def _fit(known: MarkerSet, read: _Read) -> tuple[int, int]:
     """How many names a set has meanings for; of equals the one with fewer names of its own is better."""
     hits = sum(_meaning(known, ways) is not None for ways in read.values())
     return hits, -sum(map(len, known.names.values()))

@@ -14,7 +14,7 @@ from afo_sim.gait_lab.trial.events import find_events
 from afo_sim.gait_lab.trial.files import WalkingTrial
 from afo_sim.gait_lab.trial.ground_force import EDGE, GroundForce, foot_force, stands_there
 from afo_sim.gait_lab.trial.leg_motion import LegMotion
-from afo_sim.gait_lab.trial.leg_points import LegPoints
+from afo_sim.gait_lab.trial.leg_points import Legs
 from afo_sim.gait_lab.trial.recorded_stride import FORCE, RecordedStride
 from afo_sim.gait_lab.trial.strides import find_strides
 from afo_sim.gait_lab.trial.walking_frame import WalkingFrame
@@ -27,11 +27,7 @@ _MIDDLE = (0.2, 0.8)  # part of the other foot's swing in which it surely stands
 
 
 def find_steps(
-    trial: WalkingTrial,
-    legs: Mapping[str, LegPoints],
-    motions: Mapping[str, LegMotion],
-    frame: WalkingFrame,
-    choices: Choices,
+    trial: WalkingTrial, legs: Legs, motions: Mapping[str, LegMotion], frame: WalkingFrame, choices: Choices
 ) -> tuple[dict[str, GroundForce], list[RecordedStride], list[Notice]]:
     """Ground forces and strides of both legs."""
     grounds: dict[str, GroundForce] = {}
@@ -156,7 +152,7 @@ def _lost(
     during: Sequence[tuple[float, float]],
     plates: Sequence[Plate],
     grounds: Mapping[str, GroundForce],
-    legs: Mapping[str, LegPoints],
+    legs: Legs,
     frame: WalkingFrame,
 ) -> float:
     """Share of what presses under a foot that is not counted for it [-]."""

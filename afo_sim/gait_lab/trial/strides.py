@@ -45,6 +45,7 @@ _SUNK = 0.75  # share of the toe's fall after heel strike that is over when a fo
 _RAISED = 0.02  # height of the toe at heel strike from which on its fall is looked at [m] (assumed)
 _WINDOWS = 41  # that are tried where a recording holds more than a period
 _BARE = 0.01  # share of a period without force that is no gap in a stance [-] (assumed: a motion's sample)
+_Contacts = Sequence[PlateContact]
 _SIGNALS = ("shank_angle", "knee_angle", "ankle_angle", "ankle_x", "ankle_z")
 
 
@@ -233,8 +234,7 @@ def place(contact: PlateContact) -> str:
 
 
 def _beside_heel_strike(start: float, motion: LegMotion, events: FootEvents) -> str:
-    """Why a contact's beginning is not the foot's heel strike, in words; empty if it is, or nothing
-    shows it."""
+    """Why a contact does not begin with heel strike, in words; empty if it does, or nothing shows it."""
     if not events.strikes:
         return ""
     time = events.stride_time
@@ -258,7 +258,7 @@ def _sunk(motion: LegMotion, strike: float, start: float, time: float) -> float:
     return float((up - now) / up) if up > _RAISED else 0.0
 
 
-def _steps_without_motion(ground: GroundForce, own: Sequence[PlateContact]) -> list[PlateContact]:
+def _steps_without_motion(ground: GroundForce, own: _Contacts) -> list[PlateContact]:
     """Contacts before and after the motion on plates that only this foot was seen on."""
     if not own:
         return []
@@ -269,11 +269,7 @@ def _steps_without_motion(ground: GroundForce, own: Sequence[PlateContact]) -> l
 
 
 def _closed_stride(
-    motion: LegMotion,
-    ground: GroundForce | None,
-    contacts: Sequence[PlateContact],
-    other: LegMotion | None,
-    missing: str,
+    motion: LegMotion, ground: GroundForce | None, contacts: _Contacts, other: LegMotion | None, missing: str
 ) -> RecordedStride | str:
     """Close the longest part of the motion that was seen to a stride, or say why not."""
     seen = _longest_seen(motion)
@@ -334,7 +330,7 @@ def _windows(motion: LegMotion, period: float) -> Iterator[tuple[float, float]]:
 def _closed(
     motion: LegMotion,
     ground: GroundForce | None,
-    contacts: Sequence[PlateContact],
+    contacts: _Contacts,
     starts: Sequence[float],
     window: tuple[float, float],
     period: float,
@@ -393,11 +389,7 @@ def _unrolled(motion: LegMotion, window: tuple[float, float], period: float, len
 
 
 def _strike(
-    motion: LegMotion,
-    events: FootEvents,
-    starts: Sequence[float],
-    window: tuple[float, float],
-    period: float,
+    motion: LegMotion, events: FootEvents, starts: Sequence[float], window: tuple[float, float], period: float
 ) -> tuple[float, str]:
     """The heel strike nearest to the window's middle, by force if the kinematics agree; its evidence."""
     middle = 0.5 * (window[0] + window[1])

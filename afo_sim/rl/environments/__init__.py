@@ -1,7 +1,4 @@
-"""Tasks for learning and control research: Gymnasium and dm_control environments on a scenario.
-
-Importing this package registers the tasks in Gymnasium, where that is installed.
-"""
+"""Gymnasium and dm_control environments on a scenario; importing registers the tasks in Gymnasium."""
 
 from afo_sim.rl.environments.tasks import TASKS
 

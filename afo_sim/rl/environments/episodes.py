@@ -106,10 +106,7 @@ def readers(built: Built) -> dict[str, Reader]:
         return lambda s: s.rows[field][at] - less
 
     index, model = built.index, built.model
-    found = {
-        "ankle/angle": place("qpos", index.ankle_qpos),
-        "ankle/velocity": place("qvel", index.ankle_dof),
-    }
+    found = {"ankle/angle": place("qpos", index.ankle_qpos), "ankle/velocity": place("qvel", index.ankle_dof)}
     for chamber, actuator in index.chambers.items():
         # read from arrays of addresses, the air's numbers are their own addresses
         at = native.read_air(model, np.arange(model.na), np.arange(model.nuserdata), actuator)

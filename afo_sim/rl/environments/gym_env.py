@@ -24,6 +24,7 @@ try:
 except ImportError as error:
     raise missing_extra(error) or error from None
 
+Sets = Mapping[str, Any] | None
 RENDER_MODES = ("rgb_array",)
 FPS = 100  # frames of real time: one every control period
 LIGHT = 0.5  # ambient, of 1
@@ -65,7 +66,7 @@ class OrthosisEnv(Forkable, gymnasium.Env[np.ndarray, np.ndarray]):
     def __init__(
         self,
         task: str | Setting = "seated_tracking",
-        sets: Mapping[str, Any] | None = None,
+        sets: Sets = None,
         render_mode: str | None = None,
     ):
         if render_mode is not None and render_mode not in RENDER_MODES:
@@ -114,9 +115,11 @@ class OrthosisEnv(Forkable, gymnasium.Env[np.ndarray, np.ndarray]):
         data.qpos[:] = self._episodes.stepped.now["qpos"][0]
         for place in (mujoco.mj_kinematics, mujoco.mj_comPos, mujoco.mj_camlight, mujoco.mj_tendon):
             place(model, data)
-        renderer.update_scene(data, _beside(data.xanchor[model.joint(ANKLE).id]))
-        found: np.ndarray = renderer.render()
-        return found
+        camera = mujoco.MjvCamera()  # at the leg from its side, the toes to the right
+        camera.lookat[:] = data.xanchor[model.joint(ANKLE).id] + ABOVE
+        camera.distance, camera.azimuth, camera.elevation = 0.9, 90.0, -5.0
+        renderer.update_scene(data, camera)
+        return renderer.render()
 
     def close(self) -> None:
         """Give the muscle callbacks back; a second call does nothing."""
@@ -125,14 +128,6 @@ class OrthosisEnv(Forkable, gymnasium.Env[np.ndarray, np.ndarray]):
             self._drawn = None
         self._going = False
         self._episodes.close()
-
-
-def _beside(ankle: np.ndarray) -> mujoco.MjvCamera:
-    """A camera that looks at the leg from its side, the toes to the right."""
-    camera = mujoco.MjvCamera()
-    camera.lookat[:] = ankle + ABOVE
-    camera.distance, camera.azimuth, camera.elevation = 0.9, 90.0, -5.0
-    return camera
 
 
 def _renderer(model: mujoco.MjModel) -> Any:
@@ -160,7 +155,7 @@ class OrthosisVectorEnv(Forkable, gymnasium.vector.VectorEnv[np.ndarray, np.ndar
         self,
         task: str | Setting = "seated_tracking",
         num_envs: int = 1,
-        sets: Mapping[str, Any] | None = None,
+        sets: Sets = None,
         threads: int | None = None,
     ):
         made = task if isinstance(task, Setting) else setting_of(task, sets)

@@ -1,7 +1,4 @@
-"""The tasks as dm_control's suite has them: `suite.load("seated_tracking", task_kwargs={"random": 1})`.
-
-Its Physics sees the last step as a run's row, its Task rewards it.
-"""
+"""The tasks as dm_control's suite has them: `suite.load("seated_tracking", task_kwargs={"random": 1})`."""
 
 from collections import OrderedDict
 from collections.abc import Mapping
@@ -171,8 +168,7 @@ def load(
     """A dm_control environment of a task."""
     task_of(task_name)
     make = SUITE[task_name]
-    made: OrthosisEnvironment = make(**dict(task_kwargs or {}), environment_kwargs=environment_kwargs)
-    return made
+    return make(**dict(task_kwargs or {}), environment_kwargs=environment_kwargs)
 
 
 def _environment(

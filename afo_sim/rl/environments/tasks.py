@@ -33,8 +33,7 @@ def reference(draws: np.ndarray, times: np.ndarray) -> np.ndarray:
     frequencies = SLOWEST + (FASTEST - SLOWEST) * frequencies
     instants = np.stack([times, times + AHEAD], axis=1)
     angle = 2.0 * np.pi * (frequencies * instants[..., None] + phases)
-    found: np.ndarray = SPAN * np.sum(weights * np.sin(angle), axis=-1)
-    return found
+    return SPAN * np.sum(weights * np.sin(angle), axis=-1)
 
 
 def drawn_reference(built: Built, times: np.ndarray) -> Callable[[Random], np.ndarray]:

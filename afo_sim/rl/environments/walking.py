@@ -1,8 +1,6 @@
 """A walk as a task: what its sensors see, from the recorded stride and the state, and its reward.
 
-Period by period toe and heel earn, a hindered push-off and air cost. Each part is 0 to 1 between the two
-limits of the verdict's question (docs/verdict.md). A stride with toe and heel within their first limits,
-nothing against push-off and no air is worth 1.
+Toe and heel earn, a hindered push-off and air cost, each 0 to 1 between limits of the verdict.
 """
 
 import math

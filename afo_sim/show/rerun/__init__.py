@@ -1,9 +1,4 @@
-"""Recording → Rerun: one file, made by replay in columns, with its layout inside.
-
-Only this package knows Rerun. `source` reads a run in blocks. `scene` and `walk_scene` log space, `curves`
-plots, `events` and `texts` words, `layout` the blueprint. `recording_file` puts them together and `viewer`
-shows the file.
-"""
+"""Recording → Rerun: one file, made by replay in columns, with its layout inside."""
 
 from afo_sim.show.rerun.recording_file import write_comparison as write_comparison
 from afo_sim.show.rerun.recording_file import write_rrd as write_rrd

@@ -1,7 +1,4 @@
-"""Colours of lines and lanes on the viewer's dark ground, each with the word that a title calls it by.
-
-Any two of one plot are apart, for readers without red or green cones too, and stand out from the ground.
-"""
+"""Colours of lines and lanes on the viewer's dark ground, apart for every eye, each with its word."""
 
 from collections.abc import Iterable
 

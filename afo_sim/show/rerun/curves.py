@@ -14,6 +14,14 @@ from afo_sim.show.rerun.run_rows import GAIT, Columns, Source, send
 
 _ANGLES = ("ankle/angle", "gait/ankle_angle")
 _USUAL, _THIN = 1.6, 0.8  # widths of lines
+_FLOWS = {
+    "supply/mass_flow": ("from the supply", colours.SKY),
+    "exhaust/mass_flow": ("to the ambient air", colours.ORANGE),
+}
+_SET_PRESSURE = "supply/set_pressure"
+_PER_MINUTE = 6e4  # l/min in a m³/s
+_OWN = {"biological": "own"}  # what a moment is called beside the orthosis'
+_SMALL = ("gravity", "frame")  # moments of a few N·m, left out beside walking's hundred
 
 
 @dataclass(frozen=True)
@@ -32,14 +40,6 @@ class Curve:
         """The plotted values. Angles go through `np.degrees`, so that they are its very bits."""
         values = block[self.column]
         return np.degrees(values) if self.column in _ANGLES else (values - self.less) * self.factor
-
-
-_FLOWS = {
-    "supply/mass_flow": ("from the supply", colours.SKY),
-    "exhaust/mass_flow": ("to the ambient air", colours.ORANGE),
-}
-_SET_PRESSURE = "supply/set_pressure"
-_PER_MINUTE = 6e4  # l/min in a m³/s
 
 
 def _air_curves(source: Source) -> list[Curve]:
@@ -63,10 +63,6 @@ def _air_curves(source: Source) -> list[Curve]:
         if column in source.columns:
             found.append(Curve("air/flow", name, colour, column, litres))
     return found
-
-
-_OWN = {"biological": "own"}  # what a moment is called beside the orthosis'
-_SMALL = ("gravity", "frame")  # moments of a few N·m, left out beside walking's hundred
 
 
 def curves(source: Source) -> list[Curve]:

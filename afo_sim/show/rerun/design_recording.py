@@ -1,7 +1,4 @@
-"""A design → Rerun: the leg over its ankle's angle with the muscles at full pressure, and their curves.
-
-One timeline counts whole degrees of the ankle, the other seconds, in which it turns from stop to stop.
-"""
+"""A design → Rerun: the leg over degrees of the ankle, or in time, at full pressure, with its curves."""
 
 import pathlib
 

@@ -92,11 +92,7 @@ def _walking(contents: Contents) -> rrb.Horizontal:
     name = contents.runs or "walking leg"
     leg = space(contents.carriage, name, *_CARRIAGE_CAMERA, contents="/world/**", overrides=trails)
     return rrb.Horizontal(
-        rrb.Vertical(
-            leg,
-            _lanes("/", title, ["/gait/**", "/valves/**"]),
-            row_shares=[HEIGHT - lanes, lanes],
-        ),
+        rrb.Vertical(leg, _lanes("/", title, ["/gait/**", "/valves/**"]), row_shares=[HEIGHT - lanes, lanes]),
         _column([*rows, *_joint(contents), _tabs(contents)]),
         column_shares=[1, 1],
     )

@@ -25,6 +25,9 @@ from afo_sim.simulation import Recording
 
 _END = b"RRF2FOOT"  # stands in the last bytes of a complete file
 _SCARCE = 1 << 20  # free bytes below which a disk counts as full
+APPLICATION = "afo_sim"
+POSE_RATE = 100.0  # poses a second by default [Hz]; signals keep the run's own rate
+_GHOST = 0.55  # opacity of every run after the first
 
 
 @contextmanager
@@ -49,11 +52,6 @@ def recording(path: pathlib.Path, name: str, blueprint: Any) -> Iterator[rr.Reco
         full = shutil.disk_usage(path.parent).free < _SCARCE
         code = errno.ENOSPC if full else errno.EIO
         raise OSError(code, "Rerun could not write it to its end", str(path))
-
-
-APPLICATION = "afo_sim"
-POSE_RATE = 100.0  # poses a second by default [Hz]; signals keep the run's own rate
-_GHOST = 0.55  # opacity of every run after the first
 
 
 @dataclass(frozen=True)

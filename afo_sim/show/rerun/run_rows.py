@@ -37,8 +37,7 @@ class Source:
     @functools.cached_property
     def scenario(self) -> Scenario:
         """The resolved scenario as a description again."""
-        scenario: Scenario = load("scenario", self.header.scenario)
-        return scenario
+        return load("scenario", self.header.scenario)
 
     @property
     def rate(self) -> float:

@@ -16,6 +16,15 @@ from afo_sim.show.moving_parts import Mountings, joint_columns, padded
 from afo_sim.show.rerun.muscle_shapes import DrawnMuscle
 from afo_sim.show.rerun.run_rows import GAIT, Columns, Source, send
 
+_WALKING = (  # columns that walking is shown by, as far as a run has them
+    *GAIT,
+    "gait/ankle_angle",
+    "shank/angle",
+    *(f"ankle/position/{x}" for x in "xz"),
+    *FORCE,
+    "gait/toe_extension",
+)
+
 
 def guided_lines(
     model: mujoco.MjModel, block: Columns, groups: Mapping[str, MuscleGroup], mountings: Mountings
@@ -36,16 +45,6 @@ def guided_lines(
 
 def _row(block: Columns, k: int) -> Callable[[str], float]:
     return lambda name: float(block[name][k])
-
-
-_WALKING = (  # columns that walking is shown by, as far as a run has them
-    *GAIT,
-    "gait/ankle_angle",
-    "shank/angle",
-    *(f"ankle/position/{x}" for x in "xz"),
-    *FORCE,
-    "gait/toe_extension",
-)
 
 
 @dataclass(frozen=True)

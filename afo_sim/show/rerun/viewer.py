@@ -32,6 +32,7 @@ from afo_sim.simulation import Recording
 
 _LOOPBACK = "127.0.0.1"
 _START_LIMIT = 60.0  # how long a viewer may take to start or load [s]
+_Watch = Callable[[Recording], None]
 
 
 def open_recordings(paths: Sequence[pathlib.Path]) -> None:
@@ -135,9 +136,6 @@ def _wait(done: object) -> None:
         if time.monotonic() > limit:
             raise InputError(f"the Rerun viewer did not answer within {_START_LIMIT:g} s")
         time.sleep(0.05)
-
-
-_Watch = Callable[[Recording], None]
 
 
 @contextmanager

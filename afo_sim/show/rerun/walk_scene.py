@@ -1,9 +1,7 @@
 """Walking in space: floor, ground force, trails of the sole, the whole figure, the recorded foot as a ghost.
 
-The camera rides beside the walker on a carriage of even speed: the floor passes by and the leg swings to and
-fro, as a person who walks along sees it. One run keeps its true place on the floor. Several runs are shown
-relative to their own carriages and stay together at any cadence. The floor is at height 0, whatever is worn:
-the outsole of each run stands on it, and the toes bend.
+The camera rides beside the walker on a carriage of even speed. One run keeps its place on the floor; several
+are shown relative to their own carriages. The floor is at height 0: each run's outsole stands on it.
 """
 
 from dataclasses import dataclass
@@ -119,7 +117,11 @@ class Walker:
         if self.first:
             moved = rr.Transform3D.columns(translation=places.astype(np.float32))
             send(stream, CARRIAGE, block, moved)
-            self._log_caption(stream, block)
+            starts, names = zip(*_PHASES, strict=True)
+            which = np.searchsorted(starts, block["gait/phase"], side="right") - 1
+            rows = zip(block["gait/stride"], block["gait/phase"], which, strict=True)
+            texts = [f"stride {s + 1:.0f} · {100.0 * phase:.0f} % · {names[k]}" for s, phase, k in rows]
+            send(stream, f"{CARRIAGE}/caption", block, rr.Points3D.columns(labels=texts))
             self._log_force(stream, block)
             self._log_ghost(stream, block)
             self._log_figure(stream, block)
@@ -127,14 +129,6 @@ class Walker:
             moved = rr.Transform3D.columns(translation=-places.astype(np.float32))
             send(stream, self.view.root, block, moved)
         self._log_trails(stream, block)
-
-    def _log_caption(self, stream: rr.RecordingStream, block: Columns) -> None:
-        """Stride and phase in words."""
-        starts, names = zip(*_PHASES, strict=True)
-        which = np.searchsorted(starts, block["gait/phase"], side="right") - 1
-        rows = zip(block["gait/stride"], block["gait/phase"], which, strict=True)
-        texts = [f"stride {stride + 1:.0f} · {100.0 * phase:.0f} % · {names[k]}" for stride, phase, k in rows]
-        send(stream, f"{CARRIAGE}/caption", block, rr.Points3D.columns(labels=texts))
 
     def _log_force(self, stream: rr.RecordingStream, block: Columns) -> None:
         """The ground's force at the centre of pressure; nothing in the air."""
