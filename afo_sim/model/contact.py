@@ -30,7 +30,7 @@ import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common import GRAVITY, InputError, Notice
+from afo_sim.common import GRAVITY, InputError, Notice, user_cache
 from afo_sim.description import Ground
 from afo_sim.model.foot import TOE_POINTS, Foot, turned
 from afo_sim.model.outsole import BEARING, padded
@@ -361,6 +361,7 @@ def _leg_force(walk: Walk, foot: Foot, leg: _Borne) -> np.ndarray:
     return np.diff(lift, 2) / walk.timestep**2 + leg.mass * GRAVITY
 
 
+_SOURCES = user_cache.checksum(rooms=("model",))  # now, with the import, as that of other rooms
 # each takes a number, how many steps and pads, and so many arrays
 COMPILED = {
     kernel: functools.partial(
@@ -368,6 +369,7 @@ COMPILED = {
         f"pads{kernel.__name__}",
         (ctypes.c_double, ctypes.c_int64, ctypes.c_int64, *(ctypes.c_void_p,) * arrays),
         kernel,
+        follows=(_SOURCES,),
     )
     for kernel, arrays in ((_placed, 13), (_shared, 4), (_stands, 2), (_carried, 10))
 }

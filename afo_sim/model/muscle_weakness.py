@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common import GRAVITY
+from afo_sim.common import GRAVITY, user_cache
 from afo_sim.description import Patient, Scenario
 from afo_sim.gait import GaitCycle, Wave
 from afo_sim.model.foot import Foot, carried
@@ -278,9 +278,14 @@ def _meeting(first: float, second: float, target: float) -> float:
 
 
 # each takes so many arrays and counts
+_SOURCES = user_cache.checksum(rooms=("gait", "model"))  # now, with the import, as that of other rooms
 COMPILED = {
     kernel: functools.partial(
-        compiled_functions, kind, (*(ctypes.c_void_p,) * arrays, *(ctypes.c_int64,) * counts), kernel
+        compiled_functions,
+        kind,
+        (*(ctypes.c_void_p,) * arrays, *(ctypes.c_int64,) * counts),
+        kernel,
+        follows=(_SOURCES,),
     )
     for kernel, kind, arrays, counts in ((_bent_toes, "bent_toes", 6, 1), (_followed, "activation", 4, 2))
 }

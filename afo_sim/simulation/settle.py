@@ -20,7 +20,13 @@ import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT, SimulationError
+from afo_sim.common import (
+    AMBIENT_PRESSURE,
+    AMBIENT_TEMPERATURE,
+    GAS_CONSTANT,
+    SimulationError,
+    user_cache,
+)
 from afo_sim.model import AFTER, JOINTS, Built, cooled
 from afo_sim.model.prefill import prefill
 from afo_sim.native.between_strides import compiled_between
@@ -327,4 +333,5 @@ def _filled(
 
 
 _ARGUMENTS = (ctypes.c_void_p, *(ctypes.c_double,) * 7)
-compiled_filling = partial(compiled_functions, "first_air", _ARGUMENTS, _filled)
+_SOURCES = user_cache.checksum(rooms=("simulation",))  # now, with the import, as that of other rooms
+compiled_filling = partial(compiled_functions, "first_air", _ARGUMENTS, _filled, follows=(_SOURCES,))
