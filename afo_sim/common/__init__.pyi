@@ -27,6 +27,7 @@ from .csv_table import table_of as table_of
 from .csv_table import titles as titles
 from .display_hooks import ROOM as ROOM
 from .display_hooks import Brief as Brief
+from .display_hooks import Lazy as Lazy
 from .display_hooks import Shown as Shown
 from .display_hooks import called as called
 from .display_hooks import show_with as show_with

@@ -3,11 +3,13 @@
 A computed result does not know how it is drawn, nor how it is written for another program.
 """
 
+import functools
 import itertools
 import math
 import reprlib
-from collections.abc import Mapping
-from typing import Any, TypeVar
+import threading
+from collections.abc import Callable, Mapping
+from typing import Any, Self, TypeVar
 
 ROOM = 4500  # bytes of the texts that show one result
 K = TypeVar("K")
@@ -44,6 +46,57 @@ class Brief(dict[K, V]):
         kept = sum(size < ROOM for size in itertools.accumulate(len(line.encode()) + 1 for line in lines))
         left = [f"… and {len(lines) - kept} more of {len(lines)}"] if kept < len(lines) else []
         return "\n".join([*lines[:kept], *left]) or "{}"
+
+
+class Lazy(Brief[K, V]):
+    """A dict of which some is known; parts are computed, each once, until what is asked for is there."""
+
+    def __init__(self, known: Mapping[K, V], *parts: Callable[[], Mapping[K, V]]):
+        super().__init__(known)
+        self._parts, self._lock = list(parts), threading.RLock()
+
+    @property
+    def known(self) -> dict[K, V]:
+        """What is there already."""
+        return dict(zip(dict.keys(self), dict.values(self), strict=True))
+
+    def whole(self, until: Any = None) -> Self:
+        """All of it, or as many parts as it takes for a key to be there."""
+        with self._lock:
+            while self._parts and (until is None or not dict.__contains__(self, until)):
+                dict.update(self, self._parts[0]())
+                del self._parts[0]
+        return self
+
+    def __missing__(self, key: K) -> V:
+        if key in self:
+            return dict.__getitem__(self, key)
+        raise KeyError(key)
+
+    def __contains__(self, key: object) -> bool:
+        return dict.__contains__(self, key) or dict.__contains__(self.whole(key), key)
+
+    def get(self, key: K, default: Any = None) -> Any:
+        """As of a dict."""
+        return dict.get(self if key in self else {}, key, default)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (dict(self),)
+
+
+def _of_whole(own: Callable[..., Any]) -> Callable[..., Any]:
+    def method(self: Lazy[Any, Any], *given: Any) -> Any:
+        return own(self.whole(), *(each.whole() if isinstance(each, Lazy) else each for each in given))
+
+    return functools.wraps(own)(method)
+
+
+for _name in (
+    *("__iter__", "__len__", "__reversed__", "__eq__", "__ne__", "__or__", "__ror__", "__ior__"),
+    *("__setitem__", "__delitem__", "keys", "values", "items", "copy", "pop", "popitem", "setdefault"),
+    *("update", "clear"),
+):
+    setattr(Lazy, _name, _of_whole(getattr(dict, _name)))
 
 
 class _Short(reprlib.Repr):

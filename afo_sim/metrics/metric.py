@@ -12,7 +12,7 @@ from enum import StrEnum
 from typing import Any, NoReturn, Self, TypeVar
 
 from afo_sim import metrics
-from afo_sim.common import Brief, InputError, in_unit, nearest_name, parse_quantity
+from afo_sim.common import InputError, Lazy, in_unit, nearest_name, parse_quantity
 
 CLEARANCE, CONTACT, ANKLE = "Clearance in swing", "Initial contact and loading", "Angle"
 PUSH_OFF = "Push-off"
@@ -319,8 +319,10 @@ def no_metric(problem: str, name: str, names: Iterable[str], **at: Any) -> Input
     return InputError(told(problem, name), value=name, nearest=instead(name, names), **at)
 
 
-class Metrics(Brief[str, Metric]):
+class Metrics(Lazy[str, Metric]):
     """Metrics by name; one that is not there is refused, an old one with its new name."""
 
     def __missing__(self, name: str) -> Metric:
+        if name in self:
+            return self[name]
         raise no_metric("the run has no such metric", name, self, field="metric")

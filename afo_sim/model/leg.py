@@ -6,18 +6,27 @@ import pathlib
 import re
 import shlex
 from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
 
 import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common import InputError, check_regular, check_text, plausible, read_bytes, read_text, unknown
+from afo_sim.common import (
+    InputError,
+    check_regular,
+    check_text,
+    plausible,
+    read_bytes,
+    read_text,
+    unknown,
+)
 from afo_sim.description import JOINTS, WORN, Leg, Scenario
 from afo_sim.model.foot import hinge_toes, spring_toes
 from afo_sim.model.mirror import mirror, orthosis_mirrored
 from afo_sim.model.mounting import ANKLE
 from afo_sim.model.outsole import add_outsole, add_shoe
-from afo_sim.model.person import Size
+from afo_sim.model.person import Size, found_gait
 
 REFERS = re.compile(rb"<(include|model)\s")  # to other files, whose changes are not seen in this one
 IMPEDANCE = 0.9999  # the most that MuJoCo's constraint impedance can be
@@ -241,6 +250,14 @@ def times_of_change(file: pathlib.Path) -> tuple[int, ...] | None:
         return when, *(mesh.stat().st_mtime_ns for mesh in _meshes(file, when))
     except (OSError, ValueError):
         return None
+
+
+def files_of(scenario: Scenario) -> dict[pathlib.Path, Any]:
+    """The files that a scenario's model and walk are read from, each with its times of change."""
+    orthosis, gait = scenario.orthosis, scenario.gait
+    cycle = None if gait is None else pathlib.Path(found_gait(gait.cycle))
+    files = [each for each in (scenario.leg.file, orthosis.cuff, orthosis.plate, cycle) if each is not None]
+    return {file: (file.is_file() and file.stat().st_mtime_ns, times_of_change(file)) for file in files}
 
 
 # A changed file has another time of change.

@@ -192,15 +192,16 @@ def signs_of_compensation(scenario: Scenario) -> tuple[Notice, ...]:
 def recorded_stride(gait: Gait, taller: float = 1.0) -> GaitCycle:
     """The recorded stride as a person walks it who is by a factor taller than the recorded walker."""
     try:
-        now = os.stat(file := _found(gait.cycle))  # noqa: PTH116
+        now = os.stat(file := found_gait(gait.cycle))  # noqa: PTH116
     except OSError:  # it has gone since
-        _found.cache_clear()
-        now = os.stat(file := _found(gait.cycle))  # noqa: PTH116
+        found_gait.cache_clear()
+        now = os.stat(file := found_gait(gait.cycle))  # noqa: PTH116
     return _similar(file, (now.st_mtime_ns, now.st_size, now.st_ino), gait.speed, taller)
 
 
 @functools.lru_cache(maxsize=64)
-def _found(cycle: str) -> str:
+def found_gait(cycle: str) -> str:
+    """The file of a recorded walk, by its name or path."""
     return str(assets.find_gait(cycle))
 
 

@@ -82,7 +82,6 @@ from .step_control import step_line as step_line
 from .stepping import FAILURES as FAILURES
 from .stepping import Moment as Moment
 from .stepping import Policy as Policy
-from .stepping import StopEarly as StopEarly
 from .stepping import fixed as fixed
 from .torque_maps import TorqueMaps as TorqueMaps
 from .torque_maps import needs_of as needs_of

@@ -1,8 +1,9 @@
 """Roll-out → Recording: rows become columns, columns become metrics and warnings."""
 
 import functools
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -34,9 +35,10 @@ from afo_sim.simulation.columns import columns_of
 from afo_sim.simulation.energy_balance import Columns, balance_metrics, with_static_forces
 from afo_sim.simulation.facts import facts_of, gas_of
 from afo_sim.simulation.files import labelled, parameters_of, to_binary
-from afo_sim.simulation.recording import Recording
+from afo_sim.simulation.recording import Later, Recording, later_of
 from afo_sim.simulation.rollout import Rollout
 from afo_sim.simulation.sensed import sensor_columns
+from afo_sim.simulation.stepping import Moment, Policy, StopEarly
 from afo_sim.simulation.validity_checks import (
     empty_warnings,
     limit_warnings,
@@ -101,48 +103,39 @@ def make_recording(built: Built, rollout: Rollout, *, seed: int = 0) -> Recordin
         sensor_columns(built, examined.columns, seed) if whole and len(examined.columns["time"]) else {}
     )
     return recording_of(
-        built,
+        lambda: built,
         built.scenario,
         # copies: the recording is its user's, while the recorded walking is shared by later runs
-        columns={name: np.array(values[::stride]) for name, values in columns.items()},
-        found=examined.found,
+        columns=Later(lambda: {name: np.array(values[::stride]) for name, values in columns.items()}),
+        metrics=examined.found.totals,
+        strides=examined.found.strides,
         warnings=(*built.warnings, *examined.limits, *examined.found.warnings),
         status="ok" if rollout.failure is None else f"failed: {rollout.failure}",
-        timing=timing_of(n, rollout.wall_seconds),
+        timing=timing_of(built, n, rollout.wall_seconds),
     )
 
 
 def recording_of(
-    built: Built,
-    scenario: Scenario,
-    *,
-    columns: dict[str, np.ndarray],
-    found: WalkMetrics,
-    warnings: tuple[str, ...],
-    status: str = "ok",
-    timing: dict[str, float],
+    built: Callable[[], Built], scenario: Scenario, status: str = "ok", **found: Any
 ) -> Recording:
-    """The Recording of named rows: with the scenario as it was asked for, and the model that ran."""
-    numbers = {f"{name}_stability_number": number for name, number in built.stability.items()}
+    """The Recording of what was found: with the scenario as it was asked for, and the model that ran."""
+    later = later_of(scenario)
     return Recording(
-        columns=columns,
-        metrics=found.totals,
-        strides=found.strides,
-        scenario=with_person(scenario).resolved(),
-        model_xml=labelled(built.xml),
-        model_binary=to_binary(built.full_model),
+        **found,
         status=status,
-        warnings=warnings,
-        timing=timing | numbers,
+        scenario=later(lambda: with_person(scenario).resolved()),
+        model_xml=later(lambda: labelled(built().xml)),
+        model_binary=later(lambda: to_binary(built().full_model)),
         versions=versions(),
-        parameters=parameters_of(built.model),
+        parameters=later(lambda: parameters_of(built().model)),
     )
 
 
-def timing_of(steps: int, seconds: float) -> dict[str, float]:
-    """Facts of a roll-out's speed."""
+def timing_of(built: Built, steps: int, seconds: float) -> dict[str, float]:
+    """Facts of a roll-out's speed, and how near its limits the step is."""
+    numbers = {f"{name}_stability_number": number for name, number in built.stability.items()}
     rate = steps / seconds if seconds else 0.0
-    return {"wall_seconds": seconds, "steps": steps, "steps_per_second": rate}
+    return {"wall_seconds": seconds, "steps": steps, "steps_per_second": rate} | numbers
 
 
 def name_rows(built: Built, rollout: Rollout, *, solved: bool = False) -> Examined:
@@ -171,7 +164,8 @@ def examine(
         rows, static = with_static_forces(built, rollout, columns)
         period = described_cycle(built.scenario) or built.scenario.duration
         whole, energy = balance_metrics(built, rows, static, period)
-        doubts += [*validity_warnings(built, rows, static, whole), *mismatch_warning(energy)]
+        if asked.doubts:
+            doubts += [*validity_warnings(built, rows, static, whole), *mismatch_warning(energy)]
     from_rest = rollout.first_step == 0 and not solved
     run = Run(columns, facts_of(built), found.totals | energy, solved, from_rest)
     further = run_metrics(run, asked.metrics) if found.totals else {}
@@ -221,6 +215,24 @@ def swing_of(built: Built, rollout: Rollout) -> np.ndarray:
     angle = rollout.rows["qpos"][:, built.index.ankle_qpos]
     found: np.ndarray = angle[: len(angle) // n * n].reshape(-1, n)[:, n // 2 :]
     return found
+
+
+def until_near(built: Built, control: np.ndarray, settled: Rollout) -> Policy | None:
+    """The inputs of the first strides, until these show how they near the settled one."""
+    n, ankle = steps_of_stride(built.scenario), built.index.ankle_qpos
+    if settled.failure is not None or len(control) % n:
+        return None
+    near, angles = swing_of(built, settled)[-1], np.empty((0, n - n // 2))
+
+    def choose(moment: Moment) -> np.ndarray:
+        nonlocal angles
+        if moment.steps.start:
+            angles = np.vstack([angles, moment.last["qpos"][n // 2 :, ankle]])
+        if share_left(angles, near) is not None:
+            raise StopEarly
+        return control[moment.steps.start : moment.steps.stop]
+
+    return Policy(choose, period=n)
 
 
 def _balanced(built: Built, rollout: Rollout, columns: Columns) -> bool:

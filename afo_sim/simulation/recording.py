@@ -1,19 +1,22 @@
 """The one result of a simulation: columns with units and provenance, metrics, warnings, verdict."""
 
+import dataclasses
 import os
 import pathlib
 import tempfile
-from collections.abc import Iterable
+import threading
+from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from afo_sim.common import Brief, InputError, Notice, Shown, as_stored, installed, nearest_name, shown, titles
-from afo_sim.description import USUAL_LIMITS, Limits, as_found, load
+from afo_sim.description import USUAL_LIMITS, Limits, Scenario, as_found, load
 from afo_sim.metrics import Answer, Feed, Metric, Metrics, capped, seated_answers, undecided, with_draws
 from afo_sim.metrics.validity import RESTS_ON
 from afo_sim.metrics.verdict import verdict
+from afo_sim.model import files_of
 from afo_sim.simulation.columns import describe
 from afo_sim.simulation.files import RERUN, model_of, read_header, read_run, read_undamaged, write_run
 
@@ -38,6 +41,38 @@ class Strides(Brief[int, dict[str, Metric]]):
         if isinstance(which, slice):
             return Strides(list(self.items())[which])
         return super().__getitem__(which)
+
+
+class Later:
+    """A field of a recording that is computed once, when it is read."""
+
+    def __init__(self, compute: Callable[[], Any]):
+        self._compute, self._lock, self._found = compute, threading.RLock(), list[Any]()
+
+    def __call__(self) -> Any:
+        """The value."""
+        with self._lock:
+            if not self._found:
+                self._found.append(self._compute())
+                del self._compute
+            return self._found[0]
+
+
+def later_of(scenario: Scenario) -> Callable[[Callable[[], Any]], Any]:
+    """What makes a `Later` that reads files of a scenario, and refuses to where these are others by then."""
+    before = files_of(scenario)
+
+    def later(compute: Callable[[], Any]) -> Later:
+        def checked() -> Any:
+            now = files_of(scenario)
+            if changed := [file for file, times in before.items() if now.get(file) != times]:
+                problem = "has changed since the run, of which this is computed when it is read: run it again"
+                raise InputError(problem, file=changed[0])
+            return compute()
+
+        return Later(checked)
+
+    return later
 
 
 @dataclass(frozen=True, repr=False, eq=False)  # two runs are two, whatever they hold
@@ -75,13 +110,31 @@ class Recording(Shown):
     versions: dict[str, str]
     parameters: dict[str, list[float]]
     strides: dict[int, dict[str, Metric]] = field(default_factory=dict)
-    model_binary: bytes = b""
+    model_binary: bytes = field(default_factory=bytes)
     studies: dict[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        kinds = {"columns": Columns, "metrics": Metrics, "scenario": Brief, "strides": Strides}
-        for name, kind in (kinds | {"parameters": Brief}).items():
-            object.__setattr__(self, name, kind(getattr(self, name)))
+        given = dict(vars(self))
+        vars(self).clear()
+        vars(self)["_later"] = {name: value for name, value in given.items() if isinstance(value, Later)}
+        for name in given.keys() - vars(self)["_later"].keys():
+            vars(self)[name] = _KINDS.get(name, lambda same: same)(given[name])
+
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any:  # of what nobody has read yet
+            if name not in vars(self).get("_later", ()):
+                raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+            found = _KINDS.get(name, lambda same: same)(vars(self)["_later"][name]())
+            return vars(self).setdefault(name, found)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {each.name: getattr(self, each.name) for each in dataclasses.fields(self)}
+
+    def changed(self, **changes: Any) -> "Recording":
+        """The recording with other fields; none is computed for it."""
+        kept = vars(self).get("_later", {}) | vars(self)
+        return Recording(**{each.name: kept[each.name] for each in dataclasses.fields(self)} | changes)
 
     def __repr__(self) -> str:
         rows, warned = len(self.columns.get("time", ())), len(self.warnings)
@@ -260,6 +313,13 @@ class Recording(Shown):
         if self.studies:
             found["studies"] = self.studies
         return found
+
+
+_KINDS: dict[str, Callable[[Any], Any]] = {"columns": Columns, "scenario": Brief, "parameters": Brief}
+_KINDS |= {
+    "strides": Strides,
+    "metrics": lambda given: given if isinstance(given, Metrics) else Metrics(given),
+}
 
 
 def _as_json(metrics: dict[str, Metric]) -> dict[str, dict[str, Any]]:

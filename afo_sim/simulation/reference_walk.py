@@ -5,8 +5,8 @@ is worn with a sole.
 """
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, field, replace
-from typing import Any
+from dataclasses import dataclass, field
+from typing import Any, cast
 
 from afo_sim.common import InputError, Notice
 from afo_sim.description import USUAL_LIMITS, Scenario, load
@@ -17,6 +17,7 @@ from afo_sim.metrics import (
     LESS,
     TOUCHES,
     Metric,
+    Metrics,
     by_laws_metrics,
     filled_once_metrics,
     reference_metrics,
@@ -26,7 +27,7 @@ from afo_sim.model import UNDRIVEN, two_strides, walker_of, why_walked
 from afo_sim.model import supply_and_timer as schedule
 from afo_sim.model.build import build
 from afo_sim.simulation.examine import Asked, examine
-from afo_sim.simulation.recording import Recording
+from afo_sim.simulation.recording import Later, Recording, later_of
 from afo_sim.simulation.rollout import Rollout
 from afo_sim.simulation.settle import settle
 from afo_sim.simulation.simulate import simulate
@@ -184,10 +185,19 @@ def by_other_laws(scenario: Scenario) -> dict[str, Metric]:
 
 
 def compared(recording: Recording, scenario: Scenario) -> Recording:
-    """A recording with its distance from the scenario's reference, which is walked for it, and with what the
-    toe clears if nothing makes up for the foot."""
+    """A recording with its distance from the scenario's reference, and with what the toe clears if nothing
+    makes up for the foot; what that takes is walked when it is read."""
     if not recording.ok:
         return recording
+    own, beside = cast(Metrics, recording.metrics), later_of(scenario)(lambda: _beside(recording, scenario))
+    return recording.changed(
+        metrics=Metrics(own.known, own.whole, lambda: beside()[0]),
+        warnings=Later(lambda: (*recording.warnings, *beside()[1])),
+    )
+
+
+def _beside(recording: Recording, scenario: Scenario) -> tuple[dict[str, Metric], tuple[Notice, ...]]:
+    """What the walks say that a recording is compared with."""
     found: dict[str, Metric] = {}
     warned: tuple[Notice, ...] = ()
     if scenario.reference is not None:
@@ -209,7 +219,7 @@ def compared(recording: Recording, scenario: Scenario) -> Recording:
         found |= by_other_laws(scenario)
     if "reference_toe_clearance" in found and (lifting := _lifting(recording, scenario)):
         found |= filled_once(judged, lifting)
-    return replace(recording, metrics=recording.metrics | found, warnings=(*recording.warnings, *warned))
+    return found, warned
 
 
 def _lifting(recording: Recording, scenario: Scenario) -> set[str]:

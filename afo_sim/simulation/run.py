@@ -17,24 +17,36 @@ import numpy as np
 from afo_sim.common import InputError, Notice, shown, unique
 from afo_sim.control import Controller, make
 from afo_sim.description import Scenario, load
-from afo_sim.metrics import SOLVED, Metric, WalkMetrics, emptied, sag_of_both, settling_metrics, until_empty
+from afo_sim.metrics import (
+    SOLVED,
+    Metric,
+    Metrics,
+    WalkMetrics,
+    emptied,
+    sag_of_both,
+    settling_metrics,
+    until_empty,
+)
 from afo_sim.model import AFTER, Built, start_up, two_strides, why_walked, with_person
 from afo_sim.model import supply_and_timer as schedule
 from afo_sim.model.build import build
 from afo_sim.native.between_strides import AIR, ANGLE
 from afo_sim.simulation.examine import (
+    Asked,
     Examined,
     described_cycle,
+    examine,
     first_strides,
     make_recording,
     name_rows,
     recording_of,
     timing_of,
+    until_near,
 )
 from afo_sim.simulation.loop import RATE, TIME_LIMIT, Loop
-from afo_sim.simulation.recording import Recording
+from afo_sim.simulation.recording import Later, Recording, later_of
 from afo_sim.simulation.reference_walk import compared, reference_of
-from afo_sim.simulation.rollout import FIELDS
+from afo_sim.simulation.rollout import FIELDS, Rollout
 from afo_sim.simulation.sensed import check_sensors, sensor_columns
 from afo_sim.simulation.settle import Settled, settle
 from afo_sim.simulation.simulate import Progress, simulate
@@ -106,13 +118,14 @@ def run(
         problem = "does not go with a controller in Python or a policy: the draws would run without it"
         raise InputError(problem, field="uncertainty", value=uncertainty, allowed="0")
     with_bands = shown().bands(description, uncertainty, progress) if uncertainty else None
-    simulated: Callable[..., Recording] = functools.partial(run_scenario, policy=policy)
-    if controller is not None:
-        simulated = functools.partial(
-            run_controlled, controller=controller, rate=rate, time_limit=time_limit, keeps=True
-        )
+
+    def simulated(at: Scenario, what: str, start: bool) -> Recording:
+        if controller is None:
+            return run_scenario(at, policy=policy, progress=progress, start=start)
+        return run_controlled(at, controller, rate, time_limit, progress=progress, keeps=True)
+
     halvings = HALVINGS if step == "controlled" and forgets(controller, policy) else None
-    recording = controlled(description, lambda at, _: simulated(at, progress=progress), halvings)
+    recording = controlled(description, simulated, halvings)
     return recording if with_bands is None else with_bands(recording)
 
 
@@ -133,7 +146,7 @@ def run_controlled(
     loop = Loop(built, controller, rate, time_limit)
     recording = run_built(built, policy=loop.policy(keeps), progress=progress, watch=watch)
     warnings = (*recording.warnings, *_loop_warnings(scenario))
-    return compared(dataclasses.replace(recording, warnings=warnings), scenario)
+    return compared(recording.changed(warnings=warnings), scenario)
 
 
 def _loop_warnings(scenario: Scenario) -> Iterator[Notice]:
@@ -162,15 +175,19 @@ def run_scenario(
     progress: Progress | None = None,
     watch: Watch | None = None,
     keeps: bool = False,
+    start: bool = True,
 ) -> Recording:
-    """Simulate a description as `run` does; `watch` sees it grow, `keeps` is of a controller."""
+    """Simulate a description as `run` does; `watch` sees it grow, `keeps` is of a controller.
+
+    `start` is of a settled stride: whether its start is walked at once, to see that it can be.
+    """
     if scenario.controller is not None and policy is None:
         made, rate = make(scenario.controller, scenario), scenario.controller.rate
         return run_controlled(scenario, made, rate, progress=progress, watch=watch, keeps=keeps)
-    if scenario.reference is not None:
+    if scenario.reference is not None and start:
         reference_of(scenario)  # refused before anything is walked
     if policy is None and not why_walked(scenario):
-        recording = run_settled(scenario, progress=progress, watch=watch)
+        recording = run_settled(scenario, progress=progress, watch=watch, start=start)
     else:
         recording = run_built(build(scenario), policy=policy, progress=progress, watch=watch)
     return compared(recording, scenario)
@@ -190,10 +207,11 @@ def run_at_step(
     `report` is told (done, in all, what); `watch` sees the asked step.
     """
 
-    def simulate(at: Scenario, what: str) -> Recording:
+    def simulate(at: Scenario, what: str, start: bool) -> Recording:
         progress = None if report is None else functools.partial(report, what=what)
         asked = at is scenario
-        return run_scenario(at, progress=progress, watch=watch if asked else None, keeps=keeps and asked)
+        see, keep = watch if asked else None, keeps and asked
+        return run_scenario(at, progress=progress, watch=see, keeps=keep, start=start)
 
     return controlled(scenario, simulate, halvings if step == "controlled" else None)
 
@@ -218,6 +236,7 @@ def run_built(
     return make_recording(built, rollout)
 
 
+SAGS = "lowest_supply_pressure"  # a metric of supplies that can
 SLOW, LEFT = 0.8, 0.05  # share that a stride leaves, from which on there is a warning; of the way [-]
 FORWARD = ("ankle/position/x", "ground/position/x", "qpos/shank_x")  # what goes on from stride to stride
 
@@ -249,44 +268,117 @@ def unsettled_warning(settled: Settled) -> tuple[Notice, ...]:
 
 
 def run_settled(
-    scenario: Scenario, *, progress: Progress | None = None, watch: Watch | None = None
+    scenario: Scenario, *, progress: Progress | None = None, watch: Watch | None = None, start: bool = True
 ) -> Recording:
-    """Walk from the start, and solve for the settled stride."""
-    first, second = build(start_up(scenario)), build(two_strides(scenario))
-    check_sensors(first)  # before anything is walked
-    if watch is not None:
-        _ = first.xml, second.xml  # compiled now: MuJoCo cannot compile beside Python callbacks
-    see = None if watch is None else lambda stretch: watch(make_recording(first, stretch))
-    walked = simulate(first, schedule.controls(first), progress=progress, see=see)
-    if walked.failure is not None:
-        return dataclasses.replace(make_recording(first, walked), scenario=with_person(scenario).resolved())
+    """Solve for the settled stride; the strides from the start are walked when they are read.
+
+    Who watches, or sees the progress, has them walked before. Else, with `start`, as many are walked at once
+    as show that they near the settled one.
+    """
+    later = later_of(scenario)
+    begins = later(lambda: build(start_up(scenario)))
+    seen = progress is not None or watch is not None
+    if seen or start:
+        _ = begins()  # before anything is walked, as the sensors are checked
+    second, walked = build(two_strides(scenario)), None
+    check_sensors(second)
+    resolved = later(lambda: with_person(scenario).resolved())
+    if seen:
+        first, see = begins(), None
+        if watch is not None:
+            _ = first.xml, second.xml  # compiled now: MuJoCo cannot compile beside Python callbacks
+            see = lambda stretch: watch(make_recording(first, stretch))  # noqa: E731
+        walked = simulate(first, schedule.controls(first), progress=progress, see=see)
+        if walked.failure is not None:
+            return make_recording(first, walked).changed(scenario=resolved)
     begun = time.perf_counter()
     settled = settle([second], [schedule.controls(second)], mode=scenario.callback, fields=FIELDS)[0]
-    seconds = walked.wall_seconds + time.perf_counter() - begun
-    if settled.rollout.failure is not None:
-        status = f"failed: while the settled stride was sought: {settled.rollout.failure}"
-        resolved = with_person(scenario).resolved()
-        return dataclasses.replace(
-            make_recording(first, walked), scenario=resolved, status=status, metrics={}
-        )
-    before, after = name_rows(first, walked), name_rows(second, settled.rollout, solved=True)
-    begun_with, left_out = first_strides(
-        first, walked, before.columns, after.found.totals, near=settled.rollout
-    )
-    steps = first.scenario.n_step + settled.steps
-    found = _found(first, before, after, settled_metrics(settled) | begun_with)
+    seconds, failure = time.perf_counter() - begun, settled.rollout.failure
+    parts = _Parts(begins, second, settled, seconds, walked)
+    if walked is None and (start or failure is not None):
+        control = schedule.controls(parts.first)
+        near = until_near(parts.first, control, settled.rollout)
+        walked = simulate(parts.first, control if near is None else near)
+        if walked.failure is not None:
+            return make_recording(parts.first, walked).changed(scenario=resolved)
+        parts = parts if near is not None else dataclasses.replace(parts, begun=walked)
+    if failure is not None and walked is not None:
+        status = f"failed: while the settled stride was sought: {failure}"
+        return make_recording(parts.first, walked).changed(scenario=resolved, status=status, metrics={})
+    found = examine(second, settled.rollout, solved=True, asked=Asked(doubts=False))[1].totals
+    sags = scenario.supply.source is not None or SAGS in found  # which is of the first strides too
+    known = parts.found.totals if sags else found | settled_metrics(settled)
     recording = recording_of(
-        first,
+        begins,
         scenario,
-        columns=_joined(first, before, second, after),
-        found=found,
-        warnings=(*_warnings(first, before, after, settled, found.warnings), *left_out),
-        timing=timing_of(steps, seconds),
+        columns=Later(lambda: _joined(parts.first, parts.before, second, parts.after)),
+        metrics=Metrics(known, lambda: parts.found.totals),
+        strides=Later(lambda: parts.found.strides),
+        warnings=Later(lambda: parts.warnings),
+        timing=Later(lambda: parts.timing),
     )
     if watch is not None:
         solved = {name: values[recording[SOLVED] == 1.0] for name, values in recording.columns.items()}
-        watch(dataclasses.replace(recording, columns=solved))
+        watch(recording.changed(columns=solved))
     return recording
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class _Parts:
+    """The settled stride of a walk and, walked when they are asked for, the strides before it."""
+
+    begins: Later
+    second: Built
+    settled: Settled
+    seconds: float
+    begun: Rollout | None
+
+    @property
+    def first(self) -> Built:
+        """What walks from the start."""
+        built: Built = self.begins()
+        return built
+
+    @functools.cached_property
+    def walked(self) -> Rollout:
+        """The strides from the start."""
+        walked = self.begun or simulate(self.first, schedule.controls(self.first))
+        if walked.failure is not None:  # not at twice the step, nor until they near the settled one
+            raise walked.failure
+        return walked
+
+    @functools.cached_property
+    def before(self) -> Examined:
+        """What the strides from the start say."""
+        return name_rows(self.first, self.walked)
+
+    @functools.cached_property
+    def after(self) -> Examined:
+        """What the settled stride says."""
+        return name_rows(self.second, self.settled.rollout, solved=True)
+
+    @functools.cached_property
+    def stops(self) -> tuple[dict[str, Metric], tuple[Notice, ...]]:
+        """Metrics of the strides after a stop, and warnings of them."""
+        columns, totals = self.before.columns, self.after.found.totals
+        return first_strides(self.first, self.walked, columns, totals, near=self.settled.rollout)
+
+    @functools.cached_property
+    def found(self) -> WalkMetrics:
+        """Metrics of both."""
+        return _found(self.first, self.before, self.after, settled_metrics(self.settled) | self.stops[0])
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What to mind of both."""
+        said = _warnings(self.first, self.before, self.after, self.settled, self.found.warnings)
+        return *said, *self.stops[1]
+
+    @property
+    def timing(self) -> dict[str, float]:
+        """Facts of its speed."""
+        steps = self.first.scenario.n_step + self.settled.steps
+        return timing_of(self.first, steps, self.walked.wall_seconds + self.seconds)
 
 
 def _joined(first: Built, before: Examined, second: Built, after: Examined) -> dict[str, np.ndarray]:

@@ -11,16 +11,17 @@ import inspect
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, Literal, get_args
+from typing import Any, Literal, cast, get_args
 
-from afo_sim.common import InputError, Notice, in_unit, unknown
+from afo_sim.common import InputError, Lazy, Notice, in_unit, unknown
 from afo_sim.description import Scenario
-from afo_sim.metrics import Metric
+from afo_sim.metrics import Metric, Metrics
 from afo_sim.model import as_run, with_person
-from afo_sim.simulation.recording import Recording
+from afo_sim.simulation.recording import Later, Recording, later_of
 
 Step = Literal["controlled", "fixed"]
-Simulated = Callable[[Scenario, str], Recording]  # of a scenario, and what is done, for the progress
+# Of a scenario: what is done, for the progress, and whether its start is walked at once to see that it can be
+Simulated = Callable[[Scenario, str, bool], Recording]
 
 STEP_STUDY = "time_step"  # key of `Recording.studies`
 HALVINGS, SHORT = 3, 2e-4  # of the asked step, at most, or as many as lead down to so many seconds
@@ -88,52 +89,61 @@ def at_step(scenario: Scenario, step: float) -> Scenario:
 def controlled(scenario: Scenario, simulate: Simulated, halvings: int | None = HALVINGS) -> Recording:
     """A run at the step at which its metrics agree with those at twice that step, or at the shortest one.
 
-    The step that was taken and the error of each metric are in `studies`; what is beyond its bound is named
-    by a warning. Rows stay those of the asked step. A run that fails is returned as it is; without `halvings`
-    the step is the asked one, and no error is known.
+    Metrics that wait for being read, of first strides and of walks beside, do not decide. The step that was
+    taken and the error of each metric are in `studies`; what is beyond its bound is named by a warning. Rows
+    stay those of the asked step. A run that fails is returned as it is; without `halvings` the step is the
+    asked one, and no error is known. The start is walked at once at the longest step alone: what goes there
+    goes at shorter ones.
     """
     asked = as_run(scenario).timestep
     if halvings is None:
-        return _with_errors(simulate(scenario, "simulating"), {}, asked, asked)
-    longer, most = _tried(scenario, 2.0 * asked, simulate), BY_CHANCE
-    run, step, errors = simulate(scenario, "simulating"), asked, dict[str, StepError]()
+        return _with_errors(simulate(scenario, "simulating", True), None, asked, asked)
+    longer, most = _tried(scenario, 2.0 * asked, simulate, True), BY_CHANCE
+    run, step = simulate(scenario, "simulating", longer is None), asked
     shortest = min(asked / 2**halvings, SHORT) if halvings else asked
     while run.ok:
         if longer is not None:
-            errors = step_errors(run.metrics, longer.metrics)
+            errors = step_errors(*(cast(Metrics, each.metrics).known for each in (run, longer)))
             if all(error.times <= most for error in errors.values()):
                 break
             most = 1.0
         if step < 2.0 * shortest * (1.0 - 1e-9):
             break
-        finer = _tried(scenario, 0.5 * step, simulate)
+        finer = _tried(scenario, 0.5 * step, simulate, False)
         if finer is None:
             break
         longer, run, step = run, finer, 0.5 * step
-    run = dataclasses.replace(run, scenario=with_person(scenario).resolved())
-    return _with_errors(run, errors, step, asked)
+    run = run.changed(scenario=later_of(scenario)(lambda: with_person(scenario).resolved()))
+    return _with_errors(run, longer if run.ok else None, step, asked)
 
 
-def _tried(scenario: Scenario, step: float, simulate: Simulated) -> Recording | None:
+def _tried(scenario: Scenario, step: float, simulate: Simulated, start: bool) -> Recording | None:
     """A run at another step; None where that is refused or fails."""
     try:
-        run = simulate(at_step(scenario, step), f"at a step of {in_unit(step, 's', 'ms'):.3g} ms")
+        run = simulate(at_step(scenario, step), f"at a step of {in_unit(step, 's', 'ms'):.3g} ms", start)
     except InputError:
         return None
     return run if run.ok else None
 
 
-def _with_errors(run: Recording, errors: Mapping[str, StepError], step: float, asked: float) -> Recording:
-    """A run with its step [s] and the errors of its metrics in `studies`, none where unknown.
+def _with_errors(run: Recording, longer: Recording | None, step: float, asked: float) -> Recording:
+    """A run with its step [s] and the errors of its metrics beside another's, read later, in `studies`."""
+    errors = Later(lambda: {} if longer is None else step_errors(run.metrics, longer.metrics))
+    study = Lazy[str, Any](
+        {"step": step, "asked": asked},
+        lambda: {"metrics": {name: dataclasses.asdict(error) for name, error in errors().items()}},
+    )
+    return run.changed(
+        studies={**run.studies, STEP_STUDY: study},
+        warnings=Later(lambda: _told(run, errors(), step)),
+    )
 
-    What was suspected is left out where errors are known; a warning names those beyond their bounds.
-    """
-    told = {name: dataclasses.asdict(error) for name, error in errors.items()}
-    study = {"step": step, "asked": asked, "metrics": told}
-    run = dataclasses.replace(run, studies={**run.studies, STEP_STUDY: study})
+
+def _told(run: Recording, errors: Mapping[str, StepError], step: float) -> tuple[str, ...]:
+    """A run's warnings, and one that names metrics beyond their bounds; what was suspected is known then."""
     if not errors:
-        return run
-    kept = [one for one in run.warnings if not (isinstance(one, Notice) and one.code == PATTERN)]
+        return run.warnings
+    kept: list[str] = [one for one in run.warnings if not (isinstance(one, Notice) and one.code == PATTERN)]
     beyond = sorted(
         (name for name, e in errors.items() if e.times > 1.0), key=lambda name: -errors[name].times
     )
@@ -148,7 +158,7 @@ def _with_errors(run: Recording, errors: Mapping[str, StepError], step: float, a
         )
         data: dict[str, Any] = {"count": len(beyond), "among": len(errors), "step": 1e3 * step}
         kept.append(Notice("step-matters", text, named=named, names=beyond, **data))
-    return dataclasses.replace(run, warnings=tuple(kept))
+    return tuple(kept)
 
 
 def as_taken(scenario: Scenario, recording: Recording) -> Scenario:

@@ -23,7 +23,7 @@ import numpy as np
 from afo_sim import native
 from afo_sim.common import ControllerError, InputError, Notice, SimulationError
 from afo_sim.description import Base, Scenario, load
-from afo_sim.metrics import Metric, reference_metrics, share_left, undefined
+from afo_sim.metrics import Metric, reference_metrics, undefined
 from afo_sim.metrics.strides import strides
 from afo_sim.model import (
     Built,
@@ -39,12 +39,10 @@ from afo_sim.model.build import build
 from afo_sim.simulation import (
     EVERYTHING,
     Asked,
-    Moment,
     Policy,
     References,
     Rollout,
     Settled,
-    StopEarly,
     Workspace,
     described_policy,
     first_strides,
@@ -54,7 +52,7 @@ from afo_sim.simulation import (
     simulate_together,
     unsettled_warning,
 )
-from afo_sim.simulation.examine import examine, swing_of
+from afo_sim.simulation.examine import examine, until_near
 from afo_sim.simulation.settle import settle
 from afo_sim.simulation.simulate import simulate
 
@@ -264,31 +262,15 @@ def _roll(batch: Sequence[Prepared], workspace: Workspace) -> list[Rolled]:
         mode: native.Mode = "python" if _in_python(batch) else "native"
         settled = settle(builts, controls, mode=mode, workspace=workspace)
         first = [
-            dataclasses.replace(case.first, policy=_until_near(case.first, each.rollout))
+            dataclasses.replace(
+                case.first, policy=until_near(case.first.built, case.first.control, each.rollout)
+            )
             for case, each in zip(batch, settled, strict=True)
             if case.first is not None
         ]
         walked = _walk(first, workspace) if first else [None] * len(batch)
         return [Rolled(each.rollout, each, before) for each, before in zip(settled, walked, strict=True)]
     return [Rolled(rollout) for rollout in _walk(batch, workspace)]
-
-
-def _until_near(first: Prepared, settled: Rollout) -> Policy | None:
-    """The inputs of the first strides, until these show how they near the settled one."""
-    n, ankle = steps_of_stride(first.built.scenario), first.built.index.ankle_qpos
-    if settled.failure is not None or len(first.control) % n:
-        return None
-    near, angles = swing_of(first.built, settled)[-1], np.empty((0, n - n // 2))
-
-    def choose(moment: Moment) -> np.ndarray:
-        nonlocal angles
-        if moment.steps.start:
-            angles = np.vstack([angles, moment.last["qpos"][n // 2 :, ankle]])
-        if share_left(angles, near) is not None:
-            raise StopEarly
-        return first.control[moment.steps.start : moment.steps.stop]
-
-    return Policy(choose, period=n)
 
 
 def _walk(batch: Sequence[Prepared], workspace: Workspace) -> list[Rollout]:

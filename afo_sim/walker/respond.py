@@ -277,7 +277,7 @@ def falls_of(
         draw = np.random.default_rng([seed, k])
         noise = draw.normal(0.0, NOISE, len(OFFSETS))
         pushes = (Push(float(draw.uniform(FROM, UNTIL)), push * float(draw.choice([-1.0, 1.0]))),)
-        walked = walk(own_copy(body), gait.vector, HORIZON, pushes, noise)
+        walked = walk(own_copy(body), gait.vector, HORIZON, pushes, noise, rows=False)
         done[0] += 1
         if report is not None:
             report(done[0] / starts)

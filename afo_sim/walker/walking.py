@@ -126,8 +126,9 @@ def walk(
     duration: float,
     pushes: Sequence[Push] = (),
     noise: Sequence[float] | np.ndarray = (),
+    rows: bool = True,
 ) -> Walked:
-    """Let a walker walk until it falls or the time is over."""
+    """Let a walker walk until it falls or the time is over; without `rows` no column is kept."""
     data = start(body, vector, noise)
     model = body.model
     recorder, board = _Recorder(body, data), _Board(body.scenario, body)
@@ -152,14 +153,15 @@ def walk(
                 mujoco.mj_step(model, data, nstep=steps)
             except mujoco.FatalError as error:
                 raise SimulationError(f"the responding walk stops at {data.time:.3f} s: {error}") from None
-            recorder.take(data)
+            if rows or board.controller is not None:  # which may ask for the muscles' moment
+                recorder.take(data)
             height = float(data.qpos[recorder.up])
             if not math.isfinite(height):
                 raise SimulationError(f"the responding walk is not finite at {data.time:.3f} s")
             if height < FALLEN * first:
                 fell = float(data.time)
                 break
-    return Walked(body, recorder.columns(), fell, tuple(pushes))
+    return Walked(body, recorder.columns() if rows else {}, fell, tuple(pushes))
 
 
 def _fill(body: Body, data: mujoco.MjData) -> None:

@@ -1,8 +1,13 @@
 """The files of a run: complete, readable by others, whole or absent."""
 
+import copy
 import dataclasses
 import json
 import pathlib
+import pickle
+import shutil
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -11,10 +16,11 @@ import pyarrow.parquet as pq
 import pytest
 
 import afo_sim
-from afo_sim.common import InputError, Notice, replacing
+from afo_sim.common import InputError, Lazy, Notice, SimulationError, replacing
 from afo_sim.common import display_hooks as shown
 from afo_sim.description import as_found
-from afo_sim.simulation import RERUN, Recording, read_recording
+from afo_sim.simulation import RERUN, Recording, read_recording, reference_walk
+from afo_sim.simulation import run as running
 
 
 @pytest.fixture(scope="module")
@@ -212,3 +218,103 @@ def test_of_what_failed_nothing_is_known(walk: Recording) -> None:
     assert [answer.status for answer in answers] == 6 * ["unknown"]
     assert [answer.question for answer in answers] == [answer.question for answer in walk.verdict[1:]]
     assert all("stopped early" in answer.text and answer.limit for answer in answers)
+
+
+@pytest.fixture
+def solved(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """What is walked from here on: "start", or "stride" where one is solved for."""
+    walked: list[str] = []
+    for module, name, word in (
+        (running, "simulate", "start"),
+        (running, "settle", "stride"),
+        (reference_walk, "settle", "stride"),
+    ):
+        own = getattr(module, name)
+
+        def noted(*given: Any, own: Any = own, word: str = word, **named: Any) -> Any:
+            walked.append(word)
+            return own(*given, **named)
+
+        monkeypatch.setattr(module, name, noted)
+    return walked
+
+
+WALK = ("walk-dropfoot-afo", {"timestep": "4 ms"})
+
+
+def test_a_run_walks_what_is_read(solved: list[str]) -> None:
+    run = afo_sim.run(*WALK, step="fixed")
+    settled = run.metrics["toe_clearance"], run.metrics.get("air_per_stride")
+    assert run.ok and "toe_clearance" in run.metrics and solved == ["stride", "start"]  # until it is near
+    assert run.metrics["toe_clearance_stride_1"] < 100.0 and solved == ["stride", "start", "start"]
+    whole = dict(run.metrics)
+    assert solved.count("start") == 2 and solved.count("stride") > 2  # the reference and others beside
+    solved.clear()
+    assert (whole["toe_clearance"], whole["air_per_stride"]) == settled
+    assert whole["lift_over_reference"] == whole["toe_clearance"] - whole["reference_toe_clearance"]
+    assert len(run["time"]) == len(run["gait/solved"]) > 0 and len(run.strides) > 2
+    assert run.warnings == ()
+    assert not solved  # nothing twice
+
+
+def test_of_a_pair_of_steps_one_start_is_walked(solved: list[str]) -> None:
+    run = afo_sim.run("walk-healthy", step="controlled")
+    assert run.metrics["toe_clearance"] > 0.0 and solved == ["stride", "start", "stride"]
+    step = run.studies["time_step"]
+    assert step["step"] == step["asked"] and solved == ["stride", "start", "stride"]
+    assert step["metrics"].keys() >= {"toe_clearance", "toe_clearance_stride_1"} and len(solved) > 3
+
+
+def test_a_start_that_fails_is_known_when_the_run_ends(monkeypatch: pytest.MonkeyPatch) -> None:
+    own = running.simulate
+
+    def fails(*given: Any, **named: Any) -> Any:
+        return dataclasses.replace(own(*given, **named), failure=SimulationError("too stiff"))
+
+    monkeypatch.setattr(running, "simulate", fails)
+    assert "too stiff" in afo_sim.run(*WALK, step="fixed").status
+
+
+def test_what_is_read_later_is_of_the_files_of_the_run(tmp_path: pathlib.Path) -> None:
+    cycle = tmp_path / "walk.csv"
+    shutil.copy("gait_data/bovi2011_natural.csv", cycle)
+    run = afo_sim.run(WALK[0], WALK[1] | {"gait.cycle": str(cycle)}, step="fixed")
+    height = run.metrics["toe_clearance"]
+    shutil.copy("gait_data/bovi2011_s.csv", cycle)
+    with pytest.raises(InputError, match=r"walk\.csv"):
+        _ = run.metrics["lift_over_reference"]
+    assert run.metrics["toe_clearance"] == height
+
+
+def test_a_copy_of_a_run_is_whole(solved: list[str]) -> None:
+    run = afo_sim.run("walk-healthy", {"timestep": "4 ms"}, step="fixed")
+    copies = pickle.loads(pickle.dumps(run)), run.changed(status="ok"), dataclasses.replace(run)
+    count = len(solved)
+    for other in copies:
+        assert list(other.metrics) == list(run.metrics) and other.metrics == run.metrics
+        assert other.summary() == run.summary() and list(other.columns) == list(run.columns)
+        assert all(np.array_equal(other[name], run[name], equal_nan=True) for name in run.columns)
+    assert len(solved) == count
+
+
+def test_a_lazy_dict_is_the_dict_that_it_will_be() -> None:
+    computed: list[int] = []
+
+    def lazy() -> Lazy[str, int]:
+        return Lazy({"b": 2}, lambda: computed.append(1) or {"a": 1}, lambda: {"c": 3})  # type: ignore[func-returns-value]
+
+    whole = {"b": 2, "a": 1, "c": 3}
+    assert lazy()["b"] == lazy().get("b") == 2 and "b" in lazy() and lazy().known == {"b": 2}
+    assert not computed
+    for look in (
+        *(dict, lambda of: {**of}, lambda of: of | {}, lambda of: {} | of, lambda of: dict(of.items())),
+        *(lambda of: json.loads(json.dumps(of)), copy.deepcopy, lambda of: dict(**of), lambda of: of),
+    ):
+        assert look(lazy()) == whole == look(lazy()) and list(look(lazy())) == list(whole)
+    assert len(lazy()) == 3 and lazy().get("d") is None and "d" not in lazy() and lazy() == lazy()
+    with pytest.raises(KeyError):
+        lazy()["d"]
+    computed.clear()
+    shared = lazy()
+    with ThreadPoolExecutor(8) as threads:
+        assert set(threads.map(lambda name: shared[name], "abc" * 20)) == {1, 2, 3} and computed == [1]

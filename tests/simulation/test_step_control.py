@@ -61,7 +61,7 @@ def watched(scenario: str, sets: dict[str, str]) -> tuple[Recording, list[tuple[
     """A controlled run, and the step [ms] and the number of steps of all that were made for it."""
     done: list[tuple[float, float]] = []
 
-    def simulate(at: afo.Scenario, what: str) -> Recording:
+    def simulate(at: afo.Scenario, what: str, start: bool) -> Recording:
         run = run_scenario(at)
         done.append((1e3 * as_run(at).timestep, run.timing["steps"]))
         return run
@@ -136,7 +136,7 @@ def test_control_costs_half_a_run_more_where_the_first_pair_agrees(scenario: str
 
 def test_a_run_that_fails_is_returned_with_no_error_of_a_number(seated: Recording) -> None:
     failed = dataclasses.replace(seated, status="failed: cut off")
-    run = controlled(afo.load("scenario", "seated"), lambda at, what: failed)
+    run = controlled(afo.load("scenario", "seated"), lambda *_: failed)
     assert run.status == failed.status and not found_step_errors(run)
 
 
