@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 from sweep_runs import SEATED, opened, swept, written
 
+from afo_sim.simulation import Asked
 from afo_sim.study import engine, runner
 from afo_sim.study.search import plan
 from afo_sim.study.search.runner import optimise
@@ -88,6 +89,28 @@ def test_a_run_of_a_search_builds_a_model_and_one_more_for_first_strides(
     searched(tmp_path / "a", 2, metric=metric, **WALK)
     assert counted["prepare"] == 9
     assert counted["build"] == builds * 9
+
+
+@pytest.mark.alone
+def test_python_calls_of_a_settled_design() -> None:
+    """From keys to metrics: what MuJoCo and compiled code do calls no Python; each further design as many."""
+    calls = []
+    asked = Asked(frozenset({"toe_clearance", "air_per_stride", "orthosis_peak_dorsiflexion_torque"}))
+    for count in (3, 3, 9):  # the first for what is kept
+        cases = [{"timestep": "8 ms", "supply.pressure": f"{2.0 + 0.1 * k} bar"} for k in range(count)]
+        found = Counter[str]()
+
+        def watch(frame: FrameType, event: str, _: object, found: Counter[str] = found) -> None:
+            found["python"] += event == "call"
+
+        sys.setprofile(watch)
+        try:
+            ended = dict(engine.outcomes(WALK["scenario"], enumerate(cases), asked=asked))
+        finally:
+            sys.setprofile(None)
+        assert all(outcome.status == engine.OK for outcome in ended.values())
+        calls.append(found["python"])
+    assert (calls[2] - calls[1]) / 6 <= 1900, calls
 
 
 @pytest.mark.slow
