@@ -15,6 +15,8 @@ from afo_sim.lab.solution import FitParameter, FitProblem
 from afo_sim.physics import LAWS, Braid, Law, LawParameter, contractions, forces
 
 Loss = Literal["linear", "soft_l1", "huber", "cauchy"]
+Data = Sequence[Measured]
+Values = Mapping[str, float]
 
 GEOMETRY = {
     "braid_angle": LawParameter(
@@ -39,7 +41,7 @@ class LawProblem(FitProblem):
     law: Law
     data: tuple[Measured, ...]
     free: tuple[FitParameter, ...]
-    fixed: Mapping[str, float]
+    fixed: Values
     loss: Loss = "linear"
     outlying: float = OUTLYING
 
@@ -128,7 +130,7 @@ class LawProblem(FitProblem):
         groups = np.unique(labels)
         return {f"{group}{unit}": labels == group for group in groups} if len(groups) > 1 else {}
 
-    def missed(self, values: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def missed(self, values: Values) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Errors [N or m]; every point counts alike."""
         found = errors(self, values, self.data)
         return found, np.ones_like(found), np.zeros_like(found)
@@ -153,12 +155,7 @@ def take(data: Measured, keep: np.ndarray) -> Measured:
 
 
 def pose(
-    law_name: str,
-    data: Sequence[Measured],
-    *,
-    free: Sequence[str] = (),
-    fixed: Mapping[str, float] | None = None,
-    loss: Loss = "linear",
+    law_name: str, data: Data, *, free: Sequence[str] = (), fixed: Values | None = None, loss: Loss = "linear"
 ) -> LawProblem:
     """Decide what of a law is free, from the data and from what the caller says."""
     if law_name not in LAWS:
@@ -178,16 +175,14 @@ def pose(
     return problem
 
 
-def _searched(p: LawParameter, data: Sequence[Measured]) -> FitParameter:
+def _searched(p: LawParameter, data: Data) -> FitParameter:
     """A free parameter in a search, whose end length is less than the shortest muscle's own."""
     upper = 0.8 * min(d.facts["total_length"] for d in data) if p.name == "end_length" else p.upper
     usual = EXAMPLES[p.unit].partition(" ")[2] if p.unit else ""
     return FitParameter(p.name, p.unit, usual, p.lower, upper, *p.start, max(map(abs, p.start)) or 1.0)
 
 
-def _require_sensible(
-    law: Law, data: Sequence[Measured], free: Sequence[str], given: Mapping[str, float]
-) -> None:
+def _require_sensible(law: Law, data: Data, free: Sequence[str], given: Values) -> None:
     """Refuse parameters that the law does not have, that it cannot have so, or that do nothing here."""
     known = described(law)
     for name in (*free, *given):
@@ -207,7 +202,7 @@ def _require_sensible(
             raise InputError("is out of range", field=f"fixed.{name}", value=shown, allowed=allowed)
 
 
-def _stated(data: Sequence[Measured], but: Sequence[str]) -> dict[str, float]:
+def _stated(data: Data, but: Sequence[str]) -> dict[str, float]:
     """The braid's numbers that headers state: they are held, unless they are asked to be free."""
     found: dict[str, float] = {}
     for name in GEOMETRY:
@@ -221,9 +216,7 @@ def _stated(data: Sequence[Measured], but: Sequence[str]) -> dict[str, float]:
     return found
 
 
-def _settled(
-    law: Law, data: Sequence[Measured], free: Sequence[str], given: Mapping[str, float]
-) -> dict[str, float]:
+def _settled(law: Law, data: Data, free: Sequence[str], given: Values) -> dict[str, float]:
     """The values of what is not free: as given, or the default."""
     settled = dict(given)
     for name, parameter in described(law).items():
@@ -259,7 +252,7 @@ def _require_enough(problem: LawProblem) -> None:
         raise InputError(text, file=file, allowed=allowed)
 
 
-def pressure_levels(data: Sequence[Measured]) -> list[np.ndarray]:
+def pressure_levels(data: Data) -> list[np.ndarray]:
     """The pressure that each point was meant to be taken at: what a regulator and a sensor scatter is one."""
     ordered = np.sort(np.concatenate([d.pressure for d in data]))
     starts = level_starts(ordered, 2e4)
@@ -269,7 +262,7 @@ def pressure_levels(data: Sequence[Measured]) -> list[np.ndarray]:
     return [means[np.searchsorted(edges, d.pressure, side="right") - 1] for d in data]
 
 
-def predict(problem: LawProblem, values: Mapping[str, float], data: Measured) -> np.ndarray:
+def predict(problem: LawProblem, values: Values, data: Measured) -> np.ndarray:
     """The law's force [N], or change of length [m], where the data were measured."""
     everything = {**problem.fixed, **values}
     total = data.facts.get("total_length", NOMINAL_LENGTH)
@@ -283,12 +276,12 @@ def predict(problem: LawProblem, values: Mapping[str, float], data: Measured) ->
     return forces(problem.law.native_id, coefficients, kappa, data.pressure)
 
 
-def measurements(data: Sequence[Measured]) -> np.ndarray:
+def measurements(data: Data) -> np.ndarray:
     """The measured forces [N], or changes of length [m], of all data end to end."""
     return np.concatenate([_measurement(d) for d in data])
 
 
-def errors(problem: LawProblem, values: Mapping[str, float], data: Sequence[Measured]) -> np.ndarray:
+def errors(problem: LawProblem, values: Values, data: Data) -> np.ndarray:
     """Prediction less measurement over several data sets [N or m]."""
     parts = []
     for d in data:
@@ -297,7 +290,7 @@ def errors(problem: LawProblem, values: Mapping[str, float], data: Sequence[Meas
     return np.concatenate(parts)
 
 
-def agreed_slack(problem: LawProblem, values: Mapping[str, float], data: Sequence[Measured]) -> np.ndarray:
+def agreed_slack(problem: LawProblem, values: Values, data: Data) -> np.ndarray:
     """Readings of a slack muscle that the law, too, says is slack: they say nothing of its parameters."""
     parts = [
         np.zeros(len(d), dtype=bool) if d.slack is None else d.slack & (predict(problem, values, d) <= 0.0)

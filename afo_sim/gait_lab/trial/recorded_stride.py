@@ -11,6 +11,7 @@ _AROUND = 50  # samples beside a stride that its spline knows: 0.27^50 is nothin
 WIDEST = 0.05  # gap that is bridged, as a share of the period [-] (assumed: 0.1 to 0.3 deg in a known walk)
 # Evidence of a heel strike, beside the methods by which a foot lands.
 FORCE, POSTURE, MARKED = "force", "the leg's posture", "the laboratory's event"
+Window = tuple[float, float]  # of the recording that is used [s]
 BEGINNING = "the beginning of the recording, for want of a heel strike"
 
 
@@ -18,7 +19,7 @@ BEGINNING = "the beginning of the recording, for want of a heel strike"
 class Closing:
     """How a recording without a whole stride was closed to one."""
 
-    window: tuple[float, float]  # of the recording that is used [s]
+    window: Window
     gap: float  # between its end and its beginning one period later [s]
     residual: Mapping[str, float]  # difference of the two ends that their velocities do not explain, by the
     # name of the motion's signal [rad], [m] or the ground's [N]; it is spread evenly over the period
@@ -89,7 +90,7 @@ def sample(
     return found
 
 
-def _within(time: np.ndarray, window: tuple[float, float], slack: float) -> tuple[float, float]:
+def _within(time: np.ndarray, window: Window, slack: float) -> tuple[float, float]:
     """The window as far as signals reach, where they end within some slack of it and beyond a sample."""
     step = float(time[1] - time[0])
     start, end = window
@@ -103,7 +104,7 @@ def _within(time: np.ndarray, window: tuple[float, float], slack: float) -> tupl
 def repeated(
     time: np.ndarray,
     values: np.ndarray,
-    window: tuple[float, float],
+    window: Window,
     period: float,
     travel: np.ndarray,
     at: np.ndarray,
@@ -132,11 +133,7 @@ def repeated(
 
 
 def seam(
-    time: np.ndarray,
-    values: np.ndarray,
-    window: tuple[float, float],
-    period: float,
-    travel: np.ndarray | float,
+    time: np.ndarray, values: np.ndarray, window: Window, period: float, travel: np.ndarray | float
 ) -> np.ndarray:
     """What the window's beginning, a period later, is above where its end and both velocities lead (k,)."""
     from scipy.interpolate import CubicSpline

@@ -64,10 +64,7 @@ class OrthosisEnv(Forkable, gymnasium.Env[np.ndarray, np.ndarray]):
     metadata: dict[str, Any] = {"render_modes": list(RENDER_MODES), "render_fps": FPS}  # noqa: RUF012
 
     def __init__(
-        self,
-        task: str | Setting = "seated_tracking",
-        sets: Sets = None,
-        render_mode: str | None = None,
+        self, task: str | Setting = "seated_tracking", sets: Sets = None, render_mode: str | None = None
     ):
         if render_mode is not None and render_mode not in RENDER_MODES:
             problem = "there is no such mode"
