@@ -10,6 +10,7 @@ from .assets import gait_names as gait_names
 from .assets import names as names
 from .assets import parse_toml as parse_toml
 from .assets import read_toml as read_toml
+from .assets import shipped_name as shipped_name
 from .child import child_environment as child_environment
 from .child import safe_children as safe_children
 from .child import trusted_places as trusted_places

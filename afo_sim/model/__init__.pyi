@@ -24,8 +24,8 @@ from .foot import Foot as Foot
 from .foot import Turn as Turn
 from .foot import foot_of as foot_of
 from .leg import attach_parts as attach_parts
+from .leg import brings_files as brings_files
 from .leg import examine as examine
-from .leg import files_of as files_of
 from .leg import leg_spec as leg_spec
 from .leg import rigid_part as rigid_part
 from .leg_shapes import FLAT as FLAT

@@ -6,7 +6,6 @@ import pathlib
 import re
 import shlex
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
 
 import mujoco
 import numpy as np
@@ -19,6 +18,7 @@ from afo_sim.common import (
     plausible,
     read_bytes,
     read_text,
+    shipped_name,
     unknown,
 )
 from afo_sim.description import JOINTS, WORN, Leg, Scenario
@@ -252,12 +252,12 @@ def times_of_change(file: pathlib.Path) -> tuple[int, ...] | None:
         return None
 
 
-def files_of(scenario: Scenario) -> dict[pathlib.Path, Any]:
-    """The files that a scenario's model and walk are read from, each with its times of change."""
+def brings_files(scenario: Scenario) -> bool:
+    """Whether model or walk are read from files that no installation has."""
     orthosis, gait = scenario.orthosis, scenario.gait
     cycle = None if gait is None else pathlib.Path(found_gait(gait.cycle))
     files = [each for each in (scenario.leg.file, orthosis.cuff, orthosis.plate, cycle) if each is not None]
-    return {file: (file.is_file() and file.stat().st_mtime_ns, times_of_change(file)) for file in files}
+    return not all(shipped_name(file.resolve()) for file in files)
 
 
 # A changed file has another time of change.

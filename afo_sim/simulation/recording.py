@@ -12,11 +12,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from afo_sim.common import Brief, InputError, Notice, Shown, as_stored, installed, nearest_name, shown, titles
-from afo_sim.description import USUAL_LIMITS, Limits, Scenario, as_found, load
+from afo_sim.description import USUAL_LIMITS, Limits, as_found, load
 from afo_sim.metrics import Answer, Feed, Metric, Metrics, capped, seated_answers, undecided, with_draws
 from afo_sim.metrics.validity import RESTS_ON
 from afo_sim.metrics.verdict import verdict
-from afo_sim.model import files_of
 from afo_sim.simulation.columns import describe
 from afo_sim.simulation.files import RERUN, model_of, read_header, read_run, read_undamaged, write_run
 
@@ -56,23 +55,6 @@ class Later:
                 self._found.append(self._compute())
                 del self._compute
             return self._found[0]
-
-
-def later_of(scenario: Scenario) -> Callable[[Callable[[], Any]], Any]:
-    """What makes a `Later` that reads files of a scenario, and refuses to where these are others by then."""
-    before = files_of(scenario)
-
-    def later(compute: Callable[[], Any]) -> Later:
-        def checked() -> Any:
-            now = files_of(scenario)
-            if changed := [file for file, times in before.items() if now.get(file) != times]:
-                problem = "has changed since the run, of which this is computed when it is read: run it again"
-                raise InputError(problem, file=changed[0])
-            return compute()
-
-        return Later(checked)
-
-    return later
 
 
 @dataclass(frozen=True, repr=False, eq=False)  # two runs are two, whatever they hold
@@ -130,6 +112,14 @@ class Recording(Shown):
 
     def __getstate__(self) -> dict[str, Any]:
         return {each.name: getattr(self, each.name) for each in dataclasses.fields(self)}
+
+    def whole(self) -> "Recording":
+        """The same with everything computed that was to be when it is read."""
+        for each in dataclasses.fields(self):
+            found = getattr(self, each.name)
+            if isinstance(found, Metrics):
+                found.whole()
+        return self
 
     def changed(self, **changes: Any) -> "Recording":
         """The recording with other fields; none is computed for it."""

@@ -27,7 +27,7 @@ from afo_sim.model import UNDRIVEN, two_strides, walker_of, why_walked
 from afo_sim.model import supply_and_timer as schedule
 from afo_sim.model.build import build
 from afo_sim.simulation.examine import Asked, examine
-from afo_sim.simulation.recording import Later, Recording, later_of
+from afo_sim.simulation.recording import Later, Recording
 from afo_sim.simulation.rollout import Rollout
 from afo_sim.simulation.settle import settle
 from afo_sim.simulation.simulate import simulate
@@ -189,7 +189,7 @@ def compared(recording: Recording, scenario: Scenario) -> Recording:
     makes up for the foot; what that takes is walked when it is read."""
     if not recording.ok:
         return recording
-    own, beside = cast(Metrics, recording.metrics), later_of(scenario)(lambda: _beside(recording, scenario))
+    own, beside = cast(Metrics, recording.metrics), Later(lambda: _beside(recording, scenario))
     return recording.changed(
         metrics=Metrics(own.known, own.whole, lambda: beside()[0]),
         warnings=Later(lambda: (*recording.warnings, *beside()[1])),

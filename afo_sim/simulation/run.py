@@ -27,7 +27,7 @@ from afo_sim.metrics import (
     settling_metrics,
     until_empty,
 )
-from afo_sim.model import AFTER, Built, start_up, two_strides, why_walked, with_person
+from afo_sim.model import AFTER, Built, brings_files, start_up, two_strides, why_walked, with_person
 from afo_sim.model import supply_and_timer as schedule
 from afo_sim.model.build import build
 from afo_sim.native.between_strides import AIR, ANGLE
@@ -44,7 +44,7 @@ from afo_sim.simulation.examine import (
     until_near,
 )
 from afo_sim.simulation.loop import RATE, TIME_LIMIT, Loop
-from afo_sim.simulation.recording import Later, Recording, later_of
+from afo_sim.simulation.recording import Later, Recording
 from afo_sim.simulation.reference_walk import compared, reference_of
 from afo_sim.simulation.rollout import FIELDS, Rollout
 from afo_sim.simulation.sensed import check_sensors, sensor_columns
@@ -126,6 +126,8 @@ def run(
 
     halvings = HALVINGS if step == "controlled" and forgets(controller, policy) else None
     recording = controlled(description, simulated, halvings)
+    if brings_files(description):  # which may be others, or gone, when it is read
+        recording.whole()
     return recording if with_bands is None else with_bands(recording)
 
 
@@ -275,14 +277,13 @@ def run_settled(
     Who watches, or sees the progress, has them walked before. Else, with `start`, as many are walked at once
     as show that they near the settled one.
     """
-    later = later_of(scenario)
-    begins = later(lambda: build(start_up(scenario)))
+    begins = Later(lambda: build(start_up(scenario)))
     seen = progress is not None or watch is not None
     if seen or start:
         _ = begins()  # before anything is walked, as the sensors are checked
     second, walked = build(two_strides(scenario)), None
     check_sensors(second)
-    resolved = later(lambda: with_person(scenario).resolved())
+    resolved = Later(lambda: with_person(scenario).resolved())
     if seen:
         first, see = begins(), None
         if watch is not None:

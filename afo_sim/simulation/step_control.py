@@ -17,7 +17,7 @@ from afo_sim.common import InputError, Lazy, Notice, in_unit, unknown
 from afo_sim.description import Scenario
 from afo_sim.metrics import Metric, Metrics
 from afo_sim.model import as_run, with_person
-from afo_sim.simulation.recording import Later, Recording, later_of
+from afo_sim.simulation.recording import Later, Recording
 
 Step = Literal["controlled", "fixed"]
 # Of a scenario: what is done, for the progress, and whether its start is walked at once to see that it can be
@@ -113,7 +113,7 @@ def controlled(scenario: Scenario, simulate: Simulated, halvings: int | None = H
         if finer is None:
             break
         longer, run, step = run, finer, 0.5 * step
-    run = run.changed(scenario=later_of(scenario)(lambda: with_person(scenario).resolved()))
+    run = run.changed(scenario=Later(lambda: with_person(scenario).resolved()))
     return _with_errors(run, longer if run.ok else None, step, asked)
 
 
