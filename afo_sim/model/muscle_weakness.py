@@ -222,23 +222,26 @@ def activated(time: np.ndarray, switches: np.ndarray, levels: np.ndarray) -> np.
     given = np.empty(len(time))
     arrays = [np.ascontiguousarray(each, dtype=float) for each in (time, switches, levels)]
     (follow,) = COMPILED[_followed]()
-    follow(given.ctypes.data, *[each.ctypes.data for each in arrays], len(time), len(switches))
+    numbers = np.array([RISE, FALL])
+    follow(*[each.ctypes.data for each in (given, *arrays, numbers)], len(time), len(switches))
     return given
 
 
-def _followed(given: Any, time: Any, switches: Any, levels: Any, size: int, count: int) -> float:
+def _followed(
+    given: Any, time: Any, switches: Any, levels: Any, lags: Any, size: int, count: int
+) -> float:
     """Both lags from event to event: a switch, or the first lag meeting the second, which turns round."""
     known, passed, begun = 0, 0, 0.0
     first = second = target = levels[0]
     while known < size:
         switch = switches[passed] if passed < count else math.inf
-        meeting = begun + _meeting(first, second, target)
+        meeting = begun + _meeting(first, second, target, lags)
         event = min(switch, meeting)
         while known < size and time[known] < event:
-            given[known] = _settled(first, second, target, time[known] - begun)[1]
+            given[known] = _settled(first, second, target, lags, time[known] - begun)[1]
             known += 1
         if event < math.inf:
-            left, right = _settled(first, second, target, event - begun)
+            left, right = _settled(first, second, target, lags, event - begun)
             first, second = left, left if meeting <= switch else right
         if switch < meeting:
             target, passed = levels[passed + 1], passed + 1
@@ -247,17 +250,17 @@ def _followed(given: Any, time: Any, switches: Any, levels: Any, size: int, coun
 
 
 @register_jitable
-def _lags(first: float, second: float, target: float) -> tuple[float, float]:
-    """Time constants of both lags [s]; a second one that stands at the first follows it."""
+def _lags(first: float, second: float, target: float, lags: Any) -> tuple[float, float]:
+    """Time constants of both lags [s], of its rise and its fall; a second one at the first follows it."""
     rises = target > first
     second_rises = rises if first == second else first > second
-    return RISE if rises else FALL, RISE if second_rises else FALL
+    return lags[0 if rises else 1], lags[0 if second_rises else 1]
 
 
 @register_jitable
-def _settled(first: float, second: float, target: float, time: float) -> tuple[float, float]:
+def _settled(first: float, second: float, target: float, lags: Any, time: float) -> tuple[float, float]:
     """Both lags after a time in which neither turns round."""
-    lag, second_lag = _lags(first, second, target)
+    lag, second_lag = _lags(first, second, target, lags)
     gap, left = first - target, math.exp(-time / lag)
     if lag == second_lag:
         return target + gap * left, target + (second - target + gap * time / lag) * left
@@ -267,11 +270,11 @@ def _settled(first: float, second: float, target: float, time: float) -> tuple[f
 
 
 @register_jitable
-def _meeting(first: float, second: float, target: float) -> float:
+def _meeting(first: float, second: float, target: float, lags: Any) -> float:
     """Time until the first lag, coming towards the second one, meets it [s]; infinite where it does not."""
     if (target - first) * (first - second) >= 0.0:
         return math.inf
-    lag, second_lag = _lags(first, second, target)
+    lag, second_lag = _lags(first, second, target, lags)
     share = (first - target) * lag / (lag - second_lag)
     ratio = (second - target - share) / (first - target - share)
     return max(0.0, math.log(ratio) / (1.0 / second_lag - 1.0 / lag))
@@ -287,5 +290,5 @@ COMPILED = {
         kernel,
         follows=(_SOURCES,),
     )
-    for kernel, kind, arrays, counts in ((_bent_toes, "bent_toes", 6, 1), (_followed, "activation", 4, 2))
+    for kernel, kind, arrays, counts in ((_bent_toes, "bent_toes", 6, 1), (_followed, "activation", 5, 2))
 }

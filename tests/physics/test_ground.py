@@ -69,7 +69,7 @@ def test_pads_push_straight_up_at_the_points_of_the_sole() -> None:
     model, data = built.model, mujoco.MjData(built.model)
     data.qpos[:] = [0.3, 0.05, 0.01, 0.4, -0.3, 0.2]
     data.qvel[:] = [0.8, -0.2, 0.1, 1.5, -2.5, 3.0]
-    data.ctrl[[built.index.walking[f"floor_{p}"] for p in POINTS]] = 0.1
+    data.ctrl[[built.index.walking[f"pad_{p}"] for p in POINTS]] = 0.1  # the floor's height
     with native.installed():
         mujoco.mj_forward(model, data)
     whole = np.zeros(model.nv)
@@ -105,18 +105,18 @@ def test_a_rigid_foots_toe_pad_is_the_toe_joint_over_its_lever() -> None:
     assert pad_stiffness(ground, rigid) == pytest.approx(expected)
 
 
-def test_a_pads_force_is_its_law_whatever_ctrl_holds() -> None:
+def test_a_pads_force_is_its_law_whatever_its_gain_was_told() -> None:
     built = contact_built()
     model, data = built.model, mujoco.MjData(built.model)
     with native.installed():
         start = walking_start(built, controls(built, 1)[0])
     mujoco.mj_setState(model, data, start, mujoco.mjtState.mjSTATE_INTEGRATION)
     pads = [built.index.walking[f"pad_{p}"] for p in POINTS]
-    data.ctrl[[built.index.walking[f"floor_{p}"] for p in POINTS]] = 0.2  # above all of them
+    data.ctrl[pads] = 0.2  # the floor, above all of them
     forces = []
     with native.installed():
         for left in (0.0, 77.0, 4e3):
-            data.ctrl[pads] = left
+            data.act[model.actuator_actadr[pads]] = left  # N·s/m that the gain carries
             mujoco.mj_forward(model, data)
             forces.append(data.actuator_force[pads].copy())
     assert forces[0].min() > 100.0

@@ -196,7 +196,10 @@ def test_a_state_of_another_rate_or_kind_of_controller_is_refused(other: tuple[A
 def test_a_failed_simulation_is_taken_back() -> None:
     with made("timer") as simulator:
         good, whole = simulator.state(), onward(simulator, 0.6)
-        simulator._stepped.stepper.act(0)[:] = -1.0
+        stepper = simulator._stepped.stepper
+        now = stepper.begun([0])  # time, qpos, qvel, act
+        now[:, -simulator._stepped.builts[0].model.na :] = -1.0
+        stepper.begin([0], now)
         with pytest.raises(SimulationError):
             simulator.step()
         assert pickle.loads(pickle.dumps(simulator)).done
