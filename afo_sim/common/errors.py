@@ -110,13 +110,9 @@ class CallbackError(AfoSimError):
 
 
 def unknown(
-    value: object,
-    allowed: Iterable[str],
-    *,
-    field: str = "",
-    file: object = None,
+    value: object, allowed: Iterable[str], *, field: str = "", file: object = None,
     problem: str = "is not a valid choice",
-) -> InputError:
+) -> InputError:  # fmt: skip
     """An error for a name that is not among those allowed: it lists them, and the nearest one."""
     names = list(allowed)
     nearest = nearest_name(value, names) if isinstance(value, str) else None

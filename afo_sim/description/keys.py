@@ -63,13 +63,9 @@ class Key:
 
 
 def keys(
-    source: str | os.PathLike[str] | Mapping[str, Any],
-    word: str = "",
-    sets: Mapping[str, Any] | None = None,
-    kind: str = "scenario",
-    *,
-    whole: bool = False,
-) -> list[Key]:
+    source: str | os.PathLike[str] | Mapping[str, Any], word: str = "", sets: Mapping[str, Any] | None = None,
+    kind: str = "scenario", *, whole: bool = False,
+) -> list[Key]:  # fmt: skip
     """Settable keys of a description, with their present values."""
     reading = read(kind, source, sets)
     found = (

@@ -33,14 +33,9 @@ _NAME = r"[A-Za-z0-9][\w.-]*"
 
 
 def new(
-    kind: str,
-    name: str,
-    out: str | os.PathLike[str] = ".",
-    *,
-    like: str = "",
-    uses: Mapping[str, str] | None = None,
-    braid: Mapping[str, str] | None = None,
-) -> pathlib.Path:
+    kind: str, name: str, out: str | os.PathLike[str] = ".", *, like: str = "",
+    uses: Mapping[str, str] | None = None, braid: Mapping[str, str] | None = None,
+) -> pathlib.Path:  # fmt: skip
     """Write a commented description that runs as it is: every key, or a shipped one's own."""
     uses = uses or {}
     target = target_of(kind, name, pathlib.Path(out))

@@ -44,14 +44,9 @@ class RestCurves:
     """
 
     def force(
-        self: _Muscle,
-        pressure: _Amount,
-        *,
-        contraction: _Amount | None = None,
-        length: _Amount | None = None,
-        series_stiffness: _Amount = math.inf,
-        offset: _Amount = 0.0,
-    ) -> _Found:
+        self: _Muscle, pressure: _Amount, *, contraction: _Amount | None = None,
+        length: _Amount | None = None, series_stiffness: _Amount = math.inf, offset: _Amount = 0.0,
+    ) -> _Found:  # fmt: skip
         """Tension at rest, as the simulated muscle pulls when nothing moves or rubs.
 
         With a series element (cable, bracket, cuff) `contraction` or `length` is of the whole path: muscle

@@ -81,14 +81,9 @@ def skin_metrics(facts: Facts, part: str, columns: Columns) -> dict[str, Metric]
 
 
 def pressures(
-    part: str,
-    pull: np.ndarray,
-    timestep: float,
-    area: float,
-    friction: float,
-    skin_pressure: tuple[float, float] | None = None,
-    blood_flow: float | None = None,
-) -> Found:
+    part: str, pull: np.ndarray, timestep: float, area: float, friction: float,
+    skin_pressure: tuple[float, float] | None = None, blood_flow: float | None = None,
+) -> Found:  # fmt: skip
     """Pressure of a part under a pull on it (n, 3), peaks over 10 ms; no share [percent] without a limit.
 
     The strap of a cuff is as tight all the time as its strongest pull along the limb requires. So what

@@ -70,13 +70,9 @@ HEIGHTS = (
 
 
 def verdict(
-    metrics: Numbers,
-    strides: Mapping[int, Numbers],
-    limits: Limits,
-    feed: Feed | None = None,
-    reference: str = "shoe",
-    own_walk: bool = False,
-) -> tuple[Answer, ...]:
+    metrics: Numbers, strides: Mapping[int, Numbers], limits: Limits, feed: Feed | None = None,
+    reference: str = "shoe", own_walk: bool = False,
+) -> tuple[Answer, ...]:  # fmt: skip
     """The answers of a walking run; none of other runs. `own_walk`: the patient's, without the device."""
     if "strides_counted" not in metrics and not strides:
         return ()
@@ -131,13 +127,8 @@ def status_of(name: str, value: float, limits: Limits) -> Status | None:
 
 
 def _help(
-    metrics: Numbers,
-    worn: bool,
-    lift: Status,
-    pair: tuple[float, float],
-    reference: str,
-    own_walk: bool,
-) -> Iterator[Answer]:
+    metrics: Numbers, worn: bool, lift: Status, pair: tuple[float, float], reference: str, own_walk: bool
+) -> Iterator[Answer]:  # fmt: skip
     """The toe without the device and with it, in the settled stride; none without a walked reference.
 
     In an own walk hip and knee may make up for the foot: what is said must hold without that, too.
@@ -171,13 +162,9 @@ def _help(
 
 
 def _without_compensation(
-    metrics: Numbers,
-    answer: Answer,
-    walked: Sequence[str],
-    lift: Status,
-    as_walked: float,
+    metrics: Numbers, answer: Answer, walked: Sequence[str], lift: Status, as_walked: float,
     limits: tuple[float, float],
-) -> Answer:
+) -> Answer:  # fmt: skip
     """Help in an own walk, where hip, knee or pelvis may lift the toe; `walked` says how it passes."""
     wanted, trips = limits
     if not all(has(metrics, name) for name in UNCOMPENSATED):

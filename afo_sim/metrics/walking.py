@@ -66,15 +66,9 @@ class WalkMetrics:
     ("lowest_ball_clearance", "mm", "Ball clearance, lowest stride"),
 )
 def walk_metrics(
-    columns: Mapping[str, np.ndarray],
-    timestep: float,
-    body_mass: float,
-    *,
-    transient: bool = True,
-    solved: bool = False,
-    wanted: frozenset[str] | None = None,
-    free_density: float = STANDARD_DENSITY,
-) -> WalkMetrics:
+    columns: Mapping[str, np.ndarray], timestep: float, body_mass: float, *, transient: bool = True,
+    solved: bool = False, wanted: frozenset[str] | None = None, free_density: float = STANDARD_DENSITY,
+) -> WalkMetrics:  # fmt: skip
     """All metrics of a recording of walking."""
     whole = strides(columns, timestep, body_mass, free_density)
     counted = whole[-1:] if solved else settled(columns, whole)

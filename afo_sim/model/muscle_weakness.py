@@ -128,15 +128,9 @@ def _kept(found: Active) -> Active:
 
 @functools.lru_cache(maxsize=4)  # cases of a sweep share it
 def _active(
-    walk: Walk,
-    foot: Foot,
-    patient: Patient,
-    tissues: tuple[Tissue, Tissue],
-    reflex_gain: float,
-    stride_time: float,
-    body_mass: float,
-    taller: float,
-) -> Active:
+    walk: Walk, foot: Foot, patient: Patient, tissues: tuple[Tissue, Tissue], reflex_gain: float,
+    stride_time: float, body_mass: float, taller: float,
+) -> Active:  # fmt: skip
     """As `active`, of a healthy person's tissue and the patient's own, and a mean stride [s]."""
     tissue, own = tissues
     angle, velocity = walk.ankle[1:-1], walk.velocity

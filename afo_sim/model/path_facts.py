@@ -136,16 +136,9 @@ def path_facts(built: Built, pressure: float | None = None) -> list[PathFacts]:
 
 
 def _facts(
-    built: Built,
-    muscles: tuple[str, ...],
-    group: MuscleGroup,
-    angles: np.ndarray,
-    pressures: np.ndarray,
-    path: np.ndarray,
-    arm: np.ndarray,
-    own: np.ndarray,
-    force: np.ndarray,
-) -> PathFacts:
+    built: Built, muscles: tuple[str, ...], group: MuscleGroup, angles: np.ndarray, pressures: np.ndarray,
+    path: np.ndarray, arm: np.ndarray, own: np.ndarray, force: np.ndarray,
+) -> PathFacts:  # fmt: skip
     """Facts of alike muscles; contraction of path and muscle, moment arm and force are those of one."""
     kind, orthosis, model, index = group.type, built.scenario.orthosis, built.model, built.index
     # contraction ratios at which it hangs freely; without air 0

@@ -24,13 +24,9 @@ ARC = 9  # points of an arc
 
 
 def add_tendons(
-    spec: mujoco.MjSpec,
-    anchors: dict[str, mujoco.MjsBody],
-    orthosis: Orthosis,
-    *,
-    prefix: str = "",
+    spec: mujoco.MjSpec, anchors: dict[str, mujoco.MjsBody], orthosis: Orthosis, *, prefix: str = "",
     default: mujoco.MjsDefault | None = None,
-) -> None:
+) -> None:  # fmt: skip
     """A tendon for every single muscle, of its name; `anchors` are the bodies that carry the ends."""
     for name, group in muscle_names(orthosis).items():
         tendon = spec.add_tendon(default, name=prefix + name, width=group.type.bore / 2.0)
@@ -66,13 +62,9 @@ def _add_path(
 
 
 def _add_point(
-    body: mujoco.MjsBody,
-    tendon: mujoco.MjsTendon,
-    label: str,
-    name: str,
-    group: MuscleGroup,
+    body: mujoco.MjsBody, tendon: mujoco.MjsTendon, label: str, name: str, group: MuscleGroup,
     point: PathPoint,
-) -> None:
+) -> None:  # fmt: skip
     """A point or a surface of one muscle's path, on the body that carries the anchors of its segment."""
     position = np.array(point.from_joint) + side(name, group) * point.spacing * LATERAL
     surface = point.surface

@@ -32,19 +32,9 @@ def giving(
 
 @register_jitable
 def rates(
-    mass: float,
-    pressure: float,
-    volume: float,
-    inlet: float,
-    outlet: float,
-    supply: float,
-    inlet_ratio: float,
-    outlet_ratio: float,
-    wall: float,
-    give: float,
-    gas: float,
-    gamma: float,
-) -> tuple[float, float, float, float]:
+    mass: float, pressure: float, volume: float, inlet: float, outlet: float, supply: float,
+    inlet_ratio: float, outlet_ratio: float, wall: float, give: float, gas: float, gamma: float,
+) -> tuple[float, float, float, float]:  # fmt: skip
     """Slopes of the rates of (ln m, ln σ) by these two in a row [1/s]: of ln m by both, of ln σ by both."""
     temperature = pressure * volume / (mass * gas)
     # by ln σ: of ln p, ln V and ln T; by ln m only ln T moves, by −1

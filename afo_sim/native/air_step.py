@@ -294,16 +294,9 @@ def midpoint(
 
 @register_jitable
 def chebyshev(
-    s: Any,
-    nodes: int,
-    edges: int,
-    part: float,
-    rate: float,
-    share: float,
-    width: float,
-    gas: float,
+    s: Any, nodes: int, edges: int, part: float, rate: float, share: float, width: float, gas: float,
     gamma: float,
-) -> bool:
+) -> bool:  # fmt: skip
     """As many Chebyshev stages as the fastest rate needs, over a part of a step; False where it fails."""
     count = stages(MARGIN * part * rate)
     x, w1 = origin(count)

@@ -33,18 +33,9 @@ SWEEPS, ACROSS = 20, 1e-15  # of rotations; cosine of a right angle, by the numb
 
 
 def between(
-    s: Any,
-    going: Any,
-    begun: Any,
-    ended: Any,
-    qpos: Any,
-    act: Any,
-    userdata: Any,
-    control: Any,
-    count: int,
-    size: int,
-    width: int,
-) -> float:
+    s: Any, going: Any, begun: Any, ended: Any, qpos: Any, act: Any, userdata: Any, control: Any, count: int,
+    size: int, width: int,
+) -> float:  # fmt: skip
     """Take a stride that some searches have walked, and put where each begins the next.
 
     Parameters
@@ -67,17 +58,9 @@ compiled_between = functools.partial(compiled_functions, "between_strides", ARGU
 
 @register_jitable
 def _take(
-    s: Any,
-    o: int,
-    begun: Any,
-    ended: Any,
-    state: int,
-    qpos: Any,
-    act: Any,
-    userdata: Any,
-    control: Any,
+    s: Any, o: int, begun: Any, ended: Any, state: int, qpos: Any, act: Any, userdata: Any, control: Any,
     place: int,
-) -> None:
+) -> None:  # fmt: skip
     """The same for the search whose row begins at o and its state at `state`."""
     first = place * int(s[o + AT.steps])
     s[o + AT.strides] += 1.0
@@ -238,16 +221,8 @@ def chamber_slopes(s: Any, o: int, act: Any, userdata: Any, control: Any, first:
 
 @register_jitable
 def _take_slopes(
-    s: Any,
-    o: int,
-    begun: Any,
-    ended: Any,
-    state: int,
-    act: Any,
-    userdata: Any,
-    control: Any,
-    first: int,
-) -> None:
+    s: Any, o: int, begun: Any, ended: Any, state: int, act: Any, userdata: Any, control: Any, first: int
+) -> None:  # fmt: skip
     """∂(ln m, ln σ) of all nodes at the stride's end by those at its start, into `slopes`.
 
     Those along the stride, corrected so that they tell what the last two strides have shown (Broyden 1965).

@@ -270,13 +270,9 @@ class CircuitIds:
 
 
 def add_circuit(
-    spec: mujoco.MjSpec,
-    circuit: Circuit,
-    *,
-    prefix: str = "",
-    userdata: int = 0,
+    spec: mujoco.MjSpec, circuit: Circuit, *, prefix: str = "", userdata: int = 0,
     default: mujoco.MjsDefault | None = None,
-) -> None:
+) -> None:  # fmt: skip
     """Add the actuators of a circuit to a model whose tendons are named like the muscles."""
     add_muscles(spec, circuit, prefix=prefix, default=default)
     add_chambers(spec, circuit, prefix=prefix, userdata=userdata, default=default)
@@ -310,13 +306,9 @@ def add_muscles(
 
 
 def add_chambers(
-    spec: mujoco.MjSpec,
-    circuit: Circuit,
-    *,
-    prefix: str = "",
-    userdata: int = 0,
+    spec: mujoco.MjSpec, circuit: Circuit, *, prefix: str = "", userdata: int = 0,
     default: mujoco.MjsDefault | None = None,
-) -> None:
+) -> None:  # fmt: skip
     """The second half: chambers, drives, valves, and what holds the states of friction."""
     spec.nuser_actuator = max(N_USER, spec.nuser_actuator)
     spec.nuserdata = userdata + circuit_data(circuit)

@@ -87,13 +87,9 @@ def _steepness(circuit: Circuit, network: AirNetwork) -> dict[int, float]:
 
 
 def fill_air_path(
-    model: mujoco.MjModel,
-    circuit: Circuit,
-    ids: CircuitIds,
-    nodes: Mapping[str, Values],
-    edges: Mapping[str, Values],
-    data: int,
-) -> None:
+    model: mujoco.MjModel, circuit: Circuit, ids: CircuitIds, nodes: Mapping[str, Values],
+    edges: Mapping[str, Values], data: int,
+) -> None:  # fmt: skip
     """Write the rows of volumes, stores and restrictions; results stand in `userdata` from `data` on."""
     user, gamma = model.actuator_user[:, : slots.N_USER], circuit.heat_capacity_ratio
     for volume in circuit.volumes:
@@ -208,15 +204,9 @@ def fill_inverse_masses(model: mujoco.MjModel) -> None:
 
 
 def _fill_chamber(
-    model: mujoco.MjModel,
-    ids: CircuitIds,
-    chamber: CircuitChamber,
-    first_muscle: int,
-    next_chamber: int,
-    data: int,
-    nodes: Mapping[str, Values],
-    edges: Mapping[str, Values],
-) -> None:
+    model: mujoco.MjModel, ids: CircuitIds, chamber: CircuitChamber, first_muscle: int, next_chamber: int,
+    data: int, nodes: Mapping[str, Values], edges: Mapping[str, Values],
+) -> None:  # fmt: skip
     """The rows of a chamber and its valves."""
     user = _rows(model)
     user[ids.chambers[chamber.name]] = row(

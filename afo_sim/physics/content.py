@@ -65,16 +65,9 @@ def mass_given(
 
 
 def mass_given_at(
-    gas: Gas,
-    volume: float,
-    mass: float,
-    pressure: float,
-    flow: float,
-    *,
-    shell: float = 0.0,
-    conductance: float = 0.0,
-    temperature: float = AMBIENT_TEMPERATURE,
-) -> float:
+    gas: Gas, volume: float, mass: float, pressure: float, flow: float, *, shell: float = 0.0,
+    conductance: float = 0.0, temperature: float = AMBIENT_TEMPERATURE,
+) -> float:  # fmt: skip
     """Gas that a store gives at a steady flow until its pressure is down to one that is needed [kg].
 
     What leaves cools what stays: `store_temperature_rate`. A step h takes a share of the mass and is solved

@@ -26,15 +26,9 @@ def low_passed(reading: float, value: float, time_constant: float, step: float) 
 
 @register_jitable
 def pid(
-    error: float,
-    rate: float,
-    integral: float,
-    full_at: float,
-    integral_rate: float,
-    derivative_time: float,
-    dead_band: float,
-    step: float,
-) -> tuple[float, float]:
+    error: float, rate: float, integral: float, full_at: float, integral_rate: float, derivative_time: float,
+    dead_band: float, step: float,
+) -> tuple[float, float]:  # fmt: skip
     """Output of a PID from −1 to 1, and its integral one step later.
 
     u = (e − T_d ṗ)/e_full + I, İ = e/(T_i e_full). The derivative is of the measured pressure, so that a new
@@ -75,14 +69,9 @@ def pid(
 
 @register_jitable
 def two_point(
-    error: float,
-    side: float,
-    held: float,
-    dead_band: float,
-    release: float,
-    least_on: float,
+    error: float, side: float, held: float, dead_band: float, release: float, least_on: float,
     least_off: float,
-) -> float:
+) -> float:  # fmt: skip
     """The valve that has current in this step: 1 the inlet, −1 the outlet, 0 none.
 
     The inlet's coil is switched on when the error exceeds the dead band, and off when it falls below the

@@ -30,19 +30,9 @@ HIGHEST = 12e5  # pressure for which a check valve's steepness holds [Pa]
 
 @register_jitable
 def edge_flow(
-    law: float,
-    p1: float,
-    t1: float,
-    p2: float,
-    t2: float,
-    opening: float,
-    conductance: float,
-    critical: float,
-    numbers: Any,
-    k: int,
-    first: int,
-    stride: int,
-) -> float:
+    law: float, p1: float, t1: float, p2: float, t2: float, opening: float, conductance: float,
+    critical: float, numbers: Any, k: int, first: int, stride: int,
+) -> float:  # fmt: skip
     """Mass flow of an edge from its origin to its end [kg/s].
 
     Parameters
@@ -93,17 +83,9 @@ def ramp(excess: float, band: float) -> float:
 
 @register_jitable
 def one_way_flow(
-    pressure_1: float,
-    temperature_1: float,
-    pressure_2: float,
-    temperature_2: float,
-    conductance: float,
-    critical: float,
-    free: float,
-    free_critical: float,
-    cracking: float,
-    band: float,
-) -> float:
+    pressure_1: float, temperature_1: float, pressure_2: float, temperature_2: float, conductance: float,
+    critical: float, free: float, free_critical: float, cracking: float, band: float,
+) -> float:  # fmt: skip
     """Mass flow of a throttle with a check valve beside it; free from side 1 to side 2 [kg/s].
 
     Parameters
@@ -159,14 +141,9 @@ def compressor_runs(runs: float, pressure: float, switch_on: float, switch_off: 
 
 @register_jitable
 def regulator_flow(
-    upstream: float,
-    downstream: float,
-    temperature: float,
-    setpoint: float,
-    gain: float,
-    conductance: float,
+    upstream: float, downstream: float, temperature: float, setpoint: float, gain: float, conductance: float,
     critical: float,
-) -> float:
+) -> float:  # fmt: skip
     """Mass flow through a pressure regulator with droop: it opens as the outlet's pressure falls [kg/s].
 
     ṁ = the lesser of k (p_set − p) and the flow of the fully open seat (ISO 6358); none at p ≥ p_set, and
@@ -188,14 +165,9 @@ def regulator_flow(
 
 @register_jitable
 def relief_flow(
-    downstream: float,
-    ambient: float,
-    temperature: float,
-    opens: float,
-    gain: float,
-    conductance: float,
+    downstream: float, ambient: float, temperature: float, opens: float, gain: float, conductance: float,
     critical: float,
-) -> float:
+) -> float:  # fmt: skip
     """Mass flow that a relieving regulator lets out of its outlet to the ambient [kg/s].
 
     ṁ = the lesser of k (p − p_opens) and the flow of the fully open relief; none at p ≤ p_opens
@@ -287,16 +259,9 @@ def line(name: str, origin: str, end: str, bore: float, length: float, parts: in
 
 
 def check_valve(
-    name: str,
-    origin: str,
-    end: str,
-    conductance: float,
-    critical_ratio: float,
-    *,
-    cracking: float,
-    throttle: float = 0.0,
-    throttle_ratio: float = 0.3,
-) -> FlowEdge:
+    name: str, origin: str, end: str, conductance: float, critical_ratio: float, *, cracking: float,
+    throttle: float = 0.0, throttle_ratio: float = 0.3,
+) -> FlowEdge:  # fmt: skip
     """A check valve that lets air from origin to end, with a throttle beside it that is open both ways.
 
     It opens over a band as wide as its cracking pressure, at least `LEAST_BAND`.
@@ -325,15 +290,9 @@ def quick_exhaust(
 
 
 def regulator(
-    name: str,
-    origin: str,
-    end: str,
-    conductance: float,
-    critical_ratio: float,
-    *,
-    setting: float,
+    name: str, origin: str, end: str, conductance: float, critical_ratio: float, *, setting: float,
     per_droop: float,
-) -> FlowEdge:
+) -> FlowEdge:  # fmt: skip
     """A pressure regulator whose outlet is at `setting` (gauge) without flow; per_droop [kg/(s·Pa)]."""
     steep = per_droop + laminar_slope(conductance, critical_ratio)
     parameters = (setting + AMBIENT_PRESSURE, per_droop)

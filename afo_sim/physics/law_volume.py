@@ -49,17 +49,9 @@ class LawVolume(NamedTuple):
 
 @register_jitable
 def muscle_volume(
-    contraction: float,
-    pressure: float,
-    nominal_length: float,
-    nominal_radius: float,
-    b: float,
-    braids: float,
-    dead_volume: float,
-    return_stiffness: float,
-    u: Sequence[float],
-    c: int,
-) -> tuple[float, float, float]:
+    contraction: float, pressure: float, nominal_length: float, nominal_radius: float, b: float,
+    braids: float, dead_volume: float, return_stiffness: float, u: Sequence[float], c: int,
+) -> tuple[float, float, float]:  # fmt: skip
     """Air volume of a muscle by its law, or by its braid's geometry, and its slopes.
 
     Beyond the last contraction of the law's volume it goes on in a straight line; beyond the law's range of
@@ -147,13 +139,9 @@ def _bounded(volume: float, blend: float) -> tuple[float, float]:
 
 @functools.lru_cache(maxsize=256)
 def law_volume(
-    law: str,
-    coefficients: tuple[float, ...],
-    braid: Braid,
-    pressures: tuple[float, float],
-    contractions: tuple[float, float],
-    contraction_scale: float = 1.0,
-) -> LawVolume:
+    law: str, coefficients: tuple[float, ...], braid: Braid, pressures: tuple[float, float],
+    contractions: tuple[float, float], contraction_scale: float = 1.0,
+) -> LawVolume:  # fmt: skip
     """The volume that follows from a static law, where the braid's geometry does not speak against it.
 
     It is used where it grows up to where the muscle goes slack, and stays within `PLAUSIBLE` of the braid's

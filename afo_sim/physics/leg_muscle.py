@@ -131,19 +131,9 @@ def fibre_force(
 
 @register_jitable
 def balanced_fibre(
-    path: float,
-    last: float,
-    last_velocity: float,
-    activation: float,
-    step: float,
-    optimal: float,
-    slack: float,
-    width: float,
-    strain: float,
-    fastest: float,
-    damping: float,
-    passive: float,
-) -> tuple[float, float, float, float]:
+    path: float, last: float, last_velocity: float, activation: float, step: float, optimal: float,
+    slack: float, width: float, strain: float, fastest: float, damping: float, passive: float,
+) -> tuple[float, float, float, float]:  # fmt: skip
     """The fibre at which tendon and fibre pull alike at the end of a step, by the trapezoidal rule.
 
     F_T((x − l_o √(l² − w²))/l_s − 1) = F_M(a, l, v) √(l² − w²)/l,  l = l_last + h/2 (v_last + v)
@@ -194,14 +184,9 @@ def balanced_fibre(
 
 @register_jitable
 def muscle_power(
-    excitation: float,
-    activation: float,
-    length: float,
-    velocity: float,
-    total: float,
-    active: float,
+    excitation: float, activation: float, length: float, velocity: float, total: float, active: float,
     slow: float,
-) -> tuple[float, float]:
+) -> tuple[float, float]:  # fmt: skip
     """Metabolic power of a muscle: heat that goes with its mass, and with its force and shortening.
 
     40 s sin(π u/2) + 133 (1 − s)(1 − cos(π u/2)) + g(l)[74 s sin(π a/2) + 111 (1 − s)(1 − cos(π a/2))] per

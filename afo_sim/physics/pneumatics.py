@@ -89,14 +89,9 @@ def iso_6358_slope(ratio: float, critical: float) -> float:
 
 @register_jitable
 def valve_flow(
-    pressure_1: float,
-    temperature_1: float,
-    pressure_2: float,
-    temperature_2: float,
-    opening: float,
-    conductance: float,
-    critical: float,
-) -> float:
+    pressure_1: float, temperature_1: float, pressure_2: float, temperature_2: float, opening: float,
+    conductance: float, critical: float,
+) -> float:  # fmt: skip
     """Mass flow from side 1 to side 2 of a valve; negative when it runs back.
 
     Parameters
@@ -202,15 +197,9 @@ def sigma_rate(
 
 @register_jitable
 def seat_switches(
-    coil: float,
-    was_on: float,
-    armature: float,
-    opening: float,
-    opening_delay: float,
-    closing_delay: float,
-    threshold: float,
-    timestep: float,
-) -> tuple[float, float, float, float, float, float]:
+    coil: float, was_on: float, armature: float, opening: float, opening_delay: float, closing_delay: float,
+    threshold: float, timestep: float,
+) -> tuple[float, float, float, float, float, float]:  # fmt: skip
     """A solenoid valve over one step: the instants at which its seat switches, and its states at the end.
 
     The armature travels to the open seat at 1/opening delay while the coil is on, and back at 1/closing

@@ -110,13 +110,9 @@ def items(array: str, first: str, number: int) -> list[str]:
 
 
 def dispatcher(
-    name: str,
-    arguments: Sequence[str],
-    branches: Iterable[Branch],
-    *,
-    otherwise: str = "math.nan",
+    name: str, arguments: Sequence[str], branches: Iterable[Branch], *, otherwise: str = "math.nan",
     description: str = "",
-) -> Callable[..., Any]:
+) -> Callable[..., Any]:  # fmt: skip
     """A function that branches over native ids, callable from Python and from compiled code.
 
     Parameters

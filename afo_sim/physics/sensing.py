@@ -159,18 +159,9 @@ def _switched(p: Any, i: int, s: Any, j: int, value: float) -> float:
 
 @register_jitable
 def sense(
-    p: Any,
-    s: Any,
-    lines: Any,
-    values: Any,
-    readings: Any,
-    outputs: Any,
-    sensors: int,
-    rows: int,
-    width: int,
-    first: int,
-    timestep: float,
-) -> float:
+    p: Any, s: Any, lines: Any, values: Any, readings: Any, outputs: Any, sensors: int, rows: int, width: int,
+    first: int, timestep: float,
+) -> float:  # fmt: skip
     """Feed a stretch of rows to all sensors.
 
     Parameters

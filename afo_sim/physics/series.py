@@ -28,15 +28,9 @@ def cable_tension(stretch: float, stiffness: float) -> tuple[float, float]:
 
 @register_jitable
 def anchor_displacement(
-    pull: float,
-    stiffness: float,
-    force: float,
-    length: float,
-    damping: float,
-    last: float,
-    last_move: float,
+    pull: float, stiffness: float, force: float, length: float, damping: float, last: float, last_move: float,
     step: float,
-) -> tuple[float, float]:
+) -> tuple[float, float]:  # fmt: skip
     """Displacement of an anchor under the pull of all its muscles at the end of a step, and its slope dz/dP.
 
     Undamped:  P = k z, or P = a (e^(z/x0) − 1) for one that stiffens, S(z) below.

@@ -48,16 +48,9 @@ def braid_force(contraction: float, braid_stiffness: float) -> float:
 
 @register_jitable
 def three_element_damping(
-    pressure: float,
-    contraction_rate: float,
-    b0: float,
-    b1: float,
-    switch_pressure: float,
-    r0: float,
-    r1: float,
-    r2: float,
-    r3: float,
-) -> float:
+    pressure: float, contraction_rate: float, b0: float, b1: float, switch_pressure: float, r0: float,
+    r1: float, r2: float, r3: float,
+) -> float:  # fmt: skip
     """Damping of the three-element model, another while contracting than while relaxing.
 
     B = b0 + b1 p contracting; relaxing r0 + r1 p below the switch pressure, r2 + r3 p from there. Never
@@ -155,19 +148,10 @@ def muscle_static_force(
 
 @register_jitable
 def signed_force(
-    law: float,
-    contraction: float,
-    pressure: float,
-    lowest_pressure: float,
-    return_stiffness: float,
-    braid_stiffness: float,
-    nominal_radius: float,
-    b: float,
-    braids: float,
-    contraction_scale: float,
-    u: Sequence[float],
-    c: int,
-) -> Slopes:
+    law: float, contraction: float, pressure: float, lowest_pressure: float, return_stiffness: float,
+    braid_stiffness: float, nominal_radius: float, b: float, braids: float, contraction_scale: float,
+    u: Sequence[float], c: int,
+) -> Slopes:  # fmt: skip
     """Static force of a muscle at its own length: law, braid and return force; and its slopes.
 
     Negative, it brings a slack muscle back.

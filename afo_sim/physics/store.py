@@ -176,16 +176,9 @@ def heat_taken(mass: float, temperature: float, volume: float, gas: Row) -> floa
 
 @register_jitable
 def store_temperature_rate(
-    mass: float,
-    temperature: float,
-    volume: float,
-    inflow: float,
-    outflow: float,
-    shell: float,
-    conductance: float,
-    ambient: float,
-    gas: Row,
-) -> float:
+    mass: float, temperature: float, volume: float, inflow: float, outflow: float, shell: float,
+    conductance: float, ambient: float, gas: Row,
+) -> float:  # fmt: skip
     """Rate of a store's temperature from its energy balance [K/s].
 
     (C + K) Ṫ = −ṁ_out q + ṁ_in [(c_v + R) T_a − u − ρ ∂u/∂ρ] + hA (T_a − T)

@@ -215,13 +215,9 @@ def both(
 
 
 def described(
-    right: Description,
-    left: Description | None,
-    *,
-    sets: Mapping[str, Any] | None = None,
-    left_sets: Mapping[str, Any] | None = None,
-    affected: Side | None = None,
-) -> tuple[Scenario, Scenario]:
+    right: Description, left: Description | None, *, sets: Mapping[str, Any] | None = None,
+    left_sets: Mapping[str, Any] | None = None, affected: Side | None = None,
+) -> tuple[Scenario, Scenario]:  # fmt: skip
     """The two legs' scenarios, at one pace; parameters as of `both`."""
     if affected not in (None, *SIDES):
         raise unknown(affected, SIDES, field="affected")

@@ -178,13 +178,9 @@ def examine(
 
 
 def first_strides(
-    built: Built,
-    rollout: Rollout,
-    columns: Columns | None,
-    settled: Mapping[str, Metric] | None,
-    asked: Asked = EVERYTHING,
-    near: Rollout | None = None,
-) -> tuple[dict[str, Metric], tuple[Notice, ...]]:
+    built: Built, rollout: Rollout, columns: Columns | None, settled: Mapping[str, Metric] | None,
+    asked: Asked = EVERYTHING, near: Rollout | None = None,
+) -> tuple[dict[str, Metric], tuple[Notice, ...]]:  # fmt: skip
     """Metrics of the strides after a stop, and warnings of what they do not say."""
     wanted = NAMES if asked.metrics is None else asked.metrics & NAMES
     if not wanted:

@@ -188,13 +188,9 @@ class Recording(Shown):
         return xarray.Dataset(variables, coords={"time": time}, attrs=facts)
 
     def save(
-        self,
-        folder: str | os.PathLike[str],
-        *,
-        rrd: bool | None = None,
-        rate: float | None = None,
+        self, folder: str | os.PathLike[str], *, rrd: bool | None = None, rate: float | None = None,
         place: pathlib.Path | None = None,
-    ) -> pathlib.Path:
+    ) -> pathlib.Path:  # fmt: skip
         """Write recording.parquet, summary.json, model.xml and, with `rrd`, recording.rrd.
 
         The files appear together; an older run in the folder stays whole until then.
@@ -216,14 +212,9 @@ class Recording(Shown):
         return write_run(written, pathlib.Path(folder), picture)
 
     def export(
-        self,
-        out: str | os.PathLike[str],
-        to: str | None = None,
-        *,
-        rate: float | None = None,
-        columns: Iterable[str] = (),
-        force: bool = False,
-    ) -> tuple[pathlib.Path, ...]:
+        self, out: str | os.PathLike[str], to: str | None = None, *, rate: float | None = None,
+        columns: Iterable[str] = (), force: bool = False,
+    ) -> tuple[pathlib.Path, ...]:  # fmt: skip
         """Write the run for another program; what is not as in the run, or as asked for, is a warning.
 
         Parameters

@@ -95,14 +95,9 @@ class Recipe:
 
 
 def roll_out(
-    cases: Sequence[Case],
-    n_step: int,
-    recipe: Recipe | None = None,
-    *,
-    workspace: Workspace | None = None,
-    progress: Callable[[int, int], None] | None = None,
-    see: See | None = None,
-) -> list[Rollout]:
+    cases: Sequence[Case], n_step: int, recipe: Recipe | None = None, *, workspace: Workspace | None = None,
+    progress: Callable[[int, int], None] | None = None, see: See | None = None,
+) -> list[Rollout]:  # fmt: skip
     """Roll simulations out side by side, each exactly as it runs alone."""
     recipe = recipe or Recipe()
     with native.installed(recipe.mode), native.without_clock():

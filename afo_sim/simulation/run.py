@@ -132,15 +132,9 @@ def run(
 
 
 def run_controlled(
-    scenario: Scenario,
-    controller: Controller,
-    rate: float,
-    time_limit: float = TIME_LIMIT,
-    *,
-    progress: Progress | None = None,
-    watch: Watch | None = None,
-    keeps: bool = False,
-) -> Recording:
+    scenario: Scenario, controller: Controller, rate: float, time_limit: float = TIME_LIMIT, *,
+    progress: Progress | None = None, watch: Watch | None = None, keeps: bool = False,
+) -> Recording:  # fmt: skip
     """Simulate with a controller in the loop, from the start; with `keeps` Ctrl-C ends the recording."""
     if scenario.reference is not None:
         reference_of(scenario)
@@ -171,14 +165,9 @@ def _loop_warnings(scenario: Scenario) -> Iterator[Notice]:
 
 
 def run_scenario(
-    scenario: Scenario,
-    *,
-    policy: Policy | None = None,
-    progress: Progress | None = None,
-    watch: Watch | None = None,
-    keeps: bool = False,
-    start: bool = True,
-) -> Recording:
+    scenario: Scenario, *, policy: Policy | None = None, progress: Progress | None = None,
+    watch: Watch | None = None, keeps: bool = False, start: bool = True,
+) -> Recording:  # fmt: skip
     """Simulate a description as `run` does; `watch` sees it grow, `keeps` is of a controller.
 
     `start` is of a settled stride: whether its start is walked at once, to see that it can be.
@@ -196,14 +185,9 @@ def run_scenario(
 
 
 def run_at_step(
-    scenario: Scenario,
-    step: str = "controlled",
-    *,
-    halvings: int = HALVINGS,
-    report: Callable[..., None] | None = None,
-    watch: Watch | None = None,
-    keeps: bool = False,
-) -> Recording:
+    scenario: Scenario, step: str = "controlled", *, halvings: int = HALVINGS,
+    report: Callable[..., None] | None = None, watch: Watch | None = None, keeps: bool = False,
+) -> Recording:  # fmt: skip
     """Simulate a description as `run` does, its step halved so often at most.
 
     `report` is told (done, in all, what); `watch` sees the asked step.

@@ -66,13 +66,9 @@ class Settled:
 
 
 def settle(
-    builts: Sequence[Built],
-    controls: Sequence[np.ndarray],
-    *,
-    mode: native.Mode = "native",
-    fields: tuple[str, ...] = METRIC_FIELDS,
-    workspace: Workspace | None = None,
-) -> list[Settled]:
+    builts: Sequence[Built], controls: Sequence[np.ndarray], *, mode: native.Mode = "native",
+    fields: tuple[str, ...] = METRIC_FIELDS, workspace: Workspace | None = None,
+) -> list[Settled]:  # fmt: skip
     """Solve for settled strides side by side, each exactly as it is solved alone."""
     workspace = workspace or Workspace()
     found: dict[int, Settled] = {}
@@ -310,15 +306,9 @@ def _cuts(n: int) -> np.ndarray:
 
 
 def _filled(
-    opened: Any,
-    parts: float,
-    supply: float,
-    per_mass: float,
-    inlet: float,
-    inlet_ratio: float,
-    outlet: float,
-    outlet_ratio: float,
-) -> float:
+    opened: Any, parts: float, supply: float, per_mass: float, inlet: float, inlet_ratio: float,
+    outlet: float, outlet_ratio: float,
+) -> float:  # fmt: skip
     """Gauge pressure after a few strides [Pa], from the valves' openings in each part of one (PARTS, 2)."""
     ambient, warm = AMBIENT_PRESSURE, AMBIENT_TEMPERATURE
     fed = supply + ambient

@@ -35,14 +35,9 @@ Progress = Callable[[int, int], None]
 
 
 def simulate(
-    built: Built,
-    control: np.ndarray | Policy,
-    *,
-    n_step: int | None = None,
-    state: np.ndarray | None = None,
-    progress: Progress | None = None,
-    see: Callable[[Rollout], None] | None = None,
-) -> Rollout:
+    built: Built, control: np.ndarray | Policy, *, n_step: int | None = None, state: np.ndarray | None = None,
+    progress: Progress | None = None, see: Callable[[Rollout], None] | None = None,
+) -> Rollout:  # fmt: skip
     """Roll a compiled scenario out."""
     mode = built.scenario.callback
     if isinstance(control, Policy):

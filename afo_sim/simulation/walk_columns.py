@@ -237,16 +237,9 @@ def _toes_moment(f: WalkFrame) -> np.ndarray:
 
 
 def _column(
-    name: str,
-    unit: str,
-    sign: str,
-    formula: Callable[[WalkFrame], np.ndarray],
-    *,
-    whole: bool = False,
-    contact: bool = False,
-    toes: bool = False,
-    needed: bool = False,
-) -> Column:
+    name: str, unit: str, sign: str, formula: Callable[[WalkFrame], np.ndarray], *, whole: bool = False,
+    contact: bool = False, toes: bool = False, needed: bool = False,
+) -> Column:  # fmt: skip
     """A column of walking, or only of walking in contact, of a foot whose toes bend, of a known need."""
     return Column(name, unit, sign, formula, whole=whole, where=_walks(contact, toes, needed))
 

@@ -81,13 +81,9 @@ def best(values: np.ndarray, count: int, lowest: bool) -> np.ndarray:
 
 
 def effect(
-    parameter: np.ndarray,
-    metric: np.ndarray,
-    *,
-    bins: int | None = None,
-    blocks: np.ndarray | None = None,
+    parameter: np.ndarray, metric: np.ndarray, *, bins: int | None = None, blocks: np.ndarray | None = None,
     grid: bool = False,
-) -> Effect:
+) -> Effect:  # fmt: skip
     """Main effect of a parameter on a metric: the mean in bins of equally many cases, or at each value.
 
     The share is (Σ n_k (ȳ_k − ȳ)² − Σ n_k (1 − n_k/n) e_k²) / Σ (y − ȳ)², with e_k the standard error of

@@ -144,13 +144,9 @@ Batched = list[Prepared] | Numbered
 
 
 def outcomes(
-    scenario: Mapping[str, Any] | str,
-    cases: Iterable[tuple[int, Mapping[str, Any]]],
-    threads: int = 1,
-    chunk: int = 32,
-    asked: Asked = EVERYTHING,
-    references: References | None = None,
-) -> Iterator[Numbered]:
+    scenario: Mapping[str, Any] | str, cases: Iterable[tuple[int, Mapping[str, Any]]], threads: int = 1,
+    chunk: int = 32, asked: Asked = EVERYTHING, references: References | None = None,
+) -> Iterator[Numbered]:  # fmt: skip
     """Run cases."""
     _keep_flat()
     most_bytes = _BATCH_BYTES / (1 if threads < 2 else threads + _AHEAD)

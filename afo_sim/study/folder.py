@@ -63,14 +63,9 @@ class FolderKind:
         return manifest | {"scenario": as_found(manifest["scenario"], folder)}
 
     def open(
-        self,
-        folder: pathlib.Path,
-        changed: Changed,
-        plan: "Plan",
-        now: Mapping[str, Any],
-        first: Callable[[dict[str, Any]], Mapping[str, Any]],
-        **further: Any,
-    ) -> dict[str, Any]:
+        self, folder: pathlib.Path, changed: Changed, plan: "Plan", now: Mapping[str, Any],
+        first: Callable[[dict[str, Any]], Mapping[str, Any]], **further: Any,
+    ) -> dict[str, Any]:  # fmt: skip
         """The manifest of the folder once it is this plan's: a new one by `first`, or one that goes on."""
         scenario = json.loads(json.dumps(expand("scenario", plan.scenario)))
         known = {"fingerprint": now, "scenario": scenario, f"{self.name}_file": plan.file.name} | further

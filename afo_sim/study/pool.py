@@ -28,13 +28,9 @@ Report = Callable[[int, int, str], None]  # called with (done, in all, what)
 
 
 def _computed(
-    distributed: Any,
-    client: Any,
-    scenario: Mapping[str, Any],
-    jobs: Jobs,
-    waiting: Iterator[int],
+    distributed: Any, client: Any, scenario: Mapping[str, Any], jobs: Jobs, waiting: Iterator[int],
     asked: Asked,
-) -> Iterator[tuple[int, list[Outcome]]]:
+) -> Iterator[tuple[int, list[Outcome]]]:  # fmt: skip
     running = distributed.as_completed()
     numbers: dict[str, int] = {}
     mine = program()
@@ -150,13 +146,9 @@ class Pool:
                 del found[chunk]
 
     def in_order(
-        self,
-        scenario: Scenario,
-        cases: Sequence[Mapping[str, Any]],
-        asked: Asked,
-        doing: str,
+        self, scenario: Scenario, cases: Sequence[Mapping[str, Any]], asked: Asked, doing: str,
         report: Report | None,
-    ) -> list[Outcome]:
+    ) -> list[Outcome]:  # fmt: skip
         """The outcomes of a few cases, in their order."""
         found: dict[int, Outcome] = {}
         numbered = enumerate(cases)

@@ -138,13 +138,9 @@ class Processes:
         self.count = 0
 
     def outcomes(
-        self,
-        scenario: Mapping[str, Any],
-        cases: Iterable[tuple[int, Mapping[str, Any]]],
-        threads: int = 1,
-        chunk: int = 32,
-        asked: Asked = EVERYTHING,
-    ) -> Iterator[Numbered]:
+        self, scenario: Mapping[str, Any], cases: Iterable[tuple[int, Mapping[str, Any]]], threads: int = 1,
+        chunk: int = 32, asked: Asked = EVERYTHING,
+    ) -> Iterator[Numbered]:  # fmt: skip
         """As `engine.outcomes`: by this process's threads at first, then by all, if as much is left to do."""
         cases = iter(cases)
         kernels = (entry.kernel for table in (LAWS, FRICTIONS) for entry in table.values())

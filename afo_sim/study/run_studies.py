@@ -18,14 +18,9 @@ _LONGEST = 120.0  # that they may take in a run that did not ask for them in so 
 
 
 def with_studies(
-    recording: Recording,
-    scenario: Scenario,
-    *,
-    effects: bool = False,
-    draws: int = 0,
-    spreads: str = "usual",
-    report: Report | None = None,
-) -> Recording:
+    recording: Recording, scenario: Scenario, *, effects: bool = False, draws: int = 0,
+    spreads: str = "usual", report: Report | None = None,
+) -> Recording:  # fmt: skip
     """A run of walking together with the studies that are asked for; another run as it is."""
     if not (recording.ok and scenario.walking):
         return recording

@@ -324,14 +324,9 @@ def _elsewhere(error: InputError, file: pathlib.Path, field: str) -> InputError:
 
 
 def plan_of(
-    scenario: Any,
-    parameters: Mapping[str, Any],
-    sets: Mapping[str, Any] | None = None,
-    *,
-    design: str = "",
-    cases: int | None = None,
-    **options: Any,
-) -> Plan:
+    scenario: Any, parameters: Mapping[str, Any], sets: Mapping[str, Any] | None = None, *, design: str = "",
+    cases: int | None = None, **options: Any,
+) -> Plan:  # fmt: skip
     """A sweep without a file; `options` as its file has them, "" and None for what is not stated."""
     for name in ("metrics", "constraints"):
         if isinstance(listed := options.get(name, ()), str):

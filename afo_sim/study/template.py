@@ -18,13 +18,9 @@ _WALKING = {
 
 
 def new_study(
-    kind: str,
-    name: str,
-    out: str | os.PathLike[str] = ".",
-    *,
-    like: str = "",
+    kind: str, name: str, out: str | os.PathLike[str] = ".", *, like: str = "",
     uses: Mapping[str, str] | None = None,
-) -> pathlib.Path:
+) -> pathlib.Path:  # fmt: skip
     """Write a commented sweep or search that runs as it is."""
     for used, where in (uses or {}).items():
         if used != "scenario":

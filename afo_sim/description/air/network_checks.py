@@ -14,13 +14,9 @@ TOO_MANY = "too many for one network"
 
 
 def check_room(
-    orthosis: HasAir,
-    extra_nodes: int = 0,
-    extra_restrictions: int = 0,
-    *,
-    shared: bool = False,
+    orthosis: HasAir, extra_nodes: int = 0, extra_restrictions: int = 0, *, shared: bool = False,
     under: str = "",
-) -> None:
+) -> None:  # fmt: skip
     """Refuse a network that is larger than compiled code has room for."""
     group = {node: {node} for node in (*orthosis.chamber, *orthosis.volume)}
     parts = list(_parts(orthosis))

@@ -73,16 +73,9 @@ def maxwell_slip_elements(
 
 @register_jitable
 def maxwell_slip_rates(
-    yields: float,
-    travel: float,
-    f1: float,
-    f2: float,
-    f3: float,
-    f4: float,
-    band: float,
-    k: float,
+    yields: float, travel: float, f1: float, f2: float, f3: float, f4: float, band: float, k: float,
     step: float,
-) -> tuple[float, float, float, float]:
+) -> tuple[float, float, float, float]:  # fmt: skip
     """Rates of the elements [N/s], such that an Euler step is exact; dead band, K and time step last."""
     e1, e2, e3, e4, _ = maxwell_slip_elements(yields, travel, f1, f2, f3, f4, k)
     return (e1 - f1) / step, (e2 - f2) / step, (e3 - f3) / step, (e4 - f4) / step

@@ -49,17 +49,10 @@ def contact_surface(contraction: float, nominal_length: float, nominal_radius: f
 
 @register_jitable
 def tondu_lopez_friction(
-    contraction: float,
-    contraction_rate: float,
-    pressure: float,
-    nominal_length: float,
-    nominal_radius: float,
-    b: float,
-    static_coefficient: float,
-    kinetic_coefficient: float,
-    stribeck_velocity: float,
-    creep_velocity: float,
-) -> tuple[float, float]:
+    contraction: float, contraction_rate: float, pressure: float, nominal_length: float,
+    nominal_radius: float, b: float, static_coefficient: float, kinetic_coefficient: float,
+    stribeck_velocity: float, creep_velocity: float,
+) -> tuple[float, float]:  # fmt: skip
     """Dry friction of thread on thread: F = μ(v) S p sgn v, with μ = f_k + (f_s − f_k) e^(−|v|/v_s).
 
     v = L0 κ̇ is the shortening velocity of the whole muscle. sgn v is smoothed to tanh(v/v_r): a

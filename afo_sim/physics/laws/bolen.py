@@ -9,14 +9,9 @@ from afo_sim.physics.law_slope import Slopes, with_slopes
 
 @with_slopes
 def bolen_2026(
-    contraction: float,
-    pressure: float,
-    force_620: float,
-    contraction_620: float,
-    c0: float,
-    c1: float,
+    contraction: float, pressure: float, force_620: float, contraction_620: float, c0: float, c1: float,
     c2: float,
-) -> Slopes:
+) -> Slopes:  # fmt: skip
     """Normalised law: F = F620 [c0 (e^(−c1 ε) − 1) + P e^(−c2 ε²)], ε = κ/κ620, P = p/620 kPa.
 
     Parameters

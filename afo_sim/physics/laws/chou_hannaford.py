@@ -9,13 +9,9 @@ from afo_sim.physics.law_slope import Slopes, with_slopes
 
 @with_slopes
 def chou_hannaford_1996(
-    contraction: float,
-    pressure: float,
-    nominal_length: float,
-    thread_length: float,
-    turns: float,
+    contraction: float, pressure: float, nominal_length: float, thread_length: float, turns: float,
     wall_thickness: float,
-) -> Slopes:
+) -> Slopes:  # fmt: skip
     """Geometric model of a braid: F = p (3 L² − B²)/(4 π n²) + π p [D90 t (2 s − 1/s) − t²].
 
     Parameters

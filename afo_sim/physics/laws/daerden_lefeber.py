@@ -14,19 +14,9 @@ _FREE = 49  # place of m = 0.5, where nothing pulls
 
 @with_slopes
 def daerden_lefeber_2001(
-    contraction: float,
-    pressure: float,
-    area: float,
-    first: float,
-    last: float,
-    bend: float,
-    c0: float,
-    c1: float,
-    c2: float,
-    c3: float,
-    c4: float,
-    c5: float,
-) -> Slopes:
+    contraction: float, pressure: float, area: float, first: float, last: float, bend: float, c0: float,
+    c1: float, c2: float, c3: float, c4: float, c5: float,
+) -> Slopes:  # fmt: skip
     """Pleated membrane: F = p η l² f(κ, R/l), with f = Σ c_i κ^((i − 1)/2) in place of elliptic integrals.
 
     Parameters

@@ -9,16 +9,9 @@ from afo_sim.physics.law_slope import Slopes, with_slopes
 
 @with_slopes
 def kerscher_2006(
-    contraction: float,
-    pressure: float,
-    nominal_radius: float,
-    b: float,
-    a_epsilon: float,
-    b_epsilon: float,
-    a_kappa: float,
-    b_kappa: float,
-    c_kappa: float,
-) -> Slopes:
+    contraction: float, pressure: float, nominal_radius: float, b: float, a_epsilon: float, b_epsilon: float,
+    a_kappa: float, b_kappa: float, c_kappa: float,
+) -> Slopes:  # fmt: skip
     """Braid with two corrections: F = μ(κ) π r0² p [a (1 − ε(p) κ)² − b].
 
     μ = a_κ e^(−c_κ κ) − b_κ, ε = a_ε e^(−p) − b_ε with p in bar, a = 3 (b − 1). Beyond the zero,

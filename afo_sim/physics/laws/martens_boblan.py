@@ -17,18 +17,9 @@ from afo_sim.physics.law_slope import Slopes, with_slopes
 
 @with_slopes
 def martens_boblan_2017(
-    contraction: float,
-    pressure: float,
-    nominal_length: float,
-    nominal_radius: float,
-    fibre_length: float,
-    turns: float,
-    wall_thickness: float,
-    c0: float,
-    c1: float,
-    c2: float,
-    c3: float,
-) -> Slopes:
+    contraction: float, pressure: float, nominal_length: float, nominal_radius: float, fibre_length: float,
+    turns: float, wall_thickness: float, c0: float, c1: float, c2: float, c3: float,
+) -> Slopes:  # fmt: skip
     """Braid and rubber wall: F = p (3 L² − B²)/(4 π n²) + σ_D H0 π L dD/dL − σ_L H0 π D.
 
     σ_L = E (L − L0)/L0 and σ_D = E (D − D0)/D0 with the modulus E = c0 + c1 L + c2 L² + c3 L³.

@@ -7,18 +7,9 @@ from afo_sim.physics.law_slope import Slopes, with_slopes
 
 @with_slopes
 def maximum_force(
-    contraction: float,
-    pressure: float,
-    maximum_pressure: float,
-    b0: float,
-    b1: float,
-    b2: float,
-    b3: float,
-    b4: float,
-    a0: float,
-    a1: float,
-    a2: float,
-) -> Slopes:
+    contraction: float, pressure: float, maximum_pressure: float, b0: float, b1: float, b2: float, b3: float,
+    b4: float, a0: float, a1: float, a2: float,
+) -> Slopes:  # fmt: skip
     """Maximum-force approximation: F = F_max(κ) − (p_max − p) g(κ).
 
     F_max = b0 + b1 κ + b2 κ² + b3 κ³ + b4 κ⁴ is the force at p_max, g = a0 + a1 κ + a2 κ² its slope

@@ -7,15 +7,8 @@ from afo_sim.physics.law_slope import Slopes, with_slopes
 
 @with_slopes
 def sarosi_2012(
-    contraction: float,
-    pressure: float,
-    a1: float,
-    a2: float,
-    a3: float,
-    a4: float,
-    a5: float,
-    a6: float,
-) -> Slopes:
+    contraction: float, pressure: float, a1: float, a2: float, a3: float, a4: float, a5: float, a6: float
+) -> Slopes:  # fmt: skip
     """Exponential law: F = (a1 p + a2) e^(a3 κ) + a4 κ p + a5 p + a6, κ in per cent and p in bar.
 
     Parameters

@@ -11,15 +11,9 @@ LEAST_PRESSURE = 0.05  # [bar] below which n(p) and a(p) are held
 
 @with_slopes
 def takosoglu_2016(
-    contraction: float,
-    pressure: float,
-    nominal_radius: float,
-    a0: float,
-    a1: float,
-    b: float,
-    n0: float,
+    contraction: float, pressure: float, nominal_radius: float, a0: float, a1: float, b: float, n0: float,
     n1: float,
-) -> Slopes:
+) -> Slopes:  # fmt: skip
     """Braid with a free exponent: F = π r0² p [a(p) (1 − κ)^n(p) − b], a = a0 + a1/p, n = n0 + n1/p.
 
     Parameters

@@ -6,17 +6,9 @@ from afo_sim.physics.law_slope import Slopes, with_slopes
 
 @with_slopes
 def three_element(
-    contraction: float,
-    pressure: float,
-    nominal_length: float,
-    f0: float,
-    f1: float,
-    switch_pressure: float,
-    k0: float,
-    k1: float,
-    k2: float,
-    k3: float,
-) -> Slopes:
+    contraction: float, pressure: float, nominal_length: float, f0: float, f1: float, switch_pressure: float,
+    k0: float, k1: float, k2: float, k3: float,
+) -> Slopes:  # fmt: skip
     """Static part of the three-element model: F = F_ce(p) − K(p) x, with x = κ L0.
 
     F_ce = f0 + f1 p; K = k0 + k1 p below the switch pressure and k2 + k3 p from there.

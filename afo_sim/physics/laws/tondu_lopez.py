@@ -40,14 +40,9 @@ _braid = slopes_of(tondu_lopez_2000)
 
 @with_slopes
 def tondu_lopez_2000_bladder(
-    contraction: float,
-    pressure: float,
-    nominal_radius: float,
-    b: float,
-    k: float,
-    bladder_force: float,
+    contraction: float, pressure: float, nominal_radius: float, b: float, k: float, bladder_force: float,
     bladder_stiffness: float,
-) -> Slopes:
+) -> Slopes:  # fmt: skip
     """Tondu–Lopez less what the rubber bladder takes: F = F_TL − F0 − K_b κ.
 
     Parameters

@@ -45,13 +45,9 @@ Evaluate = Callable[[Columns, np.ndarray], Answers]
 
 
 def answers(
-    scenario: Mapping[str, Any],
-    designs: Cases,
-    patients: Cases | None,
-    metrics: Sequence[str],
-    who: Pool,
+    scenario: Mapping[str, Any], designs: Cases, patients: Cases | None, metrics: Sequence[str], who: Pool,
     only: np.ndarray | None = None,
-) -> Answers:
+) -> Answers:  # fmt: skip
     """Simulate every design with every patient, or with the one of `only` (designs,) where that is not -1."""
     many = len(patients) if patients else 1
     alone = np.full(len(designs), -1) if only is None else only

@@ -198,16 +198,10 @@ def read(path: str | os.PathLike[str]) -> SearchPlan:
 
 
 def search_of(
-    scenario: Any,
-    over: Mapping[str, Any],
-    *,
-    lowest: str = "",
-    highest: str = "",
-    of: Literal["mean", "median", "worst"] = "mean",
-    limits: Sequence[str] = (),
-    patients: Mapping[str, Any] | None = None,
-    **options: Any,
-) -> SearchPlan:
+    scenario: Any, over: Mapping[str, Any], *, lowest: str = "", highest: str = "",
+    of: Literal["mean", "median", "worst"] = "mean", limits: Sequence[str] = (),
+    patients: Mapping[str, Any] | None = None, **options: Any,
+) -> SearchPlan:  # fmt: skip
     """A design search without a file."""
     file = pathlib.Path("search")
     if bool(lowest) == bool(highest):

@@ -72,13 +72,9 @@ def size(
 
 
 def requested(
-    kind: str,
-    scenario: str | os.PathLike[str] | Scenario | Mapping[str, Any],
-    sets: Mapping[str, Any] | None = None,
-    *,
-    limits: str | Sequence[str] | None = None,
-    **options: Any,
-) -> Request:
+    kind: str, scenario: str | os.PathLike[str] | Scenario | Mapping[str, Any],
+    sets: Mapping[str, Any] | None = None, *, limits: str | Sequence[str] | None = None, **options: Any,
+) -> Request:  # fmt: skip
     """What `size` is asked for, checked before anything is run; arguments and errors as its own."""
     if kind not in KINDS:
         raise unknown(kind, KINDS, field="kind")
