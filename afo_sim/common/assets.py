@@ -17,23 +17,11 @@ from afo_sim.common.reading import LARGEST_DESCRIPTION, read_text
 from afo_sim.common.sealing import check_text
 
 KINDS = {
-    "scenario": "scenarios",
-    "leg": "legs",
-    "orthosis": "orthoses",
-    "muscle": "muscles",
-    "valve": "valves",
-    "tube": "tubes",
-    "source": "sources",
-    "regulator": "regulators",
-    "patient": "patients",
-    "shoe": "shoes",
-    "limits": "limits",
-    "sensor": "sensors",
-    "sweep": "sweeps",
-    "search": "searches",
-    "uncertainty": "uncertainties",
-    "walker": "walkers",
-}
+    "scenario": "scenarios", "leg": "legs", "orthosis": "orthoses", "muscle": "muscles", "valve": "valves",
+    "tube": "tubes", "source": "sources", "regulator": "regulators", "patient": "patients", "shoe": "shoes",
+    "limits": "limits", "sensor": "sensors", "sweep": "sweeps", "search": "searches",
+    "uncertainty": "uncertainties", "walker": "walkers",
+}  # fmt: skip
 FOLDERS = ("models", "gait_data")
 # kinds whose products are single files, not folders
 FLAT = ("scenario", "sweep", "search", "uncertainty", "walker")

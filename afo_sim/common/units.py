@@ -160,19 +160,11 @@ BASES = ("m", "s", "g", "K", "rad")
 _PREFIXED = ("m", "s", "g", "N", "Pa", "bar", "J", "W", "Hz", "l")
 # {unit: (scale, units that it is made of)}, divided as pint divides them: this decides the last digit
 _MADE: dict[str, tuple[float, _Powers]] = {
-    "deg": (1.0 / 180.0, {"π": 1, "rad": 1}),
-    "π": (pi, {}),
-    "N": (1.0, {"kg": 1, "m": 1, "s": -2}),
-    "Pa": (1.0, {"N": 1, "m": -2}),
-    "bar": (1e5, {"Pa": 1}),
-    "J": (1.0, {"N": 1, "m": 1}),
-    "W": (1.0, {"J": 1, "s": -1}),
-    "Hz": (1.0, {"s": -1}),
-    "l": (1.0, {"dm": 3}),
-    "min": (60.0, {"s": 1}),
-    "h": (60.0, {"min": 1}),
-    "percent": (0.01, {}),
-}
+    "deg": (1.0 / 180.0, {"π": 1, "rad": 1}), "π": (pi, {}), "N": (1.0, {"kg": 1, "m": 1, "s": -2}),
+    "Pa": (1.0, {"N": 1, "m": -2}), "bar": (1e5, {"Pa": 1}), "J": (1.0, {"N": 1, "m": 1}),
+    "W": (1.0, {"J": 1, "s": -1}), "Hz": (1.0, {"s": -1}), "l": (1.0, {"dm": 3}), "min": (60.0, {"s": 1}),
+    "h": (60.0, {"min": 1}), "percent": (0.01, {}),
+}  # fmt: skip
 _MADE |= {
     mark + unit: (scale, {unit: 1})
     for unit in _PREFIXED

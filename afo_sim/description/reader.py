@@ -72,23 +72,13 @@ MOST_KEPT = 1000  # parts of descriptions; a scenario has some 60
 KEPT: dict[Any, Any] = {}  # parts by class and table: the cases of a sweep share what they do not change
 # pydantic's kinds of error in our words, and what lists look like
 PROBLEMS = {
-    "missing": "is missing",
-    "extra_forbidden": "is an unknown key",
-    "dict_type": "is not a table",
-    "tuple_type": "is not a list",
-    "too_long": "has too many items",
-    "too_short": "has too few items",
-    "literal_error": "is not a valid choice",
-    "int_type": "is not a whole number",
-    "int_parsing": "is not a whole number",
-    "int_from_float": "is not a whole number",
-    "string_type": "is not a text",
-    "string_too_short": "is empty",
-    "greater_than_equal": "is out of range",
-    "greater_than": "is out of range",
-    "less_than_equal": "is out of range",
-    "less_than": "is out of range",
-}
+    "missing": "is missing", "extra_forbidden": "is an unknown key", "dict_type": "is not a table",
+    "tuple_type": "is not a list", "too_long": "has too many items", "too_short": "has too few items",
+    "literal_error": "is not a valid choice", "int_type": "is not a whole number",
+    "int_parsing": "is not a whole number", "int_from_float": "is not a whole number",
+    "string_type": "is not a text", "string_too_short": "is empty", "greater_than_equal": "is out of range",
+    "greater_than": "is out of range", "less_than_equal": "is out of range", "less_than": "is out of range",
+}  # fmt: skip
 _FORMS = {
     "from_joint": '["6 cm", "0 cm", "30 cm"]',
     "axis": "[0.0, 1.0, 0.0]",

@@ -35,19 +35,10 @@ from afo_sim.physics import FRICTIONS, LAWS, LawParameter
 
 Path = tuple[str, ...]
 SPECS: dict[str, type[BaseModel]] = {
-    "scenario": Scenario,
-    "leg": Leg,
-    "orthosis": Orthosis,
-    "muscle": Muscle,
-    "valve": Valve,
-    "tube": Tube,
-    "source": Source,
-    "regulator": Regulator,
-    "patient": Patient,
-    "shoe": Shoe,
-    "limits": Limits,
+    "scenario": Scenario, "leg": Leg, "orthosis": Orthosis, "muscle": Muscle, "valve": Valve, "tube": Tube,
+    "source": Source, "regulator": Regulator, "patient": Patient, "shoe": Shoe, "limits": Limits,
     "sensor": SensorType,
-}
+}  # fmt: skip
 KINDS = {spec: kind for kind, spec in SPECS.items()}
 SETS: dict[Any, Mapping[str, Any]] = {LawSet: LAWS, FrictionSet: FRICTIONS}  # tables of a law's parameters
 # other words for keys that are not an ankle's alone: everywhere, and of a leg

@@ -18,14 +18,10 @@ WORST: tuple[Status, ...] = ("good", "doubtful", "bad")  # the later, the worse
 HELP, LIFT, HEEL, PUSH_OFF, AIR, SKIN = "help", "lift", "heel", "push_off", "air", "skin"
 ADDS = "air_adds"
 QUESTIONS = {
-    HELP: "Does it help?",
-    LIFT: "Does it lift the toe?",
-    HEEL: "Does it land on the heel?",
-    PUSH_OFF: "Does it hinder push-off?",
-    ADDS: "What does the air add?",
-    AIR: "How much air does it use?",
+    HELP: "Does it help?", LIFT: "Does it lift the toe?", HEEL: "Does it land on the heel?",
+    PUSH_OFF: "Does it hinder push-off?", ADDS: "What does the air add?", AIR: "How much air does it use?",
     SKIN: "Can the skin tolerate it?",
-}
+}  # fmt: skip
 # {metric of push-off: the limits that it is held against}
 AGAINST = {
     "torque_against_push_off_per_mass": "torque_against_push_off",

@@ -163,15 +163,9 @@ def _built(scenario: Scenario) -> Built:
     described = (*check_description(scenario), *implausible(scenario, model), *check_air_path(scenario))
     warnings = (*described, *stretch, *coarse, *guided, *_walked(scenario))
     built = Built(
-        scenario,
-        model,
-        index,
-        numbers,
-        warnings,
-        foot=foot,
-        side_arms=geometry.side_arms,
+        scenario, model, index, numbers, warnings, foot=foot, side_arms=geometry.side_arms,
         spare=geometry.spare,
-    )
+    )  # fmt: skip
     if foot is None or bare is None:
         return built
     return _with_walking(built, foot, bare)

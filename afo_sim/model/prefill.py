@@ -166,14 +166,9 @@ def filled(chamber: Chamber, supply: float, time: float, volume: Volume, step: f
     def rates(air: Held) -> tuple[float, float]:
         """Of mass and σ."""
         flow = valve_flow(
-            source,
-            AMBIENT_TEMPERATURE,
-            air.pressure,
-            air.temperature,
-            1.0,
-            inlet.conductance,
+            source, AMBIENT_TEMPERATURE, air.pressure, air.temperature, 1.0, inlet.conductance,
             inlet.critical_ratio,
-        )
+        )  # fmt: skip
         into, out = max(flow, 0.0), max(-flow, 0.0)
         wall = chamber.wall_conductance + chamber.wall_conductance_by_flow * into
         return flow, sigma_rate(air.temperature, air.volume, into, out, wall)

@@ -84,18 +84,12 @@ def ways_of(model: mujoco.MjModel) -> list[Way]:
             law, first = int(row[EDGE_ROW.law]), row[EDGE_ROW.parameters]
             found.append(
                 Way(
-                    edge,
-                    nodes[int(row[EDGE_ROW.origin])],
-                    nodes[int(row[EDGE_ROW.end])],
-                    row[1] == KIND_VALVE,
-                    law,
-                    row[VALVE_ROW.conductance],
-                    row[VALVE_ROW.critical_ratio],
+                    edge, nodes[int(row[EDGE_ROW.origin])], nodes[int(row[EDGE_ROW.end])],
+                    row[1] == KIND_VALVE, law, row[VALVE_ROW.conductance], row[VALVE_ROW.critical_ratio],
                     tuple(row[EDGE_ROW.parameters : EDGE_ROW.tank]),
-                    nodes[int(first)] if law in PILOTED else NOWHERE,
-                    upstream,
+                    nodes[int(first)] if law in PILOTED else NOWHERE, upstream,
                 )
-            )
+            )  # fmt: skip
     return found
 
 

@@ -429,16 +429,9 @@ def write_rates(m: Any, d: Any, nodes: int, s: Any, plain: bool) -> None:
 def cooling(u: Any, q: int, mass: float, temperature: float, outflow: float) -> float:
     """Rate of temperature of the store whose row starts at q, which gives a flow [K/s]."""
     return store_temperature_rate(
-        mass,
-        temperature,
-        u[q + AIR_ROW.volume],
-        max(-outflow, 0.0),
-        max(outflow, 0.0),
-        u[q + STORE_ROW.shell],
-        u[q + AIR_ROW.wall_conductance],
-        AMBIENT_TEMPERATURE,
-        gas_in(u, q),
-    )
+        mass, temperature, u[q + AIR_ROW.volume], max(-outflow, 0.0), max(outflow, 0.0),
+        u[q + STORE_ROW.shell], u[q + AIR_ROW.wall_conductance], AMBIENT_TEMPERATURE, gas_in(u, q),
+    )  # fmt: skip
 
 
 @register_jitable

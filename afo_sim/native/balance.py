@@ -57,15 +57,10 @@ def shift(m: Any, d: Any, j: int, pull: float, rest: bool) -> tuple[float, float
     a, state = j + NETWORK_ROW.first_anchor, int(u[j + NETWORK_ROW.state])
     for _ in range(int(u[j + NETWORK_ROW.anchors])):
         z, by_pull = anchor_displacement(
-            pull,
-            u[a + ANCHOR.stiffness],
-            u[a + ANCHOR.force],
-            u[a + ANCHOR.length],
-            0.0 if rest else u[a + ANCHOR.damping],
-            act[state + ANCHOR_ACT.displacement],
-            act[state + ANCHOR_ACT.last_move],
-            m.opt.timestep,
-        )
+            pull, u[a + ANCHOR.stiffness], u[a + ANCHOR.force], u[a + ANCHOR.length],
+            0.0 if rest else u[a + ANCHOR.damping], act[state + ANCHOR_ACT.displacement],
+            act[state + ANCHOR_ACT.last_move], m.opt.timestep,
+        )  # fmt: skip
         total += z
         slope += by_pull
         a += len(ANCHOR)
@@ -82,17 +77,11 @@ def volume_of(m: Any, d: Any, q: int, absolute: float) -> tuple[float, float]:
         k = m.nuser_actuator * leader
         own = int(u[k + MUSCLE_ROW.userdata])
         part, slope, more = muscle_volume(
-            data[own + LEADER_DATA.contraction],
-            absolute - AMBIENT_PRESSURE,
-            u[k + MUSCLE_ROW.nominal_length],
-            u[k + MUSCLE_ROW.nominal_radius],
-            u[k + MUSCLE_ROW.b],
-            u[k + MUSCLE_ROW.braids],
-            u[k + MUSCLE_ROW.dead_volume],
-            u[k + MUSCLE_ROW.returning],
-            u,
+            data[own + LEADER_DATA.contraction], absolute - AMBIENT_PRESSURE,
+            u[k + MUSCLE_ROW.nominal_length], u[k + MUSCLE_ROW.nominal_radius], u[k + MUSCLE_ROW.b],
+            u[k + MUSCLE_ROW.braids], u[k + MUSCLE_ROW.dead_volume], u[k + MUSCLE_ROW.returning], u,
             k + MUSCLE_ROW.law_volume,
-        )
+        )  # fmt: skip
         volume += u[k + MUSCLE_ROW.parallel] * part
         by_pressure += u[k + MUSCLE_ROW.parallel] * more
         data[own + LEADER_DATA.volume_slope] = u[k + MUSCLE_ROW.parallel] * slope

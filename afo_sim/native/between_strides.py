@@ -202,19 +202,10 @@ def chamber_slopes(s: Any, o: int, act: Any, userdata: Any, control: Any, first:
                 userdata[data + CHAMBER_DATA.outlet_flow],
             )
             a, b, c, d = rates(
-                mass,
-                pressure,
-                volume,
-                inlet,
-                outlet,
-                supply_in(s, o, k, control, row),
-                s[node + NODE.inlet_ratio],
-                s[node + NODE.outlet_ratio],
-                s[node + NODE.wall],
-                s[table(s, o, AT.giving) + nodes * number + k],
-                s[o + AT.gas],
-                s[o + AT.gamma],
-            )
+                mass, pressure, volume, inlet, outlet, supply_in(s, o, k, control, row),
+                s[node + NODE.inlet_ratio], s[node + NODE.outlet_ratio], s[node + NODE.wall],
+                s[table(s, o, AT.giving) + nodes * number + k], s[o + AT.gas], s[o + AT.gamma],
+            )  # fmt: skip
             h = s[o + AT.interval]
             step_on(s, at, n, h * a, h * b, h * c, h * d)
 

@@ -22,16 +22,10 @@ from afo_sim.native.struct_layout import PLACES, READ, c_type, declarations
 from afo_sim.physics import register_all
 
 _NUMBA_TYPES = {
-    ctypes.c_double: types.float64,
-    ctypes.c_float: types.float32,
-    ctypes.c_int: types.int32,
-    ctypes.c_int64: types.int64,
-    ctypes.c_uint64: types.uint64,
-    ctypes.c_uint: types.uint32,
-    ctypes.c_bool: types.uint8,
-    ctypes.c_ubyte: types.uint8,
-    ctypes.c_char: types.uint8,
-}
+    ctypes.c_double: types.float64, ctypes.c_float: types.float32, ctypes.c_int: types.int32,
+    ctypes.c_int64: types.int64, ctypes.c_uint64: types.uint64, ctypes.c_uint: types.uint32,
+    ctypes.c_bool: types.uint8, ctypes.c_ubyte: types.uint8, ctypes.c_char: types.uint8,
+}  # fmt: skip
 
 
 class StructPointer(types.Opaque):

@@ -171,15 +171,9 @@ def driven(
         held = step if abs(side - given) > 0.5 else clock + step
         return max(side, 0.0), max(-side, 0.0), 0.0, side, held
     output, integral = pid(
-        error,
-        rate,
-        integral,
-        u[j + DRIVE_ROW.full_at],
-        u[j + DRIVE_ROW.integral_rate],
-        u[j + DRIVE_ROW.derivative_time],
-        u[j + DRIVE_ROW.dead_band],
-        step,
-    )
+        error, rate, integral, u[j + DRIVE_ROW.full_at], u[j + DRIVE_ROW.integral_rate],
+        u[j + DRIVE_ROW.derivative_time], u[j + DRIVE_ROW.dead_band], step,
+    )  # fmt: skip
     if kind != PWM:
         return max(output, 0.0), max(-output, 0.0), integral, output, clock
     coming = pulse_width(output, u[j + DRIVE_ROW.period], least_on, least_off)

@@ -13,15 +13,7 @@ COMPLAINTS = (
     "the pressure that is asked for is not a number in actuator",
 )
 (
-    NO_NUMBER,
-    NO_PRESSURE,
-    NO_VOLUME,
-    NO_AIR,
-    NO_SUPPLY,
-    NO_LENGTH,
-    NO_MARK,
-    RAISED,
-    NO_TARGET,
-) = range(len(COMPLAINTS))
+    NO_NUMBER, NO_PRESSURE, NO_VOLUME, NO_AIR, NO_SUPPLY, NO_LENGTH, NO_MARK, RAISED, NO_TARGET,
+) = range(len(COMPLAINTS))  # fmt: skip
 FINE = -1
 MJU_ERROR = "afo_sim_mju_error"  # symbol of MuJoCo's `mju_error`, by which compiled code complains

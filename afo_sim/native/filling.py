@@ -54,18 +54,14 @@ def _nodes(circuit: Circuit, ids: CircuitIds, network: AirNetwork) -> dict[str, 
     first = (ids.valves | ids.restrictions)[next(iter(network.edges))]
     return {
         name: {
-            "following": after,
-            "number": network.numbers[name],
-            "first_edge": first if name == names[-1] else -1,
-            "upstream": network.upstream,
-            "leads": 1.0 if name == names[-1] else 0.0,
-            "gas_constant": circuit.gas_constant,
-            "heat_capacity_ratio": circuit.heat_capacity_ratio,
-            "first_node": known[names[0]],
+            "following": after, "number": network.numbers[name],
+            "first_edge": first if name == names[-1] else -1, "upstream": network.upstream,
+            "leads": 1.0 if name == names[-1] else 0.0, "gas_constant": circuit.gas_constant,
+            "heat_capacity_ratio": circuit.heat_capacity_ratio, "first_node": known[names[0]],
             "steepness": steep[network.numbers[name]],
         }
         for name, after in zip(names, following, strict=True)
-    }
+    }  # fmt: skip
 
 
 def _steepness(circuit: Circuit, network: AirNetwork) -> dict[int, float]:

@@ -22,19 +22,11 @@ from afo_sim.physics import (
 def law_slopes(u: Any, k: int, contraction: float, pressure: float) -> Slopes:
     """Signed static force of the muscle whose row starts at k, at gauge pressure, and its slopes."""
     return signed_force(
-        u[k + MUSCLE_ROW.law],
-        contraction,
-        pressure,
-        u[k + MUSCLE_ROW.lowest_pressure],
-        u[k + MUSCLE_ROW.return_stiffness],
-        u[k + MUSCLE_ROW.braid_stiffness],
-        u[k + MUSCLE_ROW.nominal_radius],
-        u[k + MUSCLE_ROW.b],
-        u[k + MUSCLE_ROW.braids],
-        u[k + MUSCLE_ROW.contraction_scale],
-        u,
-        k + MUSCLE_ROW.coefficients,
-    )
+        u[k + MUSCLE_ROW.law], contraction, pressure, u[k + MUSCLE_ROW.lowest_pressure],
+        u[k + MUSCLE_ROW.return_stiffness], u[k + MUSCLE_ROW.braid_stiffness],
+        u[k + MUSCLE_ROW.nominal_radius], u[k + MUSCLE_ROW.b], u[k + MUSCLE_ROW.braids],
+        u[k + MUSCLE_ROW.contraction_scale], u, k + MUSCLE_ROW.coefficients,
+    )  # fmt: skip
 
 
 @register_jitable

@@ -75,19 +75,10 @@ def flow_of(s: Any, o: int, way: int, by_origin: float, by_end: float, userdata:
     p1 = supply if origin == SUPPLY else s[pressures + origin]
     p2 = supply if end == SUPPLY else s[pressures + end]
     return edge_flow(
-        s[way + WAY.law],
-        p1 * by_origin,
-        s[warm + origin],
-        p2 * by_end,
-        s[warm + end],
-        1.0 if place < 0 else userdata[row * int(s[o + AT.userdata]) + place],
-        s[way + WAY.conductance],
-        s[way + WAY.critical],
-        s,
-        way + WAY.parameters,
-        pressures,
-        1,
-    )
+        s[way + WAY.law], p1 * by_origin, s[warm + origin], p2 * by_end, s[warm + end],
+        1.0 if place < 0 else userdata[row * int(s[o + AT.userdata]) + place], s[way + WAY.conductance],
+        s[way + WAY.critical], s, way + WAY.parameters, pressures, 1,
+    )  # fmt: skip
 
 
 @register_jitable

@@ -17,26 +17,13 @@ from afo_sim.common import CallbackError
 
 _C_TYPES: dict[str, Any] = {
     "mjtNum": ctypes.c_double if np.dtype(mujoco.MJTNUM_DTYPE).itemsize == 8 else ctypes.c_float,
-    "mjtByte": ctypes.c_ubyte,
-    "mjtBool": ctypes.c_bool,
-    "mjtSize": ctypes.c_int64,
-    "double": ctypes.c_double,
-    "float": ctypes.c_float,
-    "int": ctypes.c_int,
-    "unsigned int": ctypes.c_uint,
-    "unsigned": ctypes.c_uint,
-    "char": ctypes.c_char,
-    "unsigned char": ctypes.c_ubyte,
-    "size_t": ctypes.c_size_t,
-    "uintptr_t": ctypes.c_void_p,
-    "uint64_t": ctypes.c_uint64,
-    "int64_t": ctypes.c_int64,
-    "uint32_t": ctypes.c_uint32,
-    "int32_t": ctypes.c_int32,
-    "uint16_t": ctypes.c_uint16,
-    "bool": ctypes.c_bool,
-    "void": None,
-}
+    "mjtByte": ctypes.c_ubyte, "mjtBool": ctypes.c_bool, "mjtSize": ctypes.c_int64, "double": ctypes.c_double,
+    "float": ctypes.c_float, "int": ctypes.c_int, "unsigned int": ctypes.c_uint, "unsigned": ctypes.c_uint,
+    "char": ctypes.c_char, "unsigned char": ctypes.c_ubyte, "size_t": ctypes.c_size_t,
+    "uintptr_t": ctypes.c_void_p, "uint64_t": ctypes.c_uint64, "int64_t": ctypes.c_int64,
+    "uint32_t": ctypes.c_uint32, "int32_t": ctypes.c_int32, "uint16_t": ctypes.c_uint16,
+    "bool": ctypes.c_bool, "void": None,
+}  # fmt: skip
 
 
 def c_type(declared: Any) -> Any:

@@ -58,31 +58,16 @@ def leg_muscle_dyn(m: Any, d: Any, i: int, j: int) -> None:
     strong = u[j + LEG_MUSCLE_ROW.strength] * activation
     fastest, optimal = u[j + LEG_MUSCLE_ROW.fastest], u[j + LEG_MUSCLE_ROW.optimal]
     length, velocity, tension, along = balanced_fibre(
-        d.actuator_length[i],
-        d.act[a + LEG_MUSCLE_ACT.length],
-        d.act[a + LEG_MUSCLE_ACT.velocity],
-        strong,
-        step,
-        optimal,
-        u[j + LEG_MUSCLE_ROW.slack],
-        u[j + LEG_MUSCLE_ROW.width],
-        u[j + LEG_MUSCLE_ROW.strain],
-        fastest,
-        u[j + LEG_MUSCLE_ROW.damping],
-        u[j + LEG_MUSCLE_ROW.passive],
-    )
+        d.actuator_length[i], d.act[a + LEG_MUSCLE_ACT.length], d.act[a + LEG_MUSCLE_ACT.velocity], strong,
+        step, optimal, u[j + LEG_MUSCLE_ROW.slack], u[j + LEG_MUSCLE_ROW.width], u[j + LEG_MUSCLE_ROW.strain],
+        fastest, u[j + LEG_MUSCLE_ROW.damping], u[j + LEG_MUSCLE_ROW.passive],
+    )  # fmt: skip
     force, mass = u[j + LEG_MUSCLE_ROW.force], u[j + LEG_MUSCLE_ROW.mass]
     mass *= u[j + LEG_MUSCLE_ROW.strength]  # what is lost of a weak muscle makes no heat
     active = strong * active_force(length)[0] * velocity_factor(velocity / fastest)[0]
     heat, moving = muscle_power(
-        excitation,
-        activation,
-        length,
-        velocity,
-        along,
-        active,
-        u[j + LEG_MUSCLE_ROW.slow],
-    )
+        excitation, activation, length, velocity, along, active, u[j + LEG_MUSCLE_ROW.slow],
+    )  # fmt: skip
     d.userdata[place + LEG_MUSCLE_DATA.tension] = force * tension
     d.act_dot[a + LEG_MUSCLE_ACT.excitation] = (excitation - before) / step
     d.act_dot[a + LEG_MUSCLE_ACT.activation] = (activation - last) / step
@@ -151,13 +136,9 @@ def reflex_dyn(m: Any, d: Any, i: int, j: int) -> None:
     other = m.nuser_actuator * int(u[j + REFLEX_ROW.other])
     before = int(d.act[a + REFLEX_ACT.phase] + 0.5)
     state = next_state(
-        before,
-        load_on(m, d, j),
-        load_on(m, d, other),
-        ahead_of_trunk(m, d, j),
-        ahead_of_trunk(m, d, other),
+        before, load_on(m, d, j), load_on(m, d, other), ahead_of_trunk(m, d, j), ahead_of_trunk(m, d, other),
         u[j + REFLEX_ROW.gains + REFLEX.load],
-    )
+    )  # fmt: skip
     came_down = 1.0 if state == EARLY_STANCE and before != EARLY_STANCE else 0.0
     d.act_dot[a + REFLEX_ACT.phase] = (state - d.act[a + REFLEX_ACT.phase]) / step
     d.act_dot[a + REFLEX_ACT.strikes] = came_down / step

@@ -49,19 +49,10 @@ class AtRest:
     def signed(self, contraction: float, pressure: float) -> float:
         """Force [N], negative where the muscle is slack, at a contraction ratio and a gauge pressure [Pa]."""
         return signed_force(
-            self.law,
-            contraction,
-            pressure,
-            self.lowest_pressure,
-            self.return_stiffness,
-            self.braid_stiffness,
-            self.braid.nominal_radius,
-            self.braid.b,
-            self.braids,
-            self.contraction_scale,
-            self.coefficients,
-            0,
-        )[0]
+            self.law, contraction, pressure, self.lowest_pressure, self.return_stiffness,
+            self.braid_stiffness, self.braid.nominal_radius, self.braid.b, self.braids,
+            self.contraction_scale, self.coefficients, 0,
+        )[0]  # fmt: skip
 
     def contraction(self, pressure: float, force: float, most_stretched: float) -> float:
         """Contraction ratio [-] at which a force [N] is carried at a gauge pressure [Pa].
@@ -109,14 +100,9 @@ def row(
     """
     found = np.zeros(OF_ROW)
     found[:7] = (
-        bare.law,
-        bare.lowest_pressure,
-        bare.return_stiffness,
-        bare.braid_stiffness,
-        bare.braid.nominal_radius,
-        bare.braid.b,
-        bare.braids,
-    )
+        bare.law, bare.lowest_pressure, bare.return_stiffness, bare.braid_stiffness,
+        bare.braid.nominal_radius, bare.braid.b, bare.braids,
+    )  # fmt: skip
     found[7:10] = bare.braid.nominal_length, cable, count
     found[10:16] = np.ravel([*anchors, _RIGID, _RIGID][:2])
     found[16] = bare.contraction_scale

@@ -122,13 +122,9 @@ class BatchStepper:
         stopped: dict[int, Stop] = {}
         try:
             batch.rollout(
-                inputs.shape[1],
-                inputs,
-                self.inputs,
-                record=list(recorded),
-                ids=None if everyone else list(alive),
-                out=recorded,
-            )
+                inputs.shape[1], inputs, self.inputs, record=list(recorded),
+                ids=None if everyone else list(alive), out=recorded,
+            )  # fmt: skip
         except BatchError as error:
             stopped = {int(k): Stop(batch.error(k), spoilt=False) for k in error.ids}
         for k in np.flatnonzero(batch.warning[:, list(BAD), -1].any(axis=1)).tolist():

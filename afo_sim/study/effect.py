@@ -12,15 +12,9 @@ TORQUE, TORQUE_PER_MASS = "torque_against_push_off", "torque_against_push_off_pe
 WORK, PITCH, AIR = "work_against_push_off", "foot_pitch_at_contact", "air_per_stride"
 # Below this a difference is none, in the metric's unit: below what can be built, felt or measured.
 NOTICED = {
-    CLEARANCE: 0.1,
-    FIRST: 0.1,
-    LOWEST: 0.1,
-    TORQUE: 0.03,
-    TORQUE_PER_MASS: 0.0005,
-    WORK: 0.0001,
-    PITCH: 0.1,
+    CLEARANCE: 0.1, FIRST: 0.1, LOWEST: 0.1, TORQUE: 0.03, TORQUE_PER_MASS: 0.0005, WORK: 0.0001, PITCH: 0.1,
     AIR: 0.0005,
-}
+}  # fmt: skip
 METRICS = tuple(NOTICED)
 Run = Literal["run", "no air", "forbidden", "refused", "failed"]
 

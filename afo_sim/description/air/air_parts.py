@@ -179,13 +179,9 @@ def regulator_edges(
     )
     if regulator.relief is not None:
         yield flow_edge.relief(
-            f"{name}_relief",
-            behind,
-            regulator.opens_to_ambient,
-            ratio,
-            limit=pressure + regulator.relief,
+            f"{name}_relief", behind, regulator.opens_to_ambient, ratio, limit=pressure + regulator.relief,
             per_excess=regulator.gain,
-        )
+        )  # fmt: skip
     if regulator.bleed_flow > 0.0:  # choked at the set pressure
         bleed = regulator.bleed_flow / (STANDARD_DENSITY * (pressure + AMBIENT_PRESSURE))
         yield FlowEdge(f"{name}_bleed", behind, AMBIENT, bleed, ratio)
@@ -210,15 +206,9 @@ def _valve(name: str, each: Restriction) -> Iterator[FlowEdge]:
 def _throttle(name: str, each: Restriction) -> Iterator[FlowEdge]:
     assert each.check_conductance is not None
     yield flow_edge.check_valve(
-        name,
-        each.upstream,
-        each.downstream,
-        each.check_conductance,
-        each.ratio,
-        cracking=each.cracking_pressure or 0.0,
-        throttle=each.conductance or 0.0,
-        throttle_ratio=each.ratio,
-    )
+        name, each.upstream, each.downstream, each.check_conductance, each.ratio,
+        cracking=each.cracking_pressure or 0.0, throttle=each.conductance or 0.0, throttle_ratio=each.ratio,
+    )  # fmt: skip
 
 
 def _check_valve(name: str, each: Restriction) -> Iterator[FlowEdge]:

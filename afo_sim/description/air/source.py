@@ -85,14 +85,9 @@ class Source(Named):
     def given_at(self, pressure: float, flow: float, content: float | None = None) -> float:
         """Gas that it gives at a steady flow, cooling, until it is down to a needed gauge pressure."""
         return mass_given_at(
-            self.real_gas,
-            self.volume,
-            self.full_mass if content is None else content,
-            AMBIENT_PRESSURE + pressure,
-            flow,
-            shell=self.shell,
-            conductance=self.wall_conductance,
-        )
+            self.real_gas, self.volume, self.full_mass if content is None else content,
+            AMBIENT_PRESSURE + pressure, flow, shell=self.shell, conductance=self.wall_conductance,
+        )  # fmt: skip
 
     def free_litres(self, pressure: float) -> float:
         """What `given` tells as litres of free gas (ANR)."""

@@ -38,15 +38,10 @@ def hunt_friction(
 PARAMETERS = (
     DEAD_BAND,
     LawParameter(
-        "creep_rate",
-        "κ̇_r",
-        "s^-1",
-        1e-6,
-        1.0,
-        "contraction rate at which friction is 76 % there",
+        "creep_rate", "κ̇_r", "s^-1", 1e-6, 1.0, "contraction rate at which friction is 76 % there",
         (5e-3, 1.5e-2),
     ),
-)
+)  # fmt: skip
 
 HUNT_2017 = Friction(
     name="hunt_2017",

@@ -93,12 +93,8 @@ def _law(
 
 TAKOSOGLU_2016 = _law("", (A, B, N), "π r0² p [a (1 − κ)^n − b]", "fluidic muscle near one pressure", "5")
 TAKOSOGLU_2016_N = _law(
-    "_n",
-    (A, B, N0, N1),
-    "π r0² p [a (1 − κ)^n(p) − b], n = n0 + n1/p",
-    f"fluidic muscle; {DERIVED}",
-    "6–7",
-)
+    "_n", (A, B, N0, N1), "π r0² p [a (1 − κ)^n(p) − b], n = n0 + n1/p", f"fluidic muscle; {DERIVED}", "6–7",
+)  # fmt: skip
 TAKOSOGLU_2016_AN = _law(
     "_an",
     (A0, A1, B, N0, N1),
