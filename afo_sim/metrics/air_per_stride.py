@@ -50,27 +50,15 @@ def bill(
 
 @reported(
     AIR,
-    (
-        "lowest_supply_pressure",
-        "bar",
-        "Lowest pressure of the supply",
-        "gauge, over the run; a sweep of settled walks has their settled strides alone",
-    ),
-    (
-        "supply_sag",
-        "percent",
-        "Sag of the supply",
-        "at most below its set pressure, of that; over the run as its lowest pressure",
-    ),
-    (
-        "source_empty_after",
-        "s",
-        "Source empty after",
-        "from the run's start until bottle or cartridge has less than the set pressure; only where it does",
-    ),
+    ("lowest_supply_pressure", "bar", "Lowest pressure of the supply",
+     "gauge, over the run; a sweep of settled walks has their settled strides alone"),
+    ("supply_sag", "percent", "Sag of the supply",
+     "at most below its set pressure, of that; over the run as its lowest pressure"),
+    ("source_empty_after", "s", "Source empty after",
+     "from the run's start until bottle or cartridge has less than the set pressure; only where it does"),
     ("strides_without_air", "", "Counted strides on an empty source", "only where no stride before counts"),
     of=Of.RUN,
-)
+)  # fmt: skip
 def sag(run: Run) -> Found:
     """How far the supply's pressure falls, over all rows; nothing of endless air."""
     if run.facts.supply.sags:
@@ -104,21 +92,13 @@ def sag_of_both(before: Rows, after: Mapping[str, Metric]) -> dict[str, Metric]:
 
 @reported(
     ENERGY,
-    (
-        "exergy_efficiency",
-        "percent",
-        "Efficiency of the air",
-        "net work of the muscles on the skeleton, as a share of the exergy taken",
-    ),
-    (
-        "exergy_efficiency_positive",
-        "percent",
-        "Efficiency of the air, positive work",
-        "positive work on the joint, of the exergy taken",
-    ),
+    ("exergy_efficiency", "percent", "Efficiency of the air",
+     "net work of the muscles on the skeleton, as a share of the exergy taken"),
+    ("exergy_efficiency_positive", "percent", "Efficiency of the air, positive work",
+     "positive work on the joint, of the exergy taken"),
     of=Of.RUN,
     made_of=("exergy_taken", "positive_work", "skeleton_work"),
-)
+)  # fmt: skip
 def efficiency(run: Run) -> Found:
     """What becomes of the exergy taken; nothing where none is taken or it is not known."""
     totals = run.totals
@@ -174,21 +154,13 @@ def air_of(b: Any, out: Any) -> float:
 )
 @reported(
     ENERGY,
-    (
-        "exergy_taken",
-        "J",
-        "Exergy of the air taken",
-        f"m R T0 ln(p/p0) at the pressure of the supply, behind its regulator; {EACH}",
-    ),
-    (
-        "exergy_vented",
-        "J",
-        "Exergy of the air vented",
-        f"as it is in the chamber or volume that it leaves; {EACH}",
-    ),
+    ("exergy_taken", "J", "Exergy of the air taken",
+     f"m R T0 ln(p/p0) at the pressure of the supply, behind its regulator; {EACH}"),
+    ("exergy_vented", "J", "Exergy of the air vented",
+     f"as it is in the chamber or volume that it leaves; {EACH}"),
     ("positive_work", "J", "Positive work on the joint", f"of the orthosis' torque; {EACH}"),
     of=Of.WORN,
-)
+)  # fmt: skip
 @kernel(R.flow, R.exergy, R.vented, R.chambers, R.orthosis, R.angle)
 def flow_of(b: Any, out: Any) -> float:
     """Exergy and positive work of a stride's air, and its flow by the hour and by the minute."""

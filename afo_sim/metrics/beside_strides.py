@@ -9,21 +9,13 @@ from afo_sim.metrics.metric import CLEARANCE, ENERGY, TIME, Metric, Of, all_meas
 
 @reported(
     TIME,
-    (
-        "strides_solved",
-        "",
-        "Strides that the solver simulated",
-        "at the chosen time step; a wearer walks more",
-    ),
+    ("strides_solved", "", "Strides that the solver simulated",
+     "at the chosen time step; a wearer walks more"),
     ("settled_air_change", "percent", "Change of the air over the settled stride", "largest, of mass and σ"),
-    (
-        "settled_angle_change",
-        "deg",
-        "Change of the ankle angle over the settled stride",
-        "at its ends, or largest in two strides",
-    ),
+    ("settled_angle_change", "deg", "Change of the ankle angle over the settled stride",
+     "at its ends, or largest in two strides"),
     of=Of.BESIDE,
-)
+)  # fmt: skip
 def settling_metrics(strides: int, air: float, angle: float) -> dict[str, Metric]:
     """Metrics of a stride that was solved for."""
     changes = ("settled_air_change", 100.0 * air), ("settled_angle_change", math.degrees(angle))
@@ -39,16 +31,12 @@ TOUCHES = "swings_with_toe_contact"  # of the reference: a toe that passes high 
 @reported(
     CLEARANCE,
     ("reference_toe_clearance", "mm", "Toe clearance of the reference", "the same patient, otherwise shod"),
-    (
-        "reference_swings_with_toe_contact",
-        "percent",
-        "Swings of the reference in which the forefoot touches the floor",
-        "the same patient, otherwise shod",
-    ),
+    ("reference_swings_with_toe_contact", "percent",
+     "Swings of the reference in which the forefoot touches the floor", "the same patient, otherwise shod"),
     ("lift_over_reference", "mm", "Toe clearance minus the reference's", "the same patient, otherwise shod"),
     of=Of.BESIDE,
     made_of=(COMPARED,),
-)
+)  # fmt: skip
 def reference_metrics(own: Mapping[str, Metric], reference: Mapping[str, Metric]) -> dict[str, Metric]:
     """Clearance of the reference walk, whether its forefoot touches, and how much higher this one's
     toe is."""
@@ -106,16 +94,12 @@ _KEPT = ("pressure", COMPARED, *_WORN[2:4])
     CLEARANCE,
     ("filled_once_pressure", "bar", "Pressure of the best single filling", _ONCE),
     ("filled_once_toe_clearance", "mm", "Toe clearance after a single filling", _ONCE),
-    (
-        "filled_once_torque_against_push_off_per_mass",
-        "N*m/kg",
-        "Torque against push-off after a single filling",
-        _ONCE,
-    ),
+    ("filled_once_torque_against_push_off_per_mass", "N*m/kg",
+     "Torque against push-off after a single filling", _ONCE),
     ("filled_once_work_against_push_off", "J/kg", "Work against push-off after a single filling", _ONCE),
     of=Of.BESIDE,
     made_of=_KEPT[1:],
-)
+)  # fmt: skip
 def filled_once_metrics(filled: Mapping[str, Metric]) -> dict[str, Metric]:
     """The walk with valves that never open: a device that is a spring."""
     return all_measured((f"filled_once_{name}", float(filled[name])) for name in _KEPT if name in filled)
@@ -132,14 +116,10 @@ def filled_once_metrics(filled: Mapping[str, Metric]) -> dict[str, Metric]:
     ("bladder_change", "J", "Stored in bladders", f"change of what the muscles hold; {EACH}"),
     ("law_mismatch", "J", "Work that the force laws add", f"beyond the work of the air; {EACH}"),
     ("law_mismatch_share", "percent", "Work that the force laws add, share", "of the net work of the air"),
-    (
-        "energy_error",
-        "percent",
-        "Energy not accounted for",
-        "share of the air's absolute work, over the run or two settled strides",
-    ),
+    ("energy_error", "percent", "Energy not accounted for",
+     "share of the air's absolute work, over the run or two settled strides"),
     of=Of.BESIDE,
-)
+)  # fmt: skip
 def energy_metrics(terms: Mapping[str, float], number: int, error: float) -> dict[str, Metric]:
     """Metrics of an energy balance: air_work + law_mismatch is what is done, the others where it goes."""
     found = {name: value / number for name, value in terms.items()}

@@ -80,18 +80,10 @@ def _content(run: Run) -> float:
 
 @reported(
     AIR,
-    (
-        "source_share",
-        "percent",
-        "Mean flow of what the compressor gives",
-        "of its delivery against the set pressure; beyond 100 it cannot keep up",
-    ),
-    (
-        "source_share_peak",
-        "percent",
-        "Peak flow of what the compressor gives",
-        "of its delivery against the set pressure; what is beyond 100 comes out of its tank",
-    ),
+    ("source_share", "percent", "Mean flow of what the compressor gives",
+     "of its delivery against the set pressure; beyond 100 it cannot keep up"),
+    ("source_share_peak", "percent", "Peak flow of what the compressor gives",
+     "of its delivery against the set pressure; what is beyond 100 comes out of its tank"),
     (
         "compressor_duty",
         "percent",
@@ -102,7 +94,7 @@ def _content(run: Run) -> float:
     ("compressor_power", "W", "Mean electric power of the compressor", "while it runs, times its duty"),
     of=Of.RUN,
     made_of=FLOWS,
-)
+)  # fmt: skip
 def compressor(run: Run) -> Found:
     """What is asked of a compressor; nothing of other sources."""
     supply = run.facts.supply

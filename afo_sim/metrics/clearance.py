@@ -40,28 +40,20 @@ FOREFOOT = f"ball, pulp or tip {PASSING}; the heel is then on its way to the flo
     ("toe_clearance_to_recorded", "mm", "Toe clearance minus the recorded walk's", TO_RECORDED),
     ("toe_clearance_less_extended", "mm", "Toe clearance, toes less extended", "the least that is assumed"),
     ("toe_clearance_more_extended", "mm", "Toe clearance, toes more extended", "the most that is assumed"),
-    (
-        "swings_without_toe_event",
-        "percent",
-        "Swings without a minimum",
-        "of the outsole's height while the foot is fast",
-    ),
+    ("swings_without_toe_event", "percent", "Swings without a minimum",
+     "of the outsole's height while the foot is fast"),
     ("swings_with_toe_contact", "percent", "Swings in which the forefoot touches the floor", FOREFOOT),
     ("swings_within_10mm", "percent", "Swings within 10 mm of the floor", FOREFOOT),
     ("ball_clearance", "mm", "Ball clearance", "of the ball of the foot alone, at its own minimum"),
     ("ball_clearance_phase", "percent", "Ball clearance, when", "of the gait cycle"),
     ("ball_clearance_to_recorded", "mm", "Ball clearance minus the recorded walk's", TO_RECORDED),
-    (
-        "swings_without_ball_event",
-        "percent",
-        "Swings without a minimum of the ball",
-        "while the foot is fast",
-    ),
+    ("swings_without_ball_event", "percent", "Swings without a minimum of the ball",
+     "while the foot is fast"),
     ("swings_with_ball_contact", "percent", "Swings in which the ball touches the floor", PASSING),
     ("toe_drag", "percent", "Share of the swing in which the floor carries the forefoot", PASSING),
     peak.row("toe_drag_force", "Force of the floor on a forefoot that drags", PASSING, "N"),
     of=Of.STRIDE,
-)
+)  # fmt: skip
 @kernel(
     *(R.sole, R.healthy_sole, R.less_extended, R.more_extended, R.ball, R.healthy_ball),
     *(*SWING, R.toe, R.healthy_toe, R.needed, R.recorded_force, R.toe_load),

@@ -58,14 +58,10 @@ def muscle_metrics(shares: Mapping[str, Sequence[float]]) -> Found:
     SAFETY,
     ("muscle_cycles_per_stride", "", "Cycles of the muscles per stride", CYCLES),
     ("strides_until_muscle_life", "", "Strides until the muscles' stated life", CYCLES),
-    (
-        "days_until_muscle_life",
-        "d",
-        "Days until the muscles' stated life",
-        "at as many strides a day as the limits say",
-    ),
+    ("days_until_muscle_life", "d", "Days until the muscles' stated life",
+     "at as many strides a day as the limits say"),
     of=Of.RUN,
-)
+)  # fmt: skip
 def muscle_life(run: Run) -> Found:
     """How long muscles last that are stated to last some number of cycles; of walking alone."""
     limits, number = run.facts.limits, len(run.counted)

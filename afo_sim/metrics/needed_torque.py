@@ -73,14 +73,10 @@ def needs(stride: Stride) -> list[Need]:
     peak.row("needed_loading_torque", "Dorsiflexion torque needed in loading response", LOADED),
     peak.row("needed_push_off_torque", "Plantarflexion torque needed in push-off", OVER),
     peak.row("needed_terminal_swing_torque", "Dorsiflexion torque needed in terminal swing", TERMINAL),
-    (
-        "needed_terminal_swing_torque_tissue",
-        "N*m",
-        "Torque needed in terminal swing, part due to tissue",
-        TISSUE,
-    ),
+    ("needed_terminal_swing_torque_tissue", "N*m", "Torque needed in terminal swing, part due to tissue",
+     TISSUE),
     of=Of.STRIDE,
-)
+)  # fmt: skip
 @kernel(R.force, R.shank, R.needed, R.tissue)
 def torque_deficit(b: Any, out: Any) -> float:
     """Torque that the patient lacks in the healthy ankle's motion.
@@ -225,15 +221,11 @@ HELD = "the verdict compares it with the scenario's limits"
     PUSH_OFF,
     ("ankle_range_lost", "deg", "Ankle range lost", LOST),
     ("dorsiflexion_lost", "deg", "Dorsiflexion lost in stance", f"{LOST}, {WHOSE}"),
-    (
-        "plantarflexion_at_toe_off",
-        "deg",
-        "Plantarflexion at toe-off",
-        "plantarflexion positive; a shoe's drop counts",
-    ),
+    ("plantarflexion_at_toe_off", "deg", "Plantarflexion at toe-off",
+     "plantarflexion positive; a shoe's drop counts"),
     ("plantarflexion_lost_at_toe_off", "deg", "Plantarflexion lost at toe-off", f"{LOST}, {WHOSE}"),
     of=Of.STRIDE,
-)
+)  # fmt: skip
 @kernel(R.force, R.angle, R.healthy_angle)
 def push_off(b: Any, out: Any) -> float:
     """Range of the ankle, and its plantarflexion at toe-off, beside those of the recorded ankle."""
@@ -254,20 +246,12 @@ def push_off(b: Any, out: Any) -> float:
 @reported(
     PUSH_OFF,
     peak.row("torque_against_push_off", "Dorsiflexion torque against push-off", OVER),
-    (
-        "torque_against_push_off_per_mass",
-        "N*m/kg",
-        "Torque against push-off per body mass",
-        f"{peak.MEANING}; {HELD}",
-    ),
-    (
-        "work_against_push_off",
-        "J/kg",
-        "Work against push-off",
-        f"that dorsiflexion torque takes from plantarflexion {OVER}; {HELD}",
-    ),
+    ("torque_against_push_off_per_mass", "N*m/kg", "Torque against push-off per body mass",
+     f"{peak.MEANING}; {HELD}"),
+    ("work_against_push_off", "J/kg", "Work against push-off",
+     f"that dorsiflexion torque takes from plantarflexion {OVER}; {HELD}"),
     of=Of.WORN,
-)
+)  # fmt: skip
 @kernel(R.force, R.orthosis, R.angle)
 def against_push_off(b: Any, out: Any) -> float:
     """Dorsiflexion torque of the orthosis in push-off, and the work that it takes from plantarflexion."""
@@ -287,14 +271,10 @@ GIVEN = f"of its plantarflexion torque, {OVER}"
     peak.row("push_off_power", "Power given to push-off", GIVEN, "W/kg"),
     ("push_off_work", "J/kg", "Work given to push-off", GIVEN),
     ("share_of_push_off_work", "percent", "Share of biological push-off work", f"{RECORDED}, {OVER}"),
-    (
-        "work_against_dorsiflexion",
-        "J/kg",
-        "Work against dorsiflexion",
-        "that plantarflexion torque takes from dorsiflexion over the stride",
-    ),
+    ("work_against_dorsiflexion", "J/kg", "Work against dorsiflexion",
+     "that plantarflexion torque takes from dorsiflexion over the stride"),
     of=Of.WORN,
-)
+)  # fmt: skip
 @kernel(R.force, R.orthosis, R.angle, R.healthy_moment, R.healthy_angle)
 def for_push_off(b: Any, out: Any) -> float:
     """Plantarflexion torque of the orthosis in push-off, its work, and what it takes from dorsiflexion."""

@@ -29,41 +29,21 @@ def _share_rows(part: str, what: str, when: str) -> tuple[tuple[str, ...], ...]:
     ("cuff_pull_along", "N", "Pull on the cuff along the shank, peak", "friction on the skin carries it"),
     ("cuff_pull_across", "N", "Pull on the cuff across the shank, peak", "presses it against the limb"),
     ("cuff_holding_force", "N", "Force that keeps the cuff from sliding", HOLDS),
-    (
-        "cuff_skin_pressure",
-        "kPa",
-        "Pressure under the cuff, peak",
-        "mean over its area: the force that keeps it from sliding, and the pull across",
-    ),
-    (
-        "cuff_skin_pressure_sustained",
-        "kPa",
-        "Pressure under the cuff, sustained",
-        "from the force that prevents sliding alone: the strap stays as tight as the peak requires",
-    ),
+    ("cuff_skin_pressure", "kPa", "Pressure under the cuff, peak",
+     "mean over its area: the force that keeps it from sliding, and the pull across"),
+    ("cuff_skin_pressure_sustained", "kPa", "Pressure under the cuff, sustained",
+     "from the force that prevents sliding alone: the strap stays as tight as the peak requires"),
     *_share_rows("cuff", "Cuff", "peak; "),
     ("plate_pull_along", "N", "Pull on the plate along the sole, peak", "friction on the foot carries it"),
-    (
-        "plate_pull_across",
-        "N",
-        "Pull of the plate against the sole, peak",
-        "not a margin: standing loads the sole many times as much",
-    ),
-    (
-        "plate_holding_force",
-        "N",
-        "Force of the strap that keeps the plate from sliding",
-        "over the instep: peak pull along the sole divided by friction, minus the pull against the sole",
-    ),
-    (
-        "plate_skin_pressure",
-        "kPa",
-        "Pressure under the plate's strap",
-        "mean over its area, all the time; 0 where friction on the sole is enough",
-    ),
+    ("plate_pull_across", "N", "Pull of the plate against the sole, peak",
+     "not a margin: standing loads the sole many times as much"),
+    ("plate_holding_force", "N", "Force of the strap that keeps the plate from sliding",
+     "over the instep: peak pull along the sole divided by friction, minus the pull against the sole"),
+    ("plate_skin_pressure", "kPa", "Pressure under the plate's strap",
+     "mean over its area, all the time; 0 where friction on the sole is enough"),
     *_share_rows("plate", "Strap", ""),
     of=Of.RUN,
-)
+)  # fmt: skip
 def skin(run: Run) -> Found:
     """What the cuff and the strap of a foot's plate press with in the rows that count."""
     for part in ("cuff", "plate"):

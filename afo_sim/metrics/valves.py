@@ -65,15 +65,11 @@ def switching_by_the_minute(columns: Mapping[str, np.ndarray], steps: np.ndarray
 
 @reported(
     AIR,
-    (
-        "hours_until_valve_life",
-        "h",
-        "Hours until a valve's rated switchings",
-        "of the valve that comes to them first, switched without a pause as in this run",
-    ),
+    ("hours_until_valve_life", "h", "Hours until a valve's rated switchings",
+     "of the valve that comes to them first, switched without a pause as in this run"),
     of=Of.RUN,
     made_of=("stride_time",),
-)
+)  # fmt: skip
 def valve_life(run: Run) -> Found:
     """Hours until a valve's rated switchings; of walking, by the strides that count, else by the minute."""
     rated, counted = run.facts.rated_switches or {}, run.counted

@@ -213,30 +213,18 @@ def _timing(b: Any, out: Any) -> float:
 
 @reported(
     ANKLE,
-    (
-        "peak_swing_dorsiflexion",
-        "deg",
-        "Peak dorsiflexion in swing",
-        "a shoe's drop counts as plantarflexion",
-    ),
-    (
-        "mid_swing_angle",
-        "deg",
-        "Ankle angle at mid-swing",
-        "half-way from toe-off to heel strike; a shoe's drop counts",
-    ),
+    ("peak_swing_dorsiflexion", "deg", "Peak dorsiflexion in swing",
+     "a shoe's drop counts as plantarflexion"),
+    ("mid_swing_angle", "deg", "Ankle angle at mid-swing",
+     "half-way from toe-off to heel strike; a shoe's drop counts"),
     ("ankle_range", "deg", "Ankle range", "highest minus lowest angle of the stride"),
     ("angle_error_recorded", "deg", "Deviation from the recorded walk (RMSE)", "over the whole stride"),
-    (
-        "angle_error_norm",
-        "deg",
-        "Deviation from the norm (RMSE)",
-        "adults' published mean; zero is upright standing",
-    ),
+    ("angle_error_norm", "deg", "Deviation from the norm (RMSE)",
+     "adults' published mean; zero is upright standing"),
     ("gvs_recorded", "deg", "Gait variable score against the recorded walk", "RMS over 51 points"),
     ("gvs_norm", "deg", "Gait variable score against the norm", "RMS over 51 points"),
     of=Of.STRIDE,
-)
+)  # fmt: skip
 @kernel(R.force, *LEVEL, R.healthy_angle)
 def _ankle(b: Any, out: Any) -> float:
     """Ankle angle of the stride, and its distance from the recorded walker and from the norm."""

@@ -115,43 +115,20 @@ def _inversion(f: Frame) -> np.ndarray:
 
 
 COLUMNS = (
-    Column(
-        "time",
-        "s",
-        "start of the step",
-        lambda f: (f.first_step + np.arange(f.n)) * f.built.scenario.timestep,
-    ),
+    Column("time", "s", "start of the step",
+        lambda f: (f.first_step + np.arange(f.n)) * f.built.scenario.timestep),
     Column(
         "ankle/angle", "rad", "dorsiflexion positive", lambda f: f.rows["qpos"][:, f.built.index.ankle_qpos]
     ),
     Column("ankle/velocity", "rad/s", "dorsiflexion positive", lambda f: f.dof("qvel")),
-    Column(
-        "ankle/moment/orthosis",
-        "N*m",
-        f"{INTERNAL}; all muscles of the orthosis, instantaneous",
-        lambda f: f.dof("qfrc_actuator") - f.force(f.built.index.passive),
-    ),
-    Column(
-        "ankle/acceleration",
-        "rad/s^2",
-        "dorsiflexion positive; instantaneous, not the step's mean",
-        lambda f: f.dof("qacc"),
-        whole=True,
-    ),
-    Column(
-        "ankle/moment/passive",
-        "N*m",
-        f"{INTERNAL}; tissue, damping, friction and stops",
-        _passive_moment,
-        whole=True,
-    ),
-    Column(
-        "ankle/moment/gravity",
-        "N*m",
-        "dorsiflexion positive; weight of what turns",
-        lambda f: 0.0 - f.dof("qfrc_bias"),
-        whole=True,
-    ),
+    Column("ankle/moment/orthosis", "N*m", f"{INTERNAL}; all muscles of the orthosis, instantaneous",
+        lambda f: f.dof("qfrc_actuator") - f.force(f.built.index.passive)),
+    Column("ankle/acceleration", "rad/s^2", "dorsiflexion positive; instantaneous, not the step's mean",
+        lambda f: f.dof("qacc"), whole=True),
+    Column("ankle/moment/passive", "N*m", f"{INTERNAL}; tissue, damping, friction and stops", _passive_moment,
+        whole=True),
+    Column("ankle/moment/gravity", "N*m", "dorsiflexion positive; weight of what turns",
+        lambda f: 0.0 - f.dof("qfrc_bias"), whole=True),
     Column(
         "ankle/moment/inversion",
         "N*m",
@@ -160,13 +137,9 @@ COLUMNS = (
         _inversion,
         where=lambda built: built.side_arms is not None,
     ),
-    Column(
-        "ankle/moment/load",
-        "N*m",
-        "dorsiflexion positive; the scenario's constant load moment",
+    Column("ankle/moment/load", "N*m", "dorsiflexion positive; the scenario's constant load moment",
         lambda f: np.full(f.n, -f.built.scenario.load_moment),
-        where=lambda built: built.scenario.load_moment,
-    ),
+        where=lambda built: built.scenario.load_moment),
     *WALKING,
     Column(
         "muscle/*/force",
@@ -174,37 +147,18 @@ COLUMNS = (
         "tension positive",
         lambda f, i: _own(f, i).tension if _rubbed(f.built) else 0.0 - f.force(i),  # and never −0.0
     ),
-    Column(
-        "muscle/*/joint_force",
-        "N",
+    Column("muscle/*/joint_force", "N",
         "tension beyond the path's guides, which the joint feels; force is the muscle's own",
-        lambda f, i: 0.0 - f.force(i),
-        where=_rubbed,
-    ),
-    Column(
-        "muscle/*/length",
-        "m",
-        "active braid length, the muscle's own",
-        lambda f, i: _nominal(f, i) * (1.0 - _own(f, i).contraction),
-    ),
-    Column(
-        "muscle/*/velocity",
-        "m/s",
-        "of its own length, lengthening positive; mean of the step before",
-        lambda f, i: -_nominal(f, i) * _own(f, i).rate,
-    ),
-    Column(
-        "muscle/*/contraction",
-        "",
-        "(L0 - L)/L0 of its own length, shorter is positive",
-        lambda f, i: _own(f, i).contraction,
-    ),
-    Column(
-        "muscle/*/path_length",
-        "m",
+        lambda f, i: 0.0 - f.force(i), where=_rubbed),
+    Column("muscle/*/length", "m", "active braid length, the muscle's own",
+        lambda f, i: _nominal(f, i) * (1.0 - _own(f, i).contraction)),
+    Column("muscle/*/velocity", "m/s", "of its own length, lengthening positive; mean of the step before",
+        lambda f, i: -_nominal(f, i) * _own(f, i).rate),
+    Column("muscle/*/contraction", "", "(L0 - L)/L0 of its own length, shorter is positive",
+        lambda f, i: _own(f, i).contraction),
+    Column("muscle/*/path_length", "m",
         "from anchor to anchor: muscle, ends, link, and what cable, cuff and plate give",
-        lambda f, i: f.rows["actuator_length"][:, i],
-    ),
+        lambda f, i: f.rows["actuator_length"][:, i]),
     Column(
         "muscle/*/moment_arm", "m", "-dL/dtheta of the path; dorsiflexion positive", _moment_arm, whole=True
     ),
@@ -212,46 +166,22 @@ COLUMNS = (
     Column("cuff/*/displacement", "m", "along the pull", lambda f, i: _anchor(f, i).displacement),
     Column("chamber/*/pressure", "Pa", "gauge", lambda f, i: _air(f, i).absolute_pressure - AMBIENT_PRESSURE),
     Column("chamber/*/mass", "kg", "air in the chamber", lambda f, i: _air(f, i).mass),
-    Column(
-        "chamber/*/volume",
-        "m^3",
-        "muscles and tube",
-        lambda f, i: native.read_flows(f.built.model, f.rows["userdata"], i).volume,
-    ),
+    Column("chamber/*/volume", "m^3", "muscles and tube",
+        lambda f, i: native.read_flows(f.built.model, f.rows["userdata"], i).volume),
     Column("chamber/*/temperature", "K", "absolute", _temperature),
-    Column(
-        "chamber/*/mass_flow_in",
-        "kg/s",
-        "into the chamber, wherever from",
-        lambda f, i: _mass_flow(f, i, 1.0),
-    ),
-    Column(
-        "chamber/*/mass_flow_out",
-        "kg/s",
-        "out of the chamber, wherever to",
-        lambda f, i: _mass_flow(f, i, -1.0),
-    ),
-    Column(
-        "chamber/*/target",
-        "Pa",
-        "gauge; what its pressure drive is asked for, not a number where that is off",
-        _target,
-        of=lambda index, i: i in _drives(index),
-    ),
+    Column("chamber/*/mass_flow_in", "kg/s", "into the chamber, wherever from",
+        lambda f, i: _mass_flow(f, i, 1.0)),
+    Column("chamber/*/mass_flow_out", "kg/s", "out of the chamber, wherever to",
+        lambda f, i: _mass_flow(f, i, -1.0)),
+    Column("chamber/*/target", "Pa",
+        "gauge; what its pressure drive is asked for, not a number where that is off", _target,
+        of=lambda index, i: i in _drives(index)),
     Column("valve/*/coil", "", "command, 0 to 1; of a 3/2 valve's way out 1 less its coil", _coil),
-    Column(
-        "valve/*/switches",
-        "",
-        "how often its pressure drive has switched the coil on since the start",
+    Column("valve/*/switches", "", "how often its pressure drive has switched the coil on since the start",
         _switches,
-        of=lambda index, i: any(i == index.valves[f"{c}_{side}"] for c in index.drives for side in SIDES),
-    ),
-    Column(
-        "valve/*/opening",
-        "",
-        "seat, 0 to 1: mean of the step from here",
-        lambda f, i: native.read_opening(f.built.model, f.rows["userdata"], i),
-    ),
+        of=lambda index, i: any(i == index.valves[f"{c}_{side}"] for c in index.drives for side in SIDES)),
+    Column("valve/*/opening", "", "seat, 0 to 1: mean of the step from here",
+        lambda f, i: native.read_opening(f.built.model, f.rows["userdata"], i)),
     Column("valve/*/mass_flow", "kg/s", "supply to chamber to ambient positive", edge_flow),
     Column("restriction/*/mass_flow", "kg/s", "upstream to downstream positive", edge_flow),
     Column("volume/*/pressure", "Pa", "gauge", volume_pressure),
@@ -261,13 +191,8 @@ COLUMNS = (
     Column("store/*/mass", "kg", "gas and liquid in it", lambda f, i: _held(f, i, 0)),
     Column("store/*/temperature", "K", "absolute", lambda f, i: _held(f, i, 1)),
     *SUPPLY_COLUMNS,
-    Column(
-        "qpos/*",
-        "rad",
-        "MuJoCo coordinate",
-        lambda f, address: f.rows["qpos"][:, address],
-    ),
-)
+    Column("qpos/*", "rad", "MuJoCo coordinate", lambda f, address: f.rows["qpos"][:, address]),
+)  # fmt: skip
 
 
 def frame_of(built: "Built", rows: dict[str, np.ndarray], control: np.ndarray, first_step: int) -> Frame:

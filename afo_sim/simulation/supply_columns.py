@@ -99,33 +99,15 @@ def _runs(built: Built) -> bool:
 SUPPLY_COLUMNS = (
     Column("supply/pressure", "Pa", "gauge; that the device really has", _pressure, where=_worn),
     Column("supply/set_pressure", "Pa", "gauge", _set_pressure, where=_worn),
-    Column(
-        "supply/mass_flow",
-        "kg/s",
-        "out of the supply: of endless air, or of bottle, cartridge or compressor's tank",
-        _taken,
-        where=_worn,
-    ),
-    Column(
-        "supply/exergy_flow",
-        "W",
-        "out of the supply; of gas at its pressure and ambient temperature",
-        lambda f: _taken(f) * _specific_of_supply(f),
-        where=_worn,
-    ),
-    Column(
-        "supply/running",
-        "",
-        "whether the compressor runs, 1 or 0",
+    Column("supply/mass_flow", "kg/s",
+        "out of the supply: of endless air, or of bottle, cartridge or compressor's tank", _taken,
+        where=_worn),
+    Column("supply/exergy_flow", "W", "out of the supply; of gas at its pressure and ambient temperature",
+        lambda f: _taken(f) * _specific_of_supply(f), where=_worn),
+    Column("supply/running", "", "whether the compressor runs, 1 or 0",
         lambda f: native.read_running(f.built.model, f.rows["act"], f.built.index.restrictions[COMPRESSOR]),
-        where=_runs,
-    ),
+        where=_runs),
     Column("exhaust/mass_flow", "kg/s", "to the ambient air, from all nodes", _vented, where=_worn),
-    Column(
-        "exhaust/exergy_flow",
-        "W",
-        "to the ambient air; of gas as it is in the nodes that vent",
-        _exergy_vented,
-        where=_worn,
-    ),
-)
+    Column("exhaust/exergy_flow", "W", "to the ambient air; of gas as it is in the nodes that vent",
+        _exergy_vented, where=_worn),
+)  # fmt: skip
