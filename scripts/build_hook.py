@@ -20,20 +20,9 @@ sys.path.insert(0, sys.argv[1])  # pip takes folders of editable installs out of
 from afo_sim.metrics import kernel
 from afo_sim.model import contact, muscle_weakness
 from afo_sim.native import between_strides, compiled, sensing
-from afo_sim.physics import curves, energy, in_series
+from afo_sim.physics import curves, energy, in_series, jitable
 from afo_sim.simulation import settle
-for load in (
-    compiled.callbacks,
-    sensing.compiled_sense,
-    between_strides.compiled_between,
-    curves.compiled_curves,
-    energy.compiled_energies,
-    in_series.compiled_tensions,
-    settle.compiled_filling,
-    kernel.compiled,
-    *contact.COMPILED.values(),
-    *muscle_weakness.COMPILED.values(),
-):
+for load in (compiled.callbacks, kernel.compiled, *jitable.KERNELS):
     load()
 """
 

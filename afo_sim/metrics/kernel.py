@@ -4,7 +4,6 @@ A kernel is a function (b, out) → 0.0 of two flat arrays: a block, which is nu
 one behind the other; and where it writes. Compiled code takes their addresses, Python may call it with both.
 """
 
-import ctypes
 import functools
 import math
 from collections import namedtuple
@@ -75,7 +74,7 @@ def compiled() -> dict[Callable[..., Any], Any]:
     load_all()
     own = [function for function in READS if function.__module__.startswith("afo_sim.")]
     own.sort(key=lambda f: (f.__module__, f.__code__.co_firstlineno))  # whatever was imported first
-    found = compiled_functions("metrics", (ctypes.c_void_p,) * 2, *own, follows=(_SOURCES,))
+    found = compiled_functions("metrics", *own, follows=(_SOURCES,))
     return dict(zip(own, found, strict=True))
 
 

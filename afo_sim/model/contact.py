@@ -19,7 +19,6 @@ borne by the flexors, too: both act as recorded and cancel, so that neither is i
 presses on the tip. Its pad stops toes that drag.
 """
 
-import ctypes
 import functools
 import math
 from collections.abc import Callable
@@ -30,13 +29,13 @@ import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common import GRAVITY, InputError, Notice, user_cache
+from afo_sim.common import GRAVITY, InputError, Notice
 from afo_sim.description import Ground
 from afo_sim.model.foot import TOE_POINTS, Foot, turned
 from afo_sim.model.outsole import BEARING, padded
 from afo_sim.model.person import USUAL_GROUND, Size, walker_of
 from afo_sim.model.walk import Walk
-from afo_sim.physics import compiled_functions
+from afo_sim.physics import kernels
 
 if TYPE_CHECKING:
     from afo_sim.description import Scenario
@@ -361,15 +360,7 @@ def _leg_force(walk: Walk, foot: Foot, leg: _Borne) -> np.ndarray:
     return np.diff(lift, 2) / walk.timestep**2 + leg.mass * GRAVITY
 
 
-_SOURCES = user_cache.checksum(rooms=("model",))  # now, with the import, as that of other rooms
-# each takes a number, how many steps and pads, and so many arrays
 COMPILED = {
-    kernel: functools.partial(
-        compiled_functions,
-        f"pads{kernel.__name__}",
-        (ctypes.c_double, ctypes.c_int64, ctypes.c_int64, *(ctypes.c_void_p,) * arrays),
-        kernel,
-        follows=(_SOURCES,),
-    )
-    for kernel, arrays in ((_placed, 13), (_shared, 4), (_stands, 2), (_carried, 10))
+    kernel: kernels(f"pads{kernel.__name__}", kernel, rooms=("model",))
+    for kernel in (_placed, _shared, _stands, _carried)
 }

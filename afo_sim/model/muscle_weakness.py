@@ -7,7 +7,6 @@ lags. The instants at which the sides change belong to the gait cycle, and betwe
 form. So the activation at an instant does not depend on the time step.
 """
 
-import ctypes
 import functools
 import math
 from dataclasses import dataclass
@@ -15,13 +14,13 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common import GRAVITY, user_cache
+from afo_sim.common import GRAVITY
 from afo_sim.description import Patient, Scenario
 from afo_sim.gait import GaitCycle, Wave
 from afo_sim.model.foot import Foot, carried
 from afo_sim.model.person import Size, Tissue, healthy_tissue, own_tissue, reflex_gain
 from afo_sim.model.walk import PLACE, Walk
-from afo_sim.physics import compiled_functions, passive_moments, register_jitable
+from afo_sim.physics import kernels, passive_moments, register_jitable
 
 # Quasi-stiffness of the active ankle about its recorded angle, by gait phase, of a person of the leg's height
 # [N·m/(rad·kg)]; it goes with mass × length: stance after
@@ -69,8 +68,7 @@ def needed_moment(walk: Walk, foot: Foot, body_mass: float, toe: np.ndarray | No
         numbers = np.array([*toes.hinge, *toes.centre, own, toes.mass, walk.timestep**2])
         bent, turn = np.empty(len(moment)), walk.sole
         arrays = bent, turn.cosine, turn.sine, toe, walk.acceleration, numbers
-        (bend,) = COMPILED[_bent_toes]()
-        bend(*[array.ctypes.data for array in arrays], len(bent))
+        _bend()[0](*[array.ctypes.data for array in arrays], len(bent))
         moment += bent
     return moment - ground_moment(walk, body_mass)
 
@@ -215,9 +213,8 @@ def activated(time: np.ndarray, switches: np.ndarray, levels: np.ndarray) -> np.
         return np.full(len(time), levels[0])
     given = np.empty(len(time))
     arrays = [np.ascontiguousarray(each, dtype=float) for each in (time, switches, levels)]
-    (follow,) = COMPILED[_followed]()
     numbers = np.array([RISE, FALL])
-    follow(*[each.ctypes.data for each in (given, *arrays, numbers)], len(time), len(switches))
+    _follow()[0](*[each.ctypes.data for each in (given, *arrays, numbers)], len(time), len(switches))
     return given
 
 
@@ -274,15 +271,5 @@ def _meeting(first: float, second: float, target: float, lags: Any) -> float:
     return max(0.0, math.log(ratio) / (1.0 / second_lag - 1.0 / lag))
 
 
-# each takes so many arrays and counts
-_SOURCES = user_cache.checksum(rooms=("gait", "model"))  # now, with the import, as that of other rooms
-COMPILED = {
-    kernel: functools.partial(
-        compiled_functions,
-        kind,
-        (*(ctypes.c_void_p,) * arrays, *(ctypes.c_int64,) * counts),
-        kernel,
-        follows=(_SOURCES,),
-    )
-    for kernel, kind, arrays, counts in ((_bent_toes, "bent_toes", 6, 1), (_followed, "activation", 5, 2))
-}
+_bend = kernels("bent_toes", _bent_toes, rooms=("gait", "model"))
+_follow = kernels("activation", _followed, rooms=("gait", "model"))

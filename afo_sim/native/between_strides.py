@@ -5,8 +5,6 @@ rigid volume, and within `ANGLE` in the ankle's angle. Where more is carried on 
 row, without a jump between, have to differ by less than `ANGLE` in the ankle's angle everywhere.
 """
 
-import ctypes
-import functools
 import math
 from typing import Any
 
@@ -15,7 +13,7 @@ from afo_sim.native.air_slopes import giving, rates, step_on
 from afo_sim.native.network_slopes import air_in, entering, network_slopes, supply_in
 from afo_sim.native.slots import CHAMBER_ACT, CHAMBER_DATA, STORE_ACT
 from afo_sim.native.stride_numbers import AT, DONE, GONE, JOINT, NODE, STORE, table
-from afo_sim.physics import chamber_pressure, compiled_functions, register_jitable
+from afo_sim.physics import chamber_pressure, kernels, register_jitable
 
 AIR = 1e-4  # change of mass and σ over a settled stride [-]
 ANGLE = math.radians(0.005)  # over a settled stride, or between two [rad]
@@ -52,8 +50,7 @@ def between(
     return 0.0
 
 
-ARGUMENTS = (*8 * (ctypes.c_void_p,), *3 * (ctypes.c_int64,))
-compiled_between = functools.partial(compiled_functions, "between_strides", ARGUMENTS, between)
+compiled_between = kernels("between_strides", between)
 
 
 @register_jitable

@@ -50,6 +50,7 @@ from .in_series import signed_forces as signed_forces
 from .in_series import tension as tension
 from .in_series import tensions as tensions
 from .jitable import compiled_functions as compiled_functions
+from .jitable import kernels as kernels
 from .jitable import register_all as register_all
 from .jitable import register_jitable as register_jitable
 from .law import MAX_COEFFICIENTS as MAX_COEFFICIENTS

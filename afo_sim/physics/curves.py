@@ -1,15 +1,12 @@
 """A law's curve, forwards and backwards, over arrays: force by contraction, contraction by force."""
 
-import ctypes
-import functools
 from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-import afo_sim.common.user_cache  # noqa: F401  # of the code that runs, before a file is edited
-from afo_sim.physics.jitable import compiled_functions, register_jitable
+from afo_sim.physics.jitable import kernels, register_jitable
 from afo_sim.physics.law import MAX_COEFFICIENTS
 from afo_sim.physics.static_force import static_force
 
@@ -110,6 +107,4 @@ def _contraction_curve(law: float, c: Any, force: Any, pressure: Any, out: Any, 
     return 0.0
 
 
-# a number, three arrays, where to write, and how many
-CURVE = (ctypes.c_double, *[ctypes.c_void_p] * 4, ctypes.c_int64)
-compiled_curves = functools.partial(compiled_functions, "curves", CURVE, _force_curve, _contraction_curve)
+compiled_curves = kernels("curves", _force_curve, _contraction_curve)

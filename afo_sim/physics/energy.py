@@ -3,8 +3,6 @@
 `simulation/energy_balance.py` says what they are. Integrals are trapezoidal, straight between two rows.
 """
 
-import ctypes
-import functools
 import math
 from typing import Any
 
@@ -12,7 +10,7 @@ import numpy as np
 
 from afo_sim.common import AMBIENT_PRESSURE
 from afo_sim.physics.in_series import OF_ROW, signed_at
-from afo_sim.physics.jitable import compiled_functions, register_jitable
+from afo_sim.physics.jitable import kernels, register_jitable
 from afo_sim.physics.law_volume import LAW_VOLUME, muscle_volume
 from afo_sim.physics.series import anchor_energy
 from afo_sim.physics.static_force import (
@@ -76,8 +74,7 @@ def _energies(
     return 0.0
 
 
-ARGUMENTS = (*[ctypes.c_void_p] * 4, *[ctypes.c_int64] * 5)
-compiled_energies = functools.partial(compiled_functions, "energy", ARGUMENTS, _energies)
+compiled_energies = kernels("energy", _energies)
 
 
 @register_jitable

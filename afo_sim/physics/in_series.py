@@ -7,7 +7,6 @@ pull of n such muscles. F falls with κ, so the right side less the left falls, 
 bisection finds it. The tension is the law's at that κ. A muscle without tension is slack, and κ = κ_path.
 """
 
-import functools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,9 +14,8 @@ from typing import Any
 
 import numpy as np
 
-import afo_sim.common.user_cache  # noqa: F401  # of the code that runs, before a file is edited
-from afo_sim.physics.curves import CONTRACTED, CURVE, HALVINGS, crossing
-from afo_sim.physics.jitable import compiled_functions, register_jitable
+from afo_sim.physics.curves import CONTRACTED, HALVINGS, crossing
+from afo_sim.physics.jitable import kernels, register_jitable
 from afo_sim.physics.law import MAX_COEFFICIENTS, Braid
 from afo_sim.physics.series import anchor_displacement
 from afo_sim.physics.static_force import signed_force
@@ -194,4 +192,4 @@ def _signed_curve(unused: float, u: Any, contraction: Any, pressure: Any, out: A
     return unused
 
 
-compiled_tensions = functools.partial(compiled_functions, "in_series", CURVE, _tension_curve, _signed_curve)
+compiled_tensions = kernels("in_series", _tension_curve, _signed_curve)

@@ -13,6 +13,7 @@ from typing import Any, TypeVar
 F = TypeVar("F", bound=Callable[..., Any])
 
 _unregistered: list[tuple[Callable[..., Any], dict[str, Any]]] = []  # functions, options
+KERNELS: list[Callable[[], list[Callable[..., float]]]] = []  # load machine code, as far as modules are there
 
 
 def register_jitable(function: F | None = None, **options: Any) -> Any:
@@ -39,33 +40,44 @@ def register_all() -> None:
         register(no_cfunc_wrapper=True, **options)(function)
 
 
+def kernels(
+    kind: str, *functions: Callable[..., float], rooms: tuple[str, ...] = ()
+) -> Callable[[], list[Callable[..., float]]]:
+    """What loads `compiled_functions`, which follow from the sources of more rooms; among `KERNELS`."""
+    from afo_sim.common import user_cache  # now, with the import: a file edited later is not what runs
+
+    follows = (user_cache.checksum(rooms=rooms),) if rooms else ()
+    KERNELS.append(functools.partial(compiled_functions, kind, *functions, follows=follows))
+    return KERNELS[-1]
+
+
 @functools.cache
 def compiled_functions(
-    kind: str, arguments: tuple[Any, ...], *functions: Callable[..., float], follows: tuple[Any, ...] = ()
+    kind: str, *functions: Callable[..., float], follows: tuple[Any, ...] = ()
 ) -> list[Callable[..., float]]:
     """Functions of arrays and numbers as C functions, compiled once and kept; they raise nothing.
 
     Parameters
     ----------
     kind : under which the machine code is kept
-    arguments : of each, as of ctypes: addresses of doubles, doubles, whole numbers
-    functions : that return a double
+    functions : annotated alike: Any for addresses of doubles, float, int
     follows : what the code follows from, beside the sources of the rooms below
     """
     from afo_sim.common import machine_code  # LLVM: for code over arrays alone
 
-    prototype = ctypes.CFUNCTYPE(ctypes.c_double, *arguments)
-    return machine_code.functions(kind, prototype, follows, lambda: code_of(arguments, *functions))
+    known = {Any: ctypes.c_void_p, float: ctypes.c_double, int: ctypes.c_int64}
+    *arguments, result = (known[each] for each in functions[0].__annotations__.values())
+    prototype = ctypes.CFUNCTYPE(result, *arguments)
+    return machine_code.functions(kind, prototype, follows, lambda: code_of(*functions))
 
 
-def code_of(arguments: tuple[Any, ...], *functions: Callable[..., float]) -> Any:
+def code_of(*functions: Callable[..., float]) -> Any:
     """Machine code of functions, as `compiled_functions` takes them."""
     from numba import types  # large: only to compile
 
     from afo_sim.common import compiling
 
-    doubles = types.CPointer(types.float64)
-    known = {ctypes.c_void_p: doubles, ctypes.c_double: types.float64, ctypes.c_int64: types.int64}
+    known = {Any: types.CPointer(types.float64), float: types.float64, int: types.int64}
     register_all()
-    signature = types.float64(*(known[argument] for argument in arguments))
-    return compiling.compile_all(functions, signature, lambda builder, arguments: None)
+    *arguments, result = (known[each] for each in functions[0].__annotations__.values())
+    return compiling.compile_all(functions, result(*arguments), lambda builder, arguments: None)

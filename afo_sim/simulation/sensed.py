@@ -80,7 +80,7 @@ class SensorBank:
             self._values[k, :n] = values
         counts = (len(self.sensors), n, self._width, first, self.built.scenario.timestep)
         if self.built.scenario.callback == "native":
-            compiled_sense()(*self._at, *counts)
+            compiled_sense()[0](*self._at, *counts)
         else:
             sensing.sense(*self._flat, *counts)
         self.outputs = {name: self._out[k, :n].copy() for name, k in self._calibrated.items()}

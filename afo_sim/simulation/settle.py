@@ -7,7 +7,6 @@ after each jump of the air before it is judged. Where it can be, the search begi
 (`coarse_stride.py`), and goes on in the asked ones with their air and slopes.
 """
 
-import ctypes
 import dataclasses
 import math
 from collections.abc import Iterator, Sequence
@@ -20,18 +19,12 @@ import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common import (
-    AMBIENT_PRESSURE,
-    AMBIENT_TEMPERATURE,
-    GAS_CONSTANT,
-    SimulationError,
-    user_cache,
-)
+from afo_sim.common import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT, SimulationError
 from afo_sim.model import AFTER, JOINTS, Built, cooled
 from afo_sim.model.prefill import prefill
 from afo_sim.native.between_strides import compiled_between
 from afo_sim.native.stride_numbers import AT, GONE
-from afo_sim.physics import compiled_functions, valve_flow
+from afo_sim.physics import kernels, valve_flow
 from afo_sim.simulation.coarse_stride import at_heel_strike, coarse
 from afo_sim.simulation.rollout import (
     METRIC_FIELDS,
@@ -322,6 +315,4 @@ def _filled(
     return pressure - ambient
 
 
-_ARGUMENTS = (ctypes.c_void_p, *(ctypes.c_double,) * 7)
-_SOURCES = user_cache.checksum(rooms=("simulation",))  # now, with the import, as that of other rooms
-compiled_filling = partial(compiled_functions, "first_air", _ARGUMENTS, _filled, follows=(_SOURCES,))
+compiled_filling = kernels("first_air", _filled, rooms=("simulation",))

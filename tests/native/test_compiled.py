@@ -243,7 +243,7 @@ def test_code_is_the_same_for_every_processor() -> None:
     """Whatever processor numba is told of."""
     program = (
         "from afo_sim.physics import in_series, jitable\n"
-        "code, _ = jitable.code_of(in_series.CURVE, in_series._tension_curve)\n"
+        "code, _ = jitable.code_of(in_series._tension_curve)\n"
         "print(code[0].binary.hex())"
     )
     features = {"NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": ""}, {"NUMBA_CPU_NAME": "skylake-avx512"}

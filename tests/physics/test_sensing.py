@@ -35,7 +35,7 @@ def read(row: np.ndarray, values: np.ndarray, cuts: tuple[int, ...] = (), plain:
         if plain:
             s.sense(*arrays, *counts)
         else:
-            compiled_sense()(*(array.ctypes.data for array in arrays), *counts)
+            compiled_sense()[0](*(array.ctypes.data for array in arrays), *counts)
         readings.append(reading)
     return np.concatenate(readings)
 
