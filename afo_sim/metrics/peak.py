@@ -107,19 +107,13 @@ def power_peak(b: Any, steps: int, sign: float) -> float:
 
 @kernel()
 def _peaks(b: Any, out: Any) -> float:
-    count = int(b[0])
-    out[0] = highest_step(b, NUMBERS, count, b[1], 1.0) if b[2] else highest(b, NUMBERS, count, b[1], 1.0)
+    out[0] = highest(b, NUMBERS, int(b[0]), b[1], 1.0)
     return 0.0
 
 
 def largest_mean(values: np.ndarray, timestep: float, window: float = WINDOW) -> float:
     """Largest mean of a signal over a window that begins or ends at a row, straight between its rows."""
-    return float(call(_peaks, (window / timestep, False), values)[0])
-
-
-def flow_peak(flow: np.ndarray, timestep: float) -> float:
-    """Peak over 10 ms of what is a mean over each step (n,)."""
-    return float(call(_peaks, (WINDOW / timestep, True), flow)[0])
+    return float(call(_peaks, (window / timestep,), values)[0])
 
 
 def highest_mean(values: np.ndarray, timestep: float) -> float:

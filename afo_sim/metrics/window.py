@@ -101,9 +101,3 @@ def whole_cycles(rows: int, timestep: float, period: float) -> tuple[int, Window
     """Number of the whole cycles that begin with a run, and their stretch; 1 and the run where none fits."""
     number = math.floor((rows + 0.5 + ON_ROW) * timestep / period)
     return max(number, 1), Window(0.0, number * period / timestep if number else rows)
-
-
-def increments(values: np.ndarray, over: np.ndarray) -> np.ndarray:
-    """∫ values d(over) of each step from row to row, by the trapezoidal rule (n − 1,)."""
-    found: np.ndarray = 0.5 * (values[1:] + values[:-1]) * (over[1:] - over[:-1])
-    return found

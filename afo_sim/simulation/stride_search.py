@@ -33,13 +33,7 @@ COARSE = 12e-3  # between the rows that the slopes are taken from [s]
 
 
 def numbers_of(built: Built, control: np.ndarray, steps: int) -> np.ndarray:
-    """Numbers of a search that has not begun, as `stride_numbers` names them.
-
-    Parameters
-    ----------
-    built, control : the scenario, and inputs of two strides (n_step, nu)
-    steps : of a stride
-    """
+    """Numbers of a search that has not begun, as `stride_numbers` has them; inputs are of two strides."""
     model, index, scenario = built.model, built.index, built.scenario
     chambers, stores = list(index.chambers.values()), list(index.stores.values())
     nodes, joints = [*chambers, *index.volumes.values()], _joints(built)
@@ -50,7 +44,9 @@ def numbers_of(built: Built, control: np.ndarray, steps: int) -> np.ndarray:
     found = _blank(*counts, rows, steps * paired).copy()
     tables: list[tuple[int, Any]] = [(AT.joint, joints), (AT.way, ways)]
     if nodes:
-        tables += [(AT.node, node_rows(model, nodes, _ratios(built)))]
+        valves = [scenario.orthosis.chamber[name] for name in index.chambers]
+        ratios = [(each.inlet.critical_ratio, each.vent.critical_ratio) for each in valves]
+        tables += [(AT.node, node_rows(model, nodes, ratios))]
     if stores:
         tables += [(AT.store, store_rows(model, stores))]
     for at, values in tables:
@@ -111,12 +107,6 @@ def _joints(built: Built) -> list[tuple[float, ...]]:
         joint = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, name)
         found.append((1 + model.jnt_qposadr[joint], 1 + model.nq + model.jnt_dofadr[joint], scale))
     return found
-
-
-def _ratios(built: Built) -> list[tuple[float, float]]:
-    """Critical pressure ratios of each chamber's inlet and outlet [-]."""
-    chambers = [built.scenario.orthosis.chamber[name] for name in built.index.chambers]
-    return [(each.inlet.critical_ratio, each.vent.critical_ratio) for each in chambers]
 
 
 def sticks(built: Built) -> bool:

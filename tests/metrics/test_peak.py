@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from afo_sim.metrics.peak import flow_peak, largest_mean
+from afo_sim.metrics.peak import WINDOW, highest_step, largest_mean
 
 STEPS = [1e-4, 2.5e-4, 3e-4, 1e-3, 2e-3, 3e-3, 7e-3, 10e-3]
 
@@ -55,10 +55,11 @@ def test_it_is_the_highest_of_all_windows() -> None:
 def test_what_is_shorter_than_the_window_gives_its_mean() -> None:
     assert largest_mean(np.array([5.0]), 1e-3) == 5.0
     assert largest_mean(np.array([0.0, 2.0, 2.0]), 1e-3) == pytest.approx(1.5)
-    assert flow_peak(np.array([1.0, 3.0]), 1e-3) == pytest.approx(2.0)
+    assert highest_step(np.array([1.0, 3.0]), 0, 2, WINDOW / 1e-3, 1.0) == pytest.approx(2.0)
 
 
 @pytest.mark.parametrize(("step", "mean"), [(2e-3, 3.8), (4e-3, 4.6), (10e-3, 5.0), (20e-3, 5.0)])
 def test_means_of_steps_count_by_their_shares_of_the_window(step: float, mean: float) -> None:
     """Five of 2 ms: 1 + 5 + 4 + 5 + 4; two and a half of 4 ms: 5 + 4 + 5/2; a half of 20 ms, alone."""
-    assert flow_peak(np.array([0.0, 1.0, 5.0, 4.0, 5.0, 4.0, 0.0]), step) == pytest.approx(mean)
+    flow = np.array([0.0, 1.0, 5.0, 4.0, 5.0, 4.0, 0.0])
+    assert highest_step(flow, 0, 7, WINDOW / step, 1.0) == pytest.approx(mean)
