@@ -120,6 +120,11 @@ def _layout(reads: frozenset[int], names: tuple[str, ...]) -> tuple[tuple[str, .
     return tuple(found.values()), head
 
 
+def columns_read(function: Callable[..., Any], names: tuple[str, ...]) -> tuple[str, ...]:
+    """The columns that a kernel reads, of those that a recording has."""
+    return _layout(READS[function], names)[0]
+
+
 class Plan(NamedTuple):
     """What is called for metrics of a stride: rows that are read, kernels and where each writes [bytes],
     names of the numbers that they write, and functions that are no kernels."""

@@ -11,7 +11,22 @@ import numpy as np
 
 from afo_sim.common import GRAVITY, STANDARD_DENSITY
 from afo_sim.gait import STANCE_FORCE, STANCE_SHARE
-from afo_sim.metrics.kernel import READS, ROWS, SILENT, R, S, base, block, compiled, has, kernel, plan, told
+from afo_sim.metrics.kernel import (
+    N_COMPUTED,
+    READS,
+    ROWS,
+    SILENT,
+    R,
+    S,
+    base,
+    block,
+    columns_read,
+    compiled,
+    has,
+    kernel,
+    plan,
+    told,
+)  # fmt: skip
 from afo_sim.metrics.window import ON_ROW, Window, crossed, rectified, row_at, share
 from afo_sim.physics import register_jitable
 
@@ -136,7 +151,7 @@ def events(b: Any, out: Any) -> float:
     bend = (after - b[speed + top]) - (b[speed + top] - before)  # of the parabola through the fastest rows
     aside = min(max(0.5 * (before - after) / bend, -0.5), 0.5) if bend < 0.0 else 0.0
     b[S.fastest] = b[way + top] + aside * (b[way + top + 1] - b[way + top])
-    if bend != bend:
+    if bend != bend or end - first < 3:
         b[S.fastest] = np.nan
     quick, passing, steps = base(b, R.fast), base(b, R.passing), base(b, R.steps)
     for k in range(first, end):
@@ -168,8 +183,13 @@ class Stride:
     def values(self, functions: tuple[Callable[..., Any], ...]) -> dict[str, float]:
         """What functions of the registry report of it, by name; NaN where one is undefined."""
         planned = plan((events, *functions), tuple(self.columns))
-        numbers = told(planned.calls, self._block(planned.reads), len(planned.names))
+        b, names = self._block(planned.reads), tuple(self.columns)
+        numbers = told(planned.calls, b, len(planned.names))
         found = {name: value for name, value in zip(planned.names, numbers, strict=True) if value != SILENT}
+        if math.isnan(b[base(b, N_COMPUTED) + int(b[S.count]) :].sum()):  # rows that are lost tell nothing
+            for function in filter(READS.__contains__, functions):
+                if any(np.isnan(self[column]).any() for column in columns_read(function, names)):
+                    found |= dict.fromkeys(found.keys() & plan((function,), names).names, math.nan)
         for function in planned.others:
             found.update(function(self))
         return found

@@ -160,7 +160,10 @@ class Geometry:
 
     def of(self, heavier: float) -> mujoco.MjModel:
         """The model for a person whose mass is by a factor another, to be filled with parameters."""
-        own = self.spare.pop() if self.spare else copy.copy(self.model)
+        try:
+            own = self.spare.pop()  # another thread may have taken the last one
+        except IndexError:
+            own = copy.copy(self.model)
         self.load.put(own, heavier)
         return own
 

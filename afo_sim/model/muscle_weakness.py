@@ -218,9 +218,7 @@ def activated(time: np.ndarray, switches: np.ndarray, levels: np.ndarray) -> np.
     return given
 
 
-def _followed(
-    given: Any, time: Any, switches: Any, levels: Any, lags: Any, size: int, count: int
-) -> float:
+def _followed(given: Any, time: Any, switches: Any, levels: Any, lags: Any, size: int, count: int) -> float:
     """Both lags from event to event: a switch, or the first lag meeting the second, which turns round."""
     known, passed, begun = 0, 0, 0.0
     first = second = target = levels[0]

@@ -115,9 +115,13 @@ def _begun_near(walks: list[_Walk], mode: native.Mode, workspace: Workspace) -> 
         for near in alike.values():
             near.case.model.opt.timestep = near.built.scenario.timestep
         party, places = _Party(list(alike.values()), mode, ("userdata",)), list(alike)
-        for place, failure in party.ended(workspace):
+        try:
+            ended = dict(party.ended(workspace))
+        finally:
+            for k in places:
+                walks[k].case.model.opt.timestep = walks[k].built.scenario.timestep
+        for place, failure in ended.items():
             k, walk = places[place], walks[places[place]]
-            walk.case.model.opt.timestep = walk.built.scenario.timestep
             found[k] = dataclasses.replace(walk, steps=party.steps(place))
             if failure is None and party.numbers[place, AT.found]:
                 state = at_heel_strike(walk.built, party.stepper.state(place), walk.built.scenario.timestep)

@@ -102,8 +102,8 @@ class Surrogate:
 
     @property
     def converged(self) -> bool:
-        """True where the region is so small that nothing is left to find."""
-        return self._radius < _LEAST
+        """True where the region is so small that nothing is left to find, and something has run."""
+        return self._radius < _LEAST and bool(np.isfinite(self._cost(self._best)[0]))
 
     def ask(self) -> tuple[np.ndarray, np.ndarray]:
         """The next designs as shares from 0 to 1 (n, dimensions), and of each the patient (n,); -1 is all."""
@@ -206,6 +206,8 @@ class Surrogate:
     def _follow(self, found: Columns, place: np.ndarray) -> None:
         """Set region and margin by what was found of the best design of the model (1, dimensions)."""
         before, keeps = self._cost(self._best)[0], bool(self.aim.feasible(found)[0])
+        if not np.isfinite(before):  # no design has run with all patients yet: there is nothing to compare
+            return
         gain, promised = (before - self._cost(each)[0] for each in (found, self._predicted(place)))
         sound = gain > max(_NOTHING, _SOUND * promised) or (keeps and not self._keeps)
         half, step = self._radius / 2.0, float(np.max(np.abs(place - self._centre)))
