@@ -294,15 +294,10 @@ def add_muscles(
         for tendon in muscle.tendons:
             leads = tendon == muscle.tendons[0]
             spec.add_actuator(
-                default,
-                name=prefix + tendon,
-                trntype=mujoco.mjtTrn.mjTRN_TENDON,
-                target=prefix + tendon,
-                gaintype=affine if leads else fixed,
-                gainprm=[0.0, 0.0, -1.0 if leads else 0.0] + [0.0] * 7,
-                biastype=mujoco.mjtBias.mjBIAS_USER,
-                userdata=BLANK,
-            )
+                default, name=prefix + tendon, trntype=mujoco.mjtTrn.mjTRN_TENDON, target=prefix + tendon,
+                gaintype=affine if leads else fixed, gainprm=[0.0, 0.0, -1.0 if leads else 0.0] + [0.0] * 7,
+                biastype=mujoco.mjtBias.mjBIAS_USER, userdata=BLANK,
+            )  # fmt: skip
 
 
 def add_chambers(
@@ -364,17 +359,10 @@ def add_states(
     """Add an actuator without force that holds states of the callbacks', or numbers alone."""
     user, none = mujoco.mjtDyn.mjDYN_USER, mujoco.mjtDyn.mjDYN_NONE
     spec.add_actuator(
-        default,
-        name=name,
-        actdim=count if count else -1,
-        userdata=BLANK,
-        dyntype=user if count else none,
-        gaintype=mujoco.mjtGain.mjGAIN_FIXED,
-        gainprm=[0.0] * 10,
-        biastype=mujoco.mjtBias.mjBIAS_NONE,
-        trntype=mujoco.mjtTrn.mjTRN_JOINT,
-        target=joint,
-    )
+        default, name=name, actdim=count if count else -1, userdata=BLANK, dyntype=user if count else none,
+        gaintype=mujoco.mjtGain.mjGAIN_FIXED, gainprm=[0.0] * 10, biastype=mujoco.mjtBias.mjBIAS_NONE,
+        trntype=mujoco.mjtTrn.mjTRN_JOINT, target=joint,
+    )  # fmt: skip
 
 
 def circuit_ids(model: mujoco.MjModel, circuit: Circuit, prefix: str = "") -> CircuitIds:

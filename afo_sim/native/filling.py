@@ -90,16 +90,11 @@ def fill_air_path(
     user, gamma = model.actuator_user[:, : slots.N_USER], circuit.heat_capacity_ratio
     for volume in circuit.volumes:
         user[ids.volumes[volume.name]] = row(
-            slots.KIND_VOLUME,
-            start=volume.start,
-            start_as=ids.chambers[volume.start_as] if volume.start_as else -1,
-            power=volume.volume**-gamma,
-            volume=volume.volume,
-            wall_conductance=volume.wall_conductance,
-            wall_conductance_by_flow=volume.wall_conductance_by_flow,
-            userdata=data,
-            **nodes[volume.name],
-        )
+            slots.KIND_VOLUME, start=volume.start,
+            start_as=ids.chambers[volume.start_as] if volume.start_as else -1, power=volume.volume**-gamma,
+            volume=volume.volume, wall_conductance=volume.wall_conductance,
+            wall_conductance_by_flow=volume.wall_conductance_by_flow, userdata=data, **nodes[volume.name],
+        )  # fmt: skip
         data += len(slots.VOLUME_DATA)
     for store in circuit.stores:
         values = {**store.row, **nodes[store.name]}
@@ -206,17 +201,11 @@ def _fill_chamber(
     """The rows of a chamber and its valves."""
     user = _rows(model)
     user[ids.chambers[chamber.name]] = row(
-        slots.KIND_CHAMBER,
-        first_muscle=first_muscle,
-        next=next_chamber,
-        inlet=ids.valves[f"{chamber.name}_inlet"],
-        outlet=ids.valves[f"{chamber.name}_outlet"],
-        volume=chamber.tube_volume,
-        wall_conductance=chamber.wall_conductance,
-        wall_conductance_by_flow=chamber.wall_conductance_by_flow,
-        userdata=data,
-        **nodes[chamber.name],
-    )
+        slots.KIND_CHAMBER, first_muscle=first_muscle, next=next_chamber,
+        inlet=ids.valves[f"{chamber.name}_inlet"], outlet=ids.valves[f"{chamber.name}_outlet"],
+        volume=chamber.tube_volume, wall_conductance=chamber.wall_conductance,
+        wall_conductance_by_flow=chamber.wall_conductance_by_flow, userdata=data, **nodes[chamber.name],
+    )  # fmt: skip
     inlet = ids.valves[f"{chamber.name}_inlet"]
     for side, valve, place, follows in (
         ("inlet", chamber.inlet, slots.CHAMBER_DATA.inlet_flow, 0),
@@ -246,18 +235,11 @@ def _fill_muscle(
     """The rows of alike muscles; the first of them leads."""
     for tendon in muscle.tendons:
         _rows(model)[ids.muscles[tendon]] = muscle_row(
-            **muscle.row,
-            series_length=muscle.series_length,
-            cable_stiffness=muscle.cable_stiffness,
-            leader=ids.muscles[muscle.tendons[0]],
-            parallel=len(muscle.tendons),
-            chamber=ids.chambers[muscle.chamber],
-            next=next_muscle,
-            state=state,
-            userdata=data,
-            friction_states=ids.frictions.get(muscle.name, -1),
-            wrap_friction=muscle.wrap_friction,
-        )
+            **muscle.row, series_length=muscle.series_length, cable_stiffness=muscle.cable_stiffness,
+            leader=ids.muscles[muscle.tendons[0]], parallel=len(muscle.tendons),
+            chamber=ids.chambers[muscle.chamber], next=next_muscle, state=state, userdata=data,
+            friction_states=ids.frictions.get(muscle.name, -1), wrap_friction=muscle.wrap_friction,
+        )  # fmt: skip
 
 
 def fill_chambers(model: mujoco.MjModel, data: mujoco.MjData, pressure: float | Mapping[int, float]) -> None:

@@ -57,18 +57,11 @@ def _python_callbacks() -> tuple[Any, Any]:
 def _flat(m: Any) -> Any:
     """The fields of a model that the kernels read, with the rows end to end as compiled code sees them."""
     return SimpleNamespace(
-        nuser_actuator=m.nuser_actuator,
-        actuator_user=m.actuator_user.reshape(-1),
-        actuator_actadr=m.actuator_actadr,
-        actuator_trnid=m.actuator_trnid.reshape(-1),
-        tendon_adr=m.tendon_adr,
-        wrap_type=m.wrap_type,
-        wrap_objid=m.wrap_objid,
-        site_bodyid=m.site_bodyid,
-        geom_bodyid=m.geom_bodyid,
-        opt=m.opt,
-        signature=m.signature,
-    )
+        nuser_actuator=m.nuser_actuator, actuator_user=m.actuator_user.reshape(-1),
+        actuator_actadr=m.actuator_actadr, actuator_trnid=m.actuator_trnid.reshape(-1),
+        tendon_adr=m.tendon_adr, wrap_type=m.wrap_type, wrap_objid=m.wrap_objid, site_bodyid=m.site_bodyid,
+        geom_bodyid=m.geom_bodyid, opt=m.opt, signature=m.signature,
+    )  # fmt: skip
 
 
 class _FlatData:

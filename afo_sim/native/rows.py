@@ -61,16 +61,10 @@ def row(kind: float, /, **values: float | Sequence[float]) -> np.ndarray:
 def muscle_row(*, law: str, braid: Braid, contraction_scale: float = 1.0, **values: Any) -> np.ndarray:
     """`actuator_user` of a muscle, but for its `inverse_mass`, which the compiled model gives."""
     return row(
-        KIND_MUSCLE,
-        law=LAWS[law].native_id,
-        braids=float(LAWS[law].braids),
-        nominal_length=braid.nominal_length,
-        nominal_radius=braid.nominal_radius,
-        b=braid.b,
-        lock=braid.lock,
-        contraction_scale=contraction_scale,
-        **values,
-    )
+        KIND_MUSCLE, law=LAWS[law].native_id, braids=float(LAWS[law].braids),
+        nominal_length=braid.nominal_length, nominal_radius=braid.nominal_radius, b=braid.b, lock=braid.lock,
+        contraction_scale=contraction_scale, **values,
+    )  # fmt: skip
 
 
 def passive_row(*, scale: float, offset: float, load: float = 0.0, damping: float = 0.0) -> np.ndarray:
