@@ -114,6 +114,11 @@ def paper(name: str, report: Report = None) -> Paper:
     ------
     InputError
         There is no such paper.
+
+    Examples
+    --------
+    >>> len(paper("S0").claims)
+    22
     """
     told = _told(name)
     claims = tuple(map(_claim, counted(told["row"], report)))

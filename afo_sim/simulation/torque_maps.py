@@ -70,7 +70,7 @@ def torque_map(
     --------
     >>> found = torque_map("walk-dropfoot-afo", angles=[-0.1, 0.0, 0.1])
     >>> [need.phase for need in found.needs], found.maps[0].torque.shape
-    (['swing', 'loading response', 'push-off'], (3, 4))
+    (['initial and mid swing', 'terminal swing', 'loading response', 'push-off'], (3, 4))
     """
     own = dict(sets or {})
     of_walk = {key: own.pop(key) for key in [*own] if walk is not None and key.split(".")[0] in OF_WALK}
