@@ -60,9 +60,8 @@ def compile_kernels(root: pathlib.Path) -> None:
             command = [sys.executable, "-P", "-c", PROGRAM, str(root), part]
             environment = {**there, "AFO_SIM_CACHE": str(own)}
             started.append(subprocess.Popen(command, cwd=cache, env=environment))
-        for process in started:
-            if process.wait():
-                raise subprocess.CalledProcessError(process.returncode, "compiling the kernels")
+        if failed := [process.args for process in started if process.wait()]:
+            raise subprocess.CalledProcessError(1, failed[0])
         (root / "machine_code").mkdir(exist_ok=True)
         for made in pathlib.Path(cache).glob("*/*-*"):  # KIND-KEY
             (root / "machine_code" / made.name.partition("-")[0]).write_bytes(made.read_bytes())
