@@ -5,7 +5,6 @@ from .air_reading import is_compressor as is_compressor
 from .air_reading import read_content as read_content
 from .air_reading import read_node as read_node
 from .air_reading import read_running as read_running
-from .air_reading import store_left as store_left
 from .air_reading import touching as touching
 from .air_reading import write_content as write_content
 from .circuit import AMBIENT_NAME as AMBIENT_NAME

@@ -93,12 +93,6 @@ def ways_of(model: mujoco.MjModel) -> list[Way]:
     return found
 
 
-def store_left(model: mujoco.MjModel, act: np.ndarray, store: int) -> float:
-    """Share of its first content that is left in a store's actuator [-], from `act` (na,)."""
-    left = act[model.actuator_actadr[store] + STORE_ACT.mass] / model.actuator_user[store, STORE_ROW.content]
-    return float(left)
-
-
 def fill_store(model: mujoco.MjModel, act: np.ndarray, store: int) -> None:
     """Fill the actuator of a store, at ambient temperature, in `act` (na,)."""
     write_content(model, act, store, float(model.actuator_user[store, STORE_ROW.content]))

@@ -173,10 +173,8 @@ def _give(s: Any, o: int, act: Any, userdata: Any, first: int) -> None:
     for k in range(int(s[o + AT.chambers])):
         for number in range(rows):
             _, pressure, volume = air_in(s, o, k, act, userdata, first + number * every)
-            at, past = (
-                table(s, o, AT.giving) + nodes * number + k,
-                table(s, o, AT.past) + 2 * (nodes * number + k),
-            )
+            at = table(s, o, AT.giving) + nodes * number + k
+            past = table(s, o, AT.past) + 2 * (nodes * number + k)
             s[at] = giving(pressure, volume, s[past], s[past + 1], s[at])
 
 
@@ -194,10 +192,8 @@ def chamber_slopes(s: Any, o: int, act: Any, userdata: Any, control: Any, first:
             row = first + number * every
             mass, pressure, volume = air_in(s, o, k, act, userdata, row)
             data = row * int(s[o + AT.userdata]) + int(s[node + NODE.userdata])
-            inlet, outlet = (
-                userdata[data + CHAMBER_DATA.inlet_flow],
-                userdata[data + CHAMBER_DATA.outlet_flow],
-            )
+            inlet = userdata[data + CHAMBER_DATA.inlet_flow]
+            outlet = userdata[data + CHAMBER_DATA.outlet_flow]
             a, b, c, d = rates(
                 mass, pressure, volume, inlet, outlet, supply_in(s, o, k, control, row),
                 s[node + NODE.inlet_ratio], s[node + NODE.outlet_ratio], s[node + NODE.wall],

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from afo_sim.common import InputError, Notice, parse_quantity, with_code
 from afo_sim.description import body_height, body_mass, worn
 from afo_sim.description.scenario_text import joint_words, own_walk, reference
-from afo_sim.metrics import NAMES, ROUND_OFF, Metric, lift, number
+from afo_sim.metrics import AIR_BEFORE, NAMES, ROUND_OFF, Metric, lift, number
 
 if TYPE_CHECKING:
     from afo_sim.gait import GaitCycle
@@ -19,6 +19,14 @@ _UNDEFINED = {"rise_time": "never rises"}  # why a metric can be no number
 _UNSEEN = (
     "note: the numbers are not of the first strides, which the wearer walks after every stop too and may "
     "trip in: ask for toe_clearance_stride_1 or lowest_toe_clearance_first_ten, too"
+)
+_FILLING = (
+    "note: air_per_stride is of a settled stride; what fills the muscles at every stop comes on top: ask for "
+    "air_before_first_step and air_first_stride, too"
+)
+_HARM = (
+    "note: what lifts the toe may hold push-off back and press on the skin, and no number here says so: ask "
+    "for torque_against_push_off_per_mass and cuff_skin_pressure, or read the verdict of the chosen design"
 )
 _CHANGES = (("walked_clearance_change", "mm", "toe clearance"), ("walked_air_change", "%", "air"))
 _WHICH_STRIDES = "which-strides"  # code of the note of which strides the numbers are
@@ -67,8 +75,20 @@ def in_brief(notes: Iterable[str]) -> str:
 
 
 def unseen(scenario: Mapping[str, Any], metrics: Collection[str]) -> list[str]:
-    """A note for many walks of which nobody has asked how they begin."""
-    return [_UNSEEN] if scenario.get("gait") and NAMES.isdisjoint(metrics) else []
+    """Notes for many walks of which nobody has asked how they begin, what fills, what the device harms."""
+    if not scenario.get("gait"):
+        return []
+    found = [_UNSEEN] if NAMES.isdisjoint(metrics) else []
+    if "air_per_stride" in metrics and AIR_BEFORE not in metrics:
+        found.append(_FILLING)
+    lifts = any(name.startswith(("toe_clearance", "lowest_toe_clearance")) for name in metrics)
+    if lifts and (scenario.get("orthosis") or {}).get("muscle") and not any(map(_harms, metrics)):
+        found.append(_HARM)
+    return found
+
+
+def _harms(metric: str) -> bool:
+    return "push_off" in metric or "skin_pressure" in metric
 
 
 def cautions(scenario: Mapping[str, Any], metrics: Metrics, strides: Strides) -> list[str]:

@@ -140,7 +140,11 @@ def timing_of(built: Built, steps: int, seconds: float) -> dict[str, float]:
 
 def name_rows(built: Built, rollout: Rollout, *, solved: bool = False) -> Examined:
     """Columns, numbers and warnings of a roll-out; `solved` says that its last stride is the settled one."""
-    columns, found = examine(built, rollout, solved=solved)
+    return with_limits(built, rollout, *examine(built, rollout, solved=solved))
+
+
+def with_limits(built: Built, rollout: Rollout, columns: Columns, found: WalkMetrics) -> Examined:
+    """What `examine` says of a roll-out, with all columns computed and warnings of limits that are passed."""
     limits: tuple[Notice, ...] = ()
     if len(columns["time"]):
         static = None

@@ -32,7 +32,6 @@ from afo_sim.model import supply_and_timer as schedule
 from afo_sim.model.build import build
 from afo_sim.native.between_strides import AIR, ANGLE
 from afo_sim.simulation.examine import (
-    Asked,
     Examined,
     described_cycle,
     examine,
@@ -42,6 +41,7 @@ from afo_sim.simulation.examine import (
     recording_of,
     timing_of,
     until_near,
+    with_limits,
 )
 from afo_sim.simulation.loop import RATE, TIME_LIMIT, Loop
 from afo_sim.simulation.recording import Later, Recording
@@ -290,7 +290,7 @@ def run_settled(
     if failure is not None and walked is not None:
         status = f"failed: while the settled stride was sought: {failure}"
         return make_recording(parts.first, walked).changed(scenario=resolved, status=status, metrics={})
-    found = examine(second, settled.rollout, solved=True, asked=Asked(doubts=False))[1].totals
+    found = parts.examined[1].totals
     sags = scenario.supply.source is not None or SAGS in found  # which is of the first strides too
     known = parts.found.totals if sags else found | settled_metrics(settled)
     recording = recording_of(
@@ -338,9 +338,14 @@ class _Parts:
         return name_rows(self.first, self.walked)
 
     @functools.cached_property
+    def examined(self) -> tuple[Mapping[str, np.ndarray], WalkMetrics]:
+        """Columns of the settled stride, computed as they are read, and its metrics."""
+        return examine(self.second, self.settled.rollout, solved=True)
+
+    @functools.cached_property
     def after(self) -> Examined:
         """What the settled stride says."""
-        return name_rows(self.second, self.settled.rollout, solved=True)
+        return with_limits(self.second, self.settled.rollout, *self.examined)
 
     @functools.cached_property
     def stops(self) -> tuple[dict[str, Metric], tuple[Notice, ...]]:

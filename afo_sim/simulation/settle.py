@@ -83,8 +83,8 @@ def settle(
             walks = [
                 _Walk(builts[k], controls[k], cases[k], row) for k, row in zip(cases, numbers, strict=True)
             ]
-            party = _Party(_begun_near(walks, mode, workspace), mode, fields)
-            found |= dict(zip(cases, party.settled(workspace), strict=True))
+            searches = _Searches(_begun_near(walks, mode, workspace), mode, fields)
+            found |= dict(zip(cases, searches.settled(workspace), strict=True))
     return [found[k] for k in range(len(builts))]
 
 
@@ -114,24 +114,26 @@ def _begun_near(walks: list[_Walk], mode: native.Mode, workspace: Workspace) -> 
         # their models take the longer steps meanwhile: a copy of one costs as much as a hundred steps
         for near in alike.values():
             near.case.model.opt.timestep = near.built.scenario.timestep
-        party, places = _Party(list(alike.values()), mode, ("userdata",)), list(alike)
+        searches, places = _Searches(list(alike.values()), mode, ("userdata",)), list(alike)
         try:
-            ended = dict(party.ended(workspace))
+            ended = dict(searches.ended(workspace))
         finally:
             for k in places:
                 walks[k].case.model.opt.timestep = walks[k].built.scenario.timestep
         for place, failure in ended.items():
             k, walk = places[place], walks[places[place]]
-            found[k] = dataclasses.replace(walk, steps=party.steps(place))
-            if failure is None and party.numbers[place, AT.found]:
-                state = at_heel_strike(walk.built, party.stepper.state(place), walk.built.scenario.timestep)
+            found[k] = dataclasses.replace(walk, steps=searches.steps(place))
+            if failure is None and searches.numbers[place, AT.found]:
+                state = at_heel_strike(
+                    walk.built, searches.stepper.state(place), walk.built.scenario.timestep
+                )
                 case = dataclasses.replace(walk.case, state=state)
-                numbers = with_slopes(walk.numbers, party.numbers[place])
+                numbers = with_slopes(walk.numbers, searches.numbers[place])
                 found[k] = dataclasses.replace(found[k], case=case, numbers=numbers)
     return found
 
 
-class _Party:
+class _Searches:
     """Searches that walk side by side, stride by stride."""
 
     def __init__(self, walks: Sequence[_Walk], mode: native.Mode, fields: tuple[str, ...]):

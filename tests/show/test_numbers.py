@@ -2,6 +2,7 @@
 
 import dataclasses
 import pathlib
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from afo_sim.description import load
 from afo_sim.gait import file
 from afo_sim.metrics import Metric
 from afo_sim.show import cautions, of_walker
-from afo_sim.show.numbers import doubts, of_leg
+from afo_sim.show.numbers import _FILLING, _HARM, _UNSEEN, doubts, of_leg, unseen
 
 
 def told(totals: dict[str, Metric], strides: int) -> str:
@@ -96,3 +97,24 @@ def test_a_force_that_nobody_measured_is_told(muscle: str, law: str, word: str) 
     notes = [n for n in doubts(load("scenario", "seated", sets).resolved(), {}, {}) if "dorsiflexor's" in n]
     assert len(notes) == bool(word)
     assert all(word in note for note in notes)
+
+
+WORN = {"gait": {"cycle": "x"}, "orthosis": {"muscle": {"dorsiflexor": {}}}}
+
+
+@pytest.mark.parametrize(
+    ("scenario", "metrics", "notes"),
+    [
+        (WORN, {"toe_clearance"}, [_UNSEEN, _HARM]),
+        (WORN, {"air_per_stride", "air_first_stride"}, [_FILLING]),
+        (WORN, {"air_per_stride", "air_before_first_step"}, []),
+        (WORN, {"toe_clearance_stride_1"}, [_HARM]),
+        (WORN, {"toe_clearance_stride_1", "cuff_skin_pressure"}, []),
+        (WORN | {"orthosis": {}}, {"toe_clearance", "lowest_toe_clearance_first_ten"}, []),  # bare foot
+        ({}, {"air_per_stride", "toe_clearance"}, []),  # nobody walks
+    ],
+)
+def test_many_walks_name_what_nobody_has_asked(
+    scenario: dict[str, Any], metrics: set[str], notes: list[str]
+) -> None:
+    assert unseen(scenario, metrics) == notes
