@@ -47,8 +47,8 @@ def electronics(axis: Any, runs: Sequence[RunView]) -> None:
     shade_stance(axis, run)
 
 
-def draw_run(recording: Recording, path: pathlib.Path) -> None:
-    """Draw a run on one page over time, as far as it has them."""
+def draw_run(recording: Recording, *paths: pathlib.Path) -> None:
+    """Draw a run on one page over time, as far as it has them, into one file or several."""
     run = alone(recording)
     rows: list[_Panel] = [panels.angle, panels.moments]
     rows += [panels.sole] if run.walks else []
@@ -56,12 +56,12 @@ def draw_run(recording: Recording, path: pathlib.Path) -> None:
         rows += [panels.pressures, *flows(run), panels.valves, panels.forces, panels.contractions]
     rows += [panels.displacements] if run.anchors else []
     rows += [electronics] if plain_numbers(recording) else []
-    _stack(run, path, (7.1, 2.0 + 1.6 * len(rows) - (2.4 if run.groups else 0.0)), rows, title=True)
+    _stack(run, paths, (7.1, 2.0 + 1.6 * len(rows) - (2.4 if run.groups else 0.0)), rows, title=True)
 
 
-def _draw_panels(recording: Recording, path: pathlib.Path, *rows: _Panel) -> None:
+def _draw_panels(recording: Recording, paths: Sequence[pathlib.Path], *rows: _Panel) -> None:
     """Draw panels over time; other parameters and errors as in `draw_run`."""
-    _stack(alone(recording), path, (_SMALL[0], 0.9 + (_SMALL[1] - 0.9) * len(rows)), rows)
+    _stack(alone(recording), paths, (_SMALL[0], 0.9 + (_SMALL[1] - 0.9) * len(rows)), rows)
 
 
 def draw_in_short(recording: Recording, path: pathlib.Path) -> None:
@@ -69,7 +69,7 @@ def draw_in_short(recording: Recording, path: pathlib.Path) -> None:
     run = alone(recording)
     _refuse_empty(recording)
     if not (run.walks and run.strides):
-        _draw_panels(recording, path, panels.angle, panels.moments)
+        _draw_panels(recording, [path], panels.angle, panels.moments)
         return
     run = dataclasses.replace(run, label=str(recording.scenario["name"]))
     with new_figure(path, (7.1, 3.2)) as figure:
@@ -81,26 +81,26 @@ def draw_in_short(recording: Recording, path: pathlib.Path) -> None:
         panels.legend(figure, [angle, toe], columns=2)
 
 
-def draw_pressure(recording: Recording, path: pathlib.Path) -> None:
+def draw_pressure(recording: Recording, *paths: pathlib.Path) -> None:
     """Draw pressures and valve openings over time; parameters and errors as in `draw_run`."""
     run = alone(recording)
     rows = [panels.pressures, *flows(run), panels.valves]
-    _stack(run, path, (4.7, 0.8 + 1.2 * len(rows)), rows)
+    _stack(run, paths, (4.7, 0.8 + 1.2 * len(rows)), rows)
 
 
-def draw_muscles(recording: Recording, path: pathlib.Path) -> None:
+def draw_muscles(recording: Recording, *paths: pathlib.Path) -> None:
     """Draw contraction and force of the muscles over time, what cuff and plate give, and under which pull."""
     run = alone(recording)
     rows: list[_Panel] = [panels.contractions, panels.forces]
     rows += [panels.displacements, panels.pulls] if run.anchors else []
-    _stack(run, path, (7.1, 0.8 + 1.6 * len(rows)), rows, title=True)
+    _stack(run, paths, (7.1, 0.8 + 1.6 * len(rows)), rows, title=True)
 
 
-def draw_force_contraction(recording: Recording, path: pathlib.Path) -> None:
+def draw_force_contraction(recording: Recording, *paths: pathlib.Path) -> None:
     """Draw each group's force over its muscles' own contraction; parameters and errors as in `draw_run`."""
     run = alone(recording)
     _refuse_empty(recording)
-    with new_figure(path, (1.1 + 3.0 * len(run.groups), 2.9)) as figure:
+    with new_figure(paths[0], (1.1 + 3.0 * len(run.groups), 2.9), *paths[1:]) as figure:
         _force_contraction(figure, run)
 
 
@@ -114,11 +114,11 @@ def _air_flow(axis: Any, runs: list[RunView]) -> None:
     panels.shade_stance(axis, runs[0])
 
 
-FIGURES: dict[str, Callable[[Recording, pathlib.Path], None]] = {
+FIGURES: dict[str, Callable[..., None]] = {  # of a recording, and the files to write
     "overview": draw_run,
-    "angle": lambda recording, path: _draw_panels(recording, path, panels.angle),
-    "torque": lambda recording, path: _draw_panels(recording, path, panels.moments),
-    "clearance": lambda recording, path: _draw_panels(recording, path, panels.sole),
+    "angle": lambda recording, *paths: _draw_panels(recording, paths, panels.angle),
+    "torque": lambda recording, *paths: _draw_panels(recording, paths, panels.moments),
+    "clearance": lambda recording, *paths: _draw_panels(recording, paths, panels.sole),
     "pressure": draw_pressure,
     "muscles": draw_muscles,
     "force_contraction": draw_force_contraction,
@@ -136,12 +136,12 @@ def figures_of(recording: Recording) -> list[str]:
 def write_figures(recording: Recording, folder: pathlib.Path) -> list[pathlib.Path]:
     """Write every figure that a run has as PNG and as PDF, and return the files."""
     _refuse_empty(recording)
-    names = [f"{name}.{suffix}" for name, suffix in itertools.product(FIGURES, FORMATS[:2])]
-    there = [name for name in names if pathlib.Path(name).stem in figures_of(recording)]
-    with together(folder, names) as scratch:
+    pairs = {name: [f"{name}.{suffix}" for suffix in FORMATS[:2]] for name in FIGURES}
+    there = figures_of(recording)
+    with together(folder, [*itertools.chain(*pairs.values())]) as scratch:
         for name in there:
-            FIGURES[pathlib.Path(name).stem](recording, scratch / name)
-    return [folder / name for name in there]
+            FIGURES[name](recording, *(scratch / file for file in pairs[name]))
+    return [folder / file for name in there for file in pairs[name]]
 
 
 def _refuse_empty(recording: Recording) -> None:
@@ -150,12 +150,13 @@ def _refuse_empty(recording: Recording) -> None:
 
 
 def _stack(
-    run: RunView, to: pathlib.Path, size: tuple[float, float], rows: Sequence[_Panel], *, title: bool = False
-) -> None:
+    run: RunView, paths: Sequence[pathlib.Path], size: tuple[float, float], rows: Sequence[_Panel], *,
+    title: bool = False,
+) -> None:  # fmt: skip
     """Draw panels under one another on one time axis."""
     recording = run.recording
     _refuse_empty(recording)
-    with new_figure(to, size) as figure:
+    with new_figure(paths[0], size, *paths[1:]) as figure:
         heights = [0.14 * len(run.lanes) if panel is panels.valves else 1.0 for panel in rows]
         axes = figure.subplots(len(rows), 1, sharex=True, squeeze=False, height_ratios=heights)[:, 0]
         for axis, panel in zip(axes, rows, strict=True):

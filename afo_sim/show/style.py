@@ -121,18 +121,21 @@ def styled(**own: Any) -> Any:
 
 
 @contextmanager
-def new_figure(path: pathlib.Path, size: tuple[float, float]) -> Iterator[Any]:
-    """An empty figure that is filled in the block and written at its end, whole or not at all."""
-    suffix = path.suffix.lower().removeprefix(".")
-    if suffix not in FORMATS:
-        raise InputError("is not a format of a figure", file=path, allowed=", ".join(FORMATS))
+def new_figure(path: pathlib.Path, size: tuple[float, float], *also: pathlib.Path) -> Iterator[Any]:
+    """An empty figure that is filled in the block and written at its end, each file whole or not at all."""
+    suffixes = {file: file.suffix.lower().removeprefix(".") for file in (path, *also)}
+    for file, suffix in suffixes.items():
+        if suffix not in FORMATS:
+            raise InputError("is not a format of a figure", file=file, allowed=", ".join(FORMATS))
     from matplotlib.figure import Figure  # and not pyplot: no display, nothing global
 
     with styled():
         figure = Figure(figsize=size, layout="constrained")
         yield figure
-        with replacing(path) as temporary:
-            figure.savefig(temporary, format=suffix, dpi=RESOLUTION)
+        for file, suffix in suffixes.items():
+            with replacing(file) as temporary:
+                figure.savefig(temporary, format=suffix, dpi=RESOLUTION)
+            figure.set_layout_engine("none")  # what is laid out stays, and is not laid out again
 
 
 def write_figure(path: pathlib.Path, size: tuple[float, float], fill: Callable[[Any], None]) -> None:
@@ -146,8 +149,8 @@ def write_pair(
 ) -> list[pathlib.Path]:
     """Draw a figure as PNG and as PDF: the files. Other parameters and errors as in `write_figure`."""
     files = [stem.with_suffix(f".{suffix}") for suffix in FORMATS[:2]]
-    for file in files:
-        write_figure(file, size, fill)
+    with new_figure(files[0], size, *files[1:]) as figure:
+        fill(figure)
     return files
 
 
