@@ -9,9 +9,8 @@ import math
 from typing import Any
 
 from afo_sim.common import AMBIENT_TEMPERATURE
-from afo_sim.native.air_slopes import giving, rates, step_on
-from afo_sim.native.network_slopes import air_in, entering, network_slopes, supply_in
-from afo_sim.native.slots import CHAMBER_ACT, CHAMBER_DATA, STORE_ACT
+from afo_sim.native.air_slopes import air_in, air_slopes, entering, giving
+from afo_sim.native.slots import CHAMBER_ACT, STORE_ACT
 from afo_sim.native.stride_numbers import AT, DONE, GONE, JOINT, NODE, STORE, table
 from afo_sim.physics import chamber_pressure, kernels, register_jitable
 
@@ -70,7 +69,7 @@ def _take(
         s[o + AT.found], rough = 1.0, s[o + AT.within] > 1.0  # whose air and slopes are a guess
         if s[o + AT.nodes] > 0.0 and (rough or (s[o + AT.jumps] < JUMPS and s[o + AT.sticks] == 0.0)):
             _take_slopes(s, o, begun, ended, state, act, userdata, control, first)
-            if not rough and not _is_near(s, o, begun, state, act, userdata, control, first):
+            if not rough and not _is_near(s, o, act, userdata, control, first):
                 s[o + AT.found] = 0.0
     if gone:
         s[o + AT.ended] = GONE
@@ -179,31 +178,6 @@ def _give(s: Any, o: int, act: Any, userdata: Any, first: int) -> None:
 
 
 @register_jitable
-def chamber_slopes(s: Any, o: int, act: Any, userdata: Any, control: Any, first: int) -> None:
-    """∂(ln m, ln σ) at the end of a stride by those at its start, of each chamber by itself, into `own`."""
-    own, n, every = table(s, o, AT.own), 2 * int(s[o + AT.nodes]), int(s[o + AT.every])
-    nodes, rows = n // 2, -(-int(s[o + AT.steps]) // every)
-    for i in range(n * n):
-        s[own + i] = 0.0
-    for k in range(nodes):
-        node, at = table(s, o, AT.node) + len(NODE) * k, own + 2 * k * (n + 1)
-        s[at] = s[at + n + 1] = 1.0
-        for number in range(rows):
-            row = first + number * every
-            mass, pressure, volume = air_in(s, o, k, act, userdata, row)
-            data = row * int(s[o + AT.userdata]) + int(s[node + NODE.userdata])
-            inlet = userdata[data + CHAMBER_DATA.inlet_flow]
-            outlet = userdata[data + CHAMBER_DATA.outlet_flow]
-            a, b, c, d = rates(
-                mass, pressure, volume, inlet, outlet, supply_in(s, o, k, control, row),
-                s[node + NODE.inlet_ratio], s[node + NODE.outlet_ratio], s[node + NODE.wall],
-                s[table(s, o, AT.giving) + nodes * number + k], s[o + AT.gas], s[o + AT.gamma],
-            )  # fmt: skip
-            h = s[o + AT.interval]
-            step_on(s, at, n, h * a, h * b, h * c, h * d)
-
-
-@register_jitable
 def _take_slopes(
     s: Any, o: int, begun: Any, ended: Any, state: int, act: Any, userdata: Any, control: Any, first: int
 ) -> None:  # fmt: skip
@@ -218,10 +192,7 @@ def _take_slopes(
     if strides > s[o + AT.trusted]:
         if strides > 1.0:
             _give(s, o, act, userdata, first)
-        if s[o + AT.networked] > 0.0:
-            network_slopes(s, o, act, userdata, control, first)
-        else:
-            chamber_slopes(s, o, act, userdata, control, first)
+        air_slopes(s, o, act, userdata, control, first)
     n, own, slopes = 2 * int(s[o + AT.nodes]), table(s, o, AT.own), table(s, o, AT.slopes)
     moved, became = table(s, o, AT.step), table(s, o, AT.side)
     largest, square = 0.0, 0.0
@@ -247,20 +218,10 @@ def _take_slopes(
 
 
 @register_jitable
-def _is_near(
-    s: Any, o: int, begun: Any, state: int, act: Any, userdata: Any, control: Any, first: int
-) -> bool:
+def _is_near(s: Any, o: int, act: Any, userdata: Any, control: Any, first: int) -> bool:
     """Whether Newton's method would not go far from here; what changes slowly may have far to go."""
-    nodes, n, flowing = int(s[o + AT.nodes]), 2 * int(s[o + AT.nodes]), table(s, o, AT.flowing)
-    if s[o + AT.networked] > 0.0:
-        entering(s, o, act, userdata, control, first)
-    else:
-        for k in range(nodes):
-            data, entered = int(s[table(s, o, AT.node) + len(NODE) * k + NODE.userdata]), 0.0
-            for row in range(first, first + int(s[o + AT.steps]), int(s[o + AT.every])):
-                entered += max(userdata[row * int(s[o + AT.userdata]) + data + CHAMBER_DATA.inlet_flow], 0.0)
-            s[flowing + k] = entered * s[o + AT.interval] / begun[_held(s, o, state, 2 * k)]
-    near, step = True, table(s, o, AT.step)
+    n, flowing, near, step = 2 * int(s[o + AT.nodes]), table(s, o, AT.flowing), True, table(s, o, AT.step)
+    entering(s, o, act, userdata, control, first)
     _newton(s, o, step)
     for i in range(n):
         flow = s[flowing + i // 2]

@@ -8,7 +8,6 @@ STORE   of a finite source, whose node follows those that are solved for
 """
 
 import collections
-from collections.abc import Sequence
 from typing import Any
 
 import mujoco
@@ -24,11 +23,12 @@ from afo_sim.physics import INERTIAL, PILOTED, TWO_WAY, register_jitable
 # within: times the distances of a settled stride; trusted: strides for which given slopes are taken
 # every, interval: rows of a stride from one that slopes are taken from to the next [-], [s]
 # qpos … control: widths of recorded rows; angles, velocities, activations: places in a state
+# nothing: share of a node's air that flows in, below which it tells nothing of what brings it back [-]
 # gas, gamma: R [J/(kg·K)], γ [-]
 _NUMBERS = (
     "strides jumps since_jump air angle found ended own_of asked within trusted paired sticks frictions "
     "steps every interval qpos act userdata control angles velocities activations ankle lowest highest "
-    "joints nodes chambers ways stores networked gas gamma"
+    "joints nodes chambers ways stores nothing gas gamma"
 )
 # joint … store: tables; pressures, warm: of all nodes of a network; giving, past, angles_before: of rows
 # first, begun, became: air of nodes at first, at the start and end of the stride before; change: ln m, ln σ
@@ -41,7 +41,7 @@ TABLES = tuple(_TABLES.split())
 namedtuple: Any = collections.namedtuple  # whose fields a string names
 At: Any = namedtuple("At", (*_NUMBERS.split(), *TABLES))
 Joint: Any = namedtuple("Joint", "angle velocity scale")
-Node: Any = namedtuple("Node", "act userdata control room wall inlet_ratio outlet_ratio")
+Node: Any = namedtuple("Node", "act userdata control room wall")
 Way: Any = namedtuple("Way", "origin end opening law conductance critical parameters upstream")
 Store: Any = namedtuple("Store", "act userdata content")
 AT, JOINT, NODE, STORE = places(At), places(Joint), places(Node), places(Store)
@@ -57,13 +57,12 @@ def table(s: Any, o: int, which: int) -> int:
     return o + int(s[o + which])
 
 
-def node_rows(model: mujoco.MjModel, nodes: list[int], ratios: Sequence[tuple[float, float]]) -> np.ndarray:
-    """Chambers, with ratios of their valves, and rigid volumes, as `NODE` has them."""
+def node_rows(model: mujoco.MjModel, nodes: list[int]) -> np.ndarray:
+    """Chambers and rigid volumes, as `NODE` has them."""
     rows, found = model.actuator_user[nodes], np.zeros((len(nodes), len(NODE)))
     found[:, NODE.act], found[:, NODE.control] = model.actuator_actadr[nodes], nodes
     found[:, NODE.userdata], found[:, NODE.room] = rows[:, AIR_ROW.userdata], rows[:, AIR_ROW.volume]
     found[:, NODE.wall] = rows[:, AIR_ROW.wall_conductance]
-    found[: len(ratios), NODE.inlet_ratio :] = np.reshape(ratios, (-1, 2))
     return found
 
 
@@ -75,7 +74,7 @@ def store_rows(model: mujoco.MjModel, stores: list[int]) -> np.ndarray:
 
 
 def way_rows(model: mujoco.MjModel, nodes: list[int]) -> list[tuple[float, ...]]:
-    """Valves and restrictions of a network, as `WAY` has them; a line's flow is its steady one."""
+    """Valves and restrictions between nodes, as `WAY` has them; a line's flow is its steady one."""
     numbers = {TO_AMBIENT: AMBIENT, TO_SUPPLY: SUPPLY} | {node: k for k, node in enumerate(nodes, FIRST_NODE)}
     places, found = np.arange(model.nuserdata), []
     for way in ways_of(model):

@@ -84,7 +84,6 @@ from .pneumatics import NEVER as NEVER
 from .pneumatics import RESTING as RESTING
 from .pneumatics import beyond_dead_band as beyond_dead_band
 from .pneumatics import chamber_pressure as chamber_pressure
-from .pneumatics import iso_6358_slope as iso_6358_slope
 from .pneumatics import laminar_slope as laminar_slope
 from .pneumatics import ramped as ramped
 from .pneumatics import seat_switches as seat_switches

@@ -70,24 +70,6 @@ def laminar_slope(conductance: float, critical: float) -> float:
 
 
 @register_jitable
-def iso_6358_slope(ratio: float, critical: float) -> float:
-    """Slope of `iso_6358_flow` by the downstream pressure, d ln ṁ/d ln p_down [-].
-
-    Parameters
-    ----------
-    ratio : p_down/p_up [-]
-    critical : critical pressure ratio b [-]
-    """
-    r = min(ratio, 1.0 - NO_FLOW)
-    if r <= critical:
-        return 0.0
-    if r > LAMINAR_RATIO:
-        return -r / (1.0 - r)
-    x = (r - critical) / (1.0 - critical)
-    return -x * r / ((1.0 - critical) * max(1.0 - x * x, NO_FLOW))
-
-
-@register_jitable
 def valve_flow(
     pressure_1: float, temperature_1: float, pressure_2: float, temperature_2: float, opening: float,
     conductance: float, critical: float,

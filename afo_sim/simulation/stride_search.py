@@ -29,6 +29,7 @@ from afo_sim.simulation.simulate import PLAY
 
 LEVER = 0.1  # between ankle and sole, roughly: at its end an angle is a height [m]
 TRUSTED = 3  # strides for which slopes of longer steps are taken
+NOTHING = 1e-3  # share of a network's node that flows in over a stride, at which its slopes are known [-]
 COARSE = 12e-3  # between the rows that the slopes are taken from [s]
 
 
@@ -37,16 +38,13 @@ def numbers_of(built: Built, control: np.ndarray, steps: int) -> np.ndarray:
     model, index, scenario = built.model, built.index, built.scenario
     chambers, stores = list(index.chambers.values()), list(index.stores.values())
     nodes, joints = [*chambers, *index.volumes.values()], _joints(built)
-    networked, paired = beyond_chambers(scenario), remembers(built, control)
-    ways = way_rows(model, [*nodes, *stores]) if networked else []
+    paired, ways = remembers(built, control), way_rows(model, [*nodes, *stores]) if nodes else []
     rows = 1 + math.ceil(1.5 * steps * scenario.timestep / COARSE)  # of any step
     counts = len(joints), len(nodes), len(chambers), len(ways), len(stores)
     found = _blank(*counts, rows, steps * paired).copy()
     tables: list[tuple[int, Any]] = [(AT.joint, joints), (AT.way, ways)]
     if nodes:
-        valves = [scenario.orthosis.chamber[name] for name in index.chambers]
-        ratios = [(each.inlet.critical_ratio, each.vent.critical_ratio) for each in valves]
-        tables += [(AT.node, node_rows(model, nodes, ratios))]
+        tables += [(AT.node, node_rows(model, nodes))]
     if stores:
         tables += [(AT.store, store_rows(model, stores))]
     for at, values in tables:
@@ -54,10 +52,10 @@ def numbers_of(built: Built, control: np.ndarray, steps: int) -> np.ndarray:
         found[int(found[at]) :][: flat.size] = flat
     lower, upper = model.jnt_range[model.dof_jntid[index.ankle_dof]]
     found[[AT.ankle, AT.lowest, AT.highest]] = index.ankle_qpos, lower - PLAY, upper + PLAY
-    known = paired, sticks(built), bool(index.frictions), networked
-    found[[AT.paired, AT.sticks, AT.frictions, AT.networked]] = known
+    found[[AT.paired, AT.sticks, AT.frictions]] = paired, sticks(built), bool(index.frictions)
     widths = model.nq, model.na, model.nuserdata, model.nu, 1 + model.nq + model.nv
     found[[AT.qpos, AT.act, AT.userdata, AT.control, AT.activations]] = widths
+    found[AT.nothing] = NOTHING if beyond_chambers(scenario) else 0.0
     found[[AT.gas, AT.gamma]] = native.gas_of(model, nodes[0]) if nodes else native.GasOf()
     return in_steps(found, steps, scenario.timestep)
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from afo_sim.native.air_slopes import solve
 from afo_sim.native.between_strides import STILL, least_squares
-from afo_sim.native.network_slopes import solve
 
 RANDOM = np.random.default_rng(7)
 

@@ -12,8 +12,8 @@ from afo_sim.common import find_gait, with_code
 from afo_sim.description import load
 from afo_sim.gait import file
 from afo_sim.metrics import Metric
-from afo_sim.show import cautions, of_walker
-from afo_sim.show.numbers import _FILLING, _HARM, _UNSEEN, doubts, of_leg, unseen
+from afo_sim.show import cautions, of_walker, unseen
+from afo_sim.show.numbers import _FILLING, _HARM, _UNSEEN, doubts, of_leg
 
 
 def told(totals: dict[str, Metric], strides: int) -> str:

@@ -10,10 +10,8 @@ from afo_sim.description import Scenario, load
 from afo_sim.model import Built, steps_of_stride, two_strides, why_walked
 from afo_sim.model import supply_and_timer as schedule
 from afo_sim.model.build import build
-from afo_sim.native.between_strides import AIR, ANGLE, chamber_slopes
-from afo_sim.native.network_slopes import network_slopes
-from afo_sim.native.stride_numbers import AT
-from afo_sim.simulation import Settled, stride_search
+from afo_sim.native.between_strides import AIR, ANGLE
+from afo_sim.simulation import Settled
 from afo_sim.simulation.settle import settle
 from afo_sim.simulation.simulate import simulate
 
@@ -94,7 +92,9 @@ def test_air_that_is_shut_in_is_not_called_slow() -> None:
 def test_a_store_is_nearly_full_in_the_settled_strides() -> None:
     built, settled = solved(described({"supply.source": "co2_16g"}))
     store = built.index.stores["source"]
-    left = [native.store_left(built.model, act, store) for act in settled.rollout.rows["act"]]
+    assert built.scenario.supply.source is not None
+    full = built.scenario.supply.source.full_mass
+    left = native.read_content(built.model, settled.rollout.rows["act"], store) / full
     n = steps_of_stride(built.scenario)
     assert left[0] > 0.97 and np.diff(left).max() <= 0.0
     assert left[n] - left[2 * n] == pytest.approx(left[0] - left[n], rel=1e-3)
@@ -102,21 +102,3 @@ def test_a_store_is_nearly_full_in_the_settled_strides() -> None:
 
 def test_a_compressor_is_walked_and_why_is_told() -> None:
     assert "compressor" in why_walked(described({"supply.source": "vn_c4", "supply.pressure": "1 bar"}))
-
-
-def test_slopes_of_a_network_are_a_chamber_s_where_there_is_nothing_else(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    built, settled = solved(described({}))
-    n, control = steps_of_stride(built.scenario), schedule.controls(built)
-    rows = [settled.rollout.rows[name][:n].ravel() for name in ("act", "userdata")]
-    found = []
-    for networked, slopes in ((False, chamber_slopes), (True, network_slopes)):
-        monkeypatch.setattr(stride_search, "beyond_chambers", lambda _, networked=networked: networked)
-        numbers = stride_search.numbers_of(built, control, n)
-        slopes(numbers, 0, *rows, control.ravel(), 0)
-        found.append(numbers[int(numbers[AT.own]) : int(numbers[AT.slopes])].reshape(4, 4))
-    own, together = found
-    assert np.abs(own).max() > 0.3
-    assert together[:2, :2] == pytest.approx(own[:2, :2], abs=0.02)
-    assert not together[:2, 2:].any() and not own[:2, 2:].any()
