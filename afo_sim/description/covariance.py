@@ -27,6 +27,8 @@ class FitCovariance(Described):
     """Parameters that were fitted together: "laws.LAW.NAME" of that law, "braid_angle", "end_length"."""
     standard_errors: Annotated[tuple[float, ...], Whole()]
     """Standard error of each parameter, a text with the parameter's unit."""
+    scale: float = Field(default=1.0, ge=0.0, le=10.0)
+    """Factor on the standard errors, for what the fit does not know."""
     correlation: Annotated[tuple[tuple[_Correlation, ...], ...], Whole()]
     """Correlations of the parameters, row by row: symmetric, ones on the diagonal."""
     freedom: Annotated[int, Field(ge=1, le=10**9)]
@@ -113,7 +115,7 @@ class FitCovariance(Described):
     @property
     def matrix(self) -> np.ndarray:
         """Covariance of the parameters [SI units of row times column], (k, k)."""
-        errors = np.array(self.standard_errors)
+        errors = self.scale * np.array(self.standard_errors)
         return np.outer(errors, errors) * np.array(self.correlation)
 
     def draws(self, normals: np.ndarray, about: Mapping[str, float]) -> dict[str, np.ndarray]:
@@ -125,7 +127,7 @@ class FitCovariance(Described):
             raise InputError(problem, field="normals", value=f"of shape {deviates.shape}", allowed=allowed)
         values, vectors = np.linalg.eigh(np.array(self.correlation))
         root = (vectors * np.sqrt(np.maximum(values, 0.0))) @ vectors.T
-        steps = deviates @ root * np.array(self.standard_errors)
+        steps = deviates @ root * (self.scale * np.array(self.standard_errors))
         return {name: about[name] + steps[:, k] for k, name in enumerate(self.parameters)}
 
     def block(self, parameters: Sequence[str]) -> Self:

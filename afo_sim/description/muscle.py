@@ -1,5 +1,6 @@
 """A muscle as it is described: braid, laws and frictions with their parameters, damper, limits."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Annotated, Any, Literal, Self
@@ -30,6 +31,7 @@ from afo_sim.physics import (
     LawVolume,
     law_volume,
     returning,
+    turning,
 )
 
 PositiveLength = Annotated[float, Quantity("m", above=0.0, at_most=2.0)]
@@ -144,6 +146,15 @@ class ThreeElementDamper(Described):
         return (*self.contracting, self.switch_pressure, *self.relaxing, *above)
 
 
+class RubberTube(Described):
+    """Rubber tube inside the braid, incompressible, whose elasticity the law does not know."""
+
+    modulus: Annotated[float, Quantity("Pa", at_least=5e4, at_most=2e7)]
+    """Young's modulus of the rubber at small strain."""
+    wall_thickness: Annotated[float, Quantity("m", at_least=1e-4, at_most=0.1)]
+    """Thickness of its wall at rest, where its outside touches the braid; less than half the bore."""
+
+
 class Muscle(Named, RestCurves, Draws):
     """A pneumatic artificial muscle: braid, law, friction, damper, limits.
 
@@ -193,6 +204,14 @@ class Muscle(Named, RestCurves, Draws):
     """Contraction ratio without load, to which the law's contractions are scaled; the law's by default."""
     blocked_force: Annotated[float, Quantity("N", above=0.0, at_most=1e6)] | None = None
     """Force at the nominal length, to which the law's forces are scaled; the law's by default."""
+    force_factor: Annotated[float, Quantity("", at_least=0.2, at_most=3.0)] = 1.0
+    """Factor on the law's force, by which another specimen or another laboratory differs."""
+    contraction_factor: Annotated[float, Quantity("", at_least=0.3, at_most=2.0)] = 1.0
+    """Factor on the law's contraction without load, by which another specimen differs."""
+    end_loss: Distance = 0.0
+    """Length d by which the ends weaken each piece, F ∝ 1 − d/L0; a blocked_force and some laws have it."""
+    tube: RubberTube | None = None
+    """Rubber tube inside the braid; without one no rubber takes force beside the law's."""
     mass: Annotated[float, Quantity("kg", at_least=0.0, at_most=20.0)]
     """Mass of muscle and fittings; at lengths.reference, where there are lengths."""
     limits: Limits
@@ -263,8 +282,37 @@ class Muscle(Named, RestCurves, Draws):
         for key in ("free_contraction", "blocked_force"):
             if getattr(self, key) is not None and not pull > 0.0:
                 raise refusal(problem, "", key)
-        if self.blocked_force is not None and not law.force_powers:
-            raise refusal(f"the force of the law {law.name} cannot be scaled", "", "blocked_force")
+        for key in ("blocked_force", "force_factor", "end_loss"):
+            if getattr(self, key) != type(self).model_fields[key].default and not law.force_powers:
+                raise refusal(f"the force of the law {law.name} cannot be scaled", "", key)
+        return self
+
+    @model_validator(mode="after")
+    def _ends_leave_force(self) -> Self:
+        if self.end_loss >= self.piece.nominal_length:
+            least = f"less than the braid of a piece, {amounts(self.piece.nominal_length)}"
+            raise refusal("no force would be left", least, "end_loss")
+        if self.end_loss and self.lengths is not None and self.blocked_force is None:
+            if self.end_loss >= self.lengths.reference:
+                raise refusal("no force is left at the reference length", "", "end_loss")
+            if self.lengths.force is not None:
+                raise refusal("lengths.force says what the ends take", "one of the two", "end_loss")
+        return self
+
+    @model_validator(mode="after")
+    def _tube_fits(self) -> Self:
+        if self.tube is None:
+            return self
+        if not 2.0 * self.tube.wall_thickness < self.bore:
+            problem, most = "no air would be left", f"less than half the bore, {amounts(self.bore / 2.0)}"
+            raise refusal(problem, most, "tube.wall_thickness")
+        for name, own in self.laws.items():
+            if own.parameters.get("wall_thickness") and not LAWS[name].rubber:
+                problem = "the wall is the tube's, whose rubber keeps its volume: it would count twice"
+                raise refusal(problem, "0 mm beside a tube", f"laws.{name}.wall_thickness")
+        if not math.isfinite(self.contraction_scale):
+            problem = f"its rubber takes more at this contraction than {self.law} pulls"
+            raise refusal(problem, "a smaller one, or a softer tube", "free_contraction")
         return self
 
     @model_validator(mode="after")
@@ -337,8 +385,10 @@ class Muscle(Named, RestCurves, Draws):
         """Arguments of a law's kernel for this muscle at its length, after contraction and pressure.
 
         With `lengths` the force goes with the contraction ratio as at the reference length, times
-        `Lengths.factor`. A law that knows the effect of the length itself takes the length instead. A
-        `blocked_force` has precedence.
+        `Lengths.factor`. A law that knows the effect of the length itself takes the length instead. The ends
+        weaken it by 1 − end_loss/L0 of a piece, over that at the reference length where there are `lengths`:
+        the law is then that length's, else an endless muscle's. A `blocked_force` has precedence over both,
+        since it was measured with its ends. `force_factor` is on whatever that gives.
 
         Parameters
         ----------
@@ -346,15 +396,41 @@ class Muscle(Named, RestCurves, Draws):
         parameters : of the law [SI]
         """
         known, braid = LAWS[law], self.piece
-        factor = 1.0
+        factor = 1.0 if known.length == "own" else self._left(braid.nominal_length)
         if self.lengths is not None and known.length != "own":
-            factor = self.lengths.factor(braid.nominal_length)
+            factor *= self.lengths.factor(braid.nominal_length) / self._left(self.lengths.reference)
             if known.length == "one":
                 braid = replace(braid, nominal_length=self.lengths.reference)
         found = known.coefficients(braid, parameters)
         if self.blocked_force is not None:
             factor = self.blocked_force / known.kernel(0.0, self.test_pressure, *found)
-        return known.scaled(found, factor)
+        return known.scaled(found, factor * self.force_factor)
+
+    def _left(self, length: float) -> float:
+        """Share of the force that the ends leave of a braid of a nominal length [m]."""
+        return 1.0 - self.end_loss / length
+
+    @property
+    def measured(self) -> frozenset[str]:
+        """What was measured on this very muscle, of "force" and "contraction"."""
+        own = {"force": self.blocked_force, "contraction": self.free_contraction}
+        return frozenset(key for key, value in own.items() if self.grade == "A" or value is not None)
+
+    @property
+    def rubber(self) -> tuple[float, float]:
+        """Stiffness [N] and turn [-] of its tube, as `rubber_force` takes them; zero where its law has it."""
+        if self.tube is None or LAWS[self.law].rubber:
+            return 0.0, 0.0
+        area = self.rubber_volume / self.nominal_length
+        return area * self.tube.modulus / 3.0, turning(self.braid.b)
+
+    @property
+    def rubber_volume(self) -> float:
+        """Volume of its tube's wall, which is no air [m³]."""
+        if self.tube is None:
+            return 0.0
+        outer, inner = self.bore / 2.0, self.bore / 2.0 - self.tube.wall_thickness
+        return math.pi * (outer**2 - inner**2) * self.nominal_length
 
     @property
     def contraction_scale(self) -> float:
@@ -393,6 +469,9 @@ class Muscle(Named, RestCurves, Draws):
             "law_volume": self.law_volume.numbers,
             "returning": self.returning,
             "contraction_scale": self.contraction_scale,
+            "rubber": self.rubber[0],
+            "rubber_turn": self.rubber[1],
+            "rubber_volume": self.rubber_volume,
         }
 
     @property
@@ -404,7 +483,8 @@ class Muscle(Named, RestCurves, Draws):
     @property
     def returning(self) -> float:
         """The part of its return force that has a volume [N]."""
-        return returning(self.return_stiffness, self.braid, max(self.contraction_range[1], 0.0))
+        most = max(self.contraction_range[1], 0.0)
+        return returning(self.return_stiffness, self.braid, most, self.rubber_volume)
 
     @property
     def nominal_length(self) -> float:

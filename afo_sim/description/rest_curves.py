@@ -9,7 +9,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from afo_sim.common import InputError, parse_quantity
-from afo_sim.physics import LAWS, AtRest, Braid, LawVolume, muscle_volume, row, tension
+from afo_sim.physics import LAWS, AtRest, Braid, LawVolume, muscle_volume, row, rubber_force, tension
 
 _Amount = float | str | Sequence[Any] | np.ndarray  # an SI number, a text as "3 bar", an array of them
 _Found = Any  # a float of plain numbers, an array of arrays
@@ -22,6 +22,8 @@ class _Muscle(Protocol):
     def law(self) -> str: ...
     @property
     def dead_volume(self) -> float: ...
+    @property
+    def rubber_volume(self) -> float: ...
     @property
     def limits(self) -> Any: ...
     @property
@@ -198,6 +200,7 @@ class RestCurves:
             braid.b,
             float(LAWS[self.law].braids),
             self.dead_volume,
+            self.rubber_volume,
             self.returning,
             numbers,
             0,
@@ -221,10 +224,11 @@ def at_rest(muscle: Any, law: Mapping[str, float] = MappingProxyType({})) -> AtR
         muscle.braid,
         float(LAWS[muscle.law].braids),
     )
-    if muscle.free_contraction is None:
-        return by_law
-    free = by_law.contraction(muscle.test_pressure, 0.0, 0.0)
-    return replace(by_law, contraction_scale=free / muscle.free_contraction)
+    scale, (stiffness, turn) = 1.0, muscle.rubber
+    if muscle.free_contraction is not None:  # where the law carries the rubber alone
+        taken = -rubber_force(muscle.free_contraction, stiffness, muscle.braid.b, turn)[0]
+        scale = by_law.contraction(muscle.test_pressure, taken, 0.0) / muscle.free_contraction
+    return replace(by_law, contraction_scale=scale / muscle.contraction_factor, rubber=muscle.rubber)
 
 
 def _over(function: Callable[..., float], *arguments: np.ndarray) -> _Found:

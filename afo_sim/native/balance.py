@@ -79,8 +79,8 @@ def volume_of(m: Any, d: Any, q: int, absolute: float) -> tuple[float, float]:
         part, slope, more = muscle_volume(
             data[own + LEADER_DATA.contraction], absolute - AMBIENT_PRESSURE,
             u[k + MUSCLE_ROW.nominal_length], u[k + MUSCLE_ROW.nominal_radius], u[k + MUSCLE_ROW.b],
-            u[k + MUSCLE_ROW.braids], u[k + MUSCLE_ROW.dead_volume], u[k + MUSCLE_ROW.returning], u,
-            k + MUSCLE_ROW.law_volume,
+            u[k + MUSCLE_ROW.braids], u[k + MUSCLE_ROW.dead_volume], u[k + MUSCLE_ROW.rubber_volume],
+            u[k + MUSCLE_ROW.returning], u, k + MUSCLE_ROW.law_volume,
         )  # fmt: skip
         volume += u[k + MUSCLE_ROW.parallel] * part
         by_pressure += u[k + MUSCLE_ROW.parallel] * more

@@ -75,8 +75,8 @@ class MuscleRow(NamedTuple):
     friction_states : actuator id of what holds them; −1 for none
 
     Units: series_length, nominal_length, nominal_radius [m], cable_stiffness [N/m], damping [N·s/Pa],
-    braid_stiffness, return_stiffness, returning [N], dead_volume [m³], lowest_pressure [Pa],
-    wrap_friction, contraction_scale [-].
+    braid_stiffness, return_stiffness, returning, rubber [N], dead_volume, rubber_volume [m³],
+    lowest_pressure [Pa], wrap_friction, contraction_scale, rubber_turn [-].
     """
 
     leader: int
@@ -107,6 +107,9 @@ class MuscleRow(NamedTuple):
     returning: int
     law_volume: int
     contraction_scale: int
+    rubber: int
+    rubber_turn: int
+    rubber_volume: int
     coefficients: int
 
 

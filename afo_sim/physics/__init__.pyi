@@ -112,6 +112,8 @@ from .reflexes import VASTI as VASTI
 from .reflexes import excitations as excitations
 from .reflexes import next_state as next_state
 from .root import root as root
+from .rubber import rubber_force as rubber_force
+from .rubber import turning as turning
 from .sensing import DEBOUNCE as DEBOUNCE
 from .sensing import DELAY as DELAY
 from .sensing import DRIFT as DRIFT

@@ -25,8 +25,8 @@ GAUGES = 40  # steps from no pressure to one, over which a muscle's volume at on
 COLUMNS = 5  # of a muscle: contraction, tension, force on the joint, path length, static force
 AIR, SKELETON, DAMPER, FRICTION, SPRING, BLADDER, LAW, TURNOVER, WRAP, TERMS = range(10)
 # behind a muscle's row of `in_series.row`: column of its pressure, whether it rubs, ...
-_PRESSURE, _RUBS, _DAMPING, _RETURNING = range(OF_ROW, OF_ROW + 4)
-_DAMPER = OF_ROW + 4
+_PRESSURE, _RUBS, _DAMPING, _RETURNING, _RUBBER = range(OF_ROW, OF_ROW + 5)
+_DAMPER = OF_ROW + 5
 _VOLUME = _DAMPER + DAMPER_COEFFICIENTS
 OF_MUSCLE, OF_ANCHOR = _VOLUME + LAW_VOLUME, 4  # numbers of each
 
@@ -39,8 +39,8 @@ def energies(
     Parameters
     ----------
     u : of each muscle (OF_MUSCLE,): `in_series.row`; column of its pressure, 1 where it rubs or 0, damping
-        [N·s/Pa], returning [N], damper, `LawVolume`'s numbers; of each anchor stiffness [N/m], force [N],
-        length [m], as of `anchor_energy`, and damping [N·s/m]
+        [N·s/Pa], returning [N], volume of rubber [m³], damper, `LawVolume`'s numbers; of each anchor
+        stiffness [N/m], force [N], length [m], as of `anchor_energy`, and damping [N·s/m]
     rows : columns one after the other: time [s]; of each chamber gauge pressure [Pa] and volume [m³]; of each
         muscle contraction [-], tension, force that the joint feels [N], path length [m], static force [N]; of
         each anchor displacement [m] (n_column, n), n ≥ 1
@@ -176,7 +176,7 @@ def _swelling(kappa: float, pressure: float, u: Any, m: int) -> float:
 @register_jitable
 def _volume(kappa: float, pressure: float, u: Any, m: int) -> float:
     """Volume of a muscle beyond its dead volume [m³]."""
-    own = u[m + 7], u[m + 4], u[m + 5], u[m + 6], 0.0, u[m + _RETURNING]
+    own = u[m + 7], u[m + 4], u[m + 5], u[m + 6], 0.0, u[m + _RUBBER], u[m + _RETURNING]
     return muscle_volume(kappa, pressure, *own, u, m + _VOLUME)[0]
 
 

@@ -109,6 +109,7 @@ class Law(Entry):
     says how the force depends on the muscle's length: by the contraction "ratio" alone; the set holds for
     "one" length, since the formula has lengths or stiffnesses of that muscle in it; or the formula knows the
     effect of the length by its "own". `pleated` says that no braid's volume bounds that of its pleats.
+    `rubber` says that the formula knows its rubber, or has no braid around it: a tube adds no force to it.
     `count` is the number of coefficients where trying them would load NumPy.
     """
 
@@ -120,6 +121,7 @@ class Law(Entry):
     force_powers: Coefficients = ()
     length: Literal["ratio", "one", "own"] = "ratio"
     pleated: bool = False
+    rubber: bool = False
     count: int = 0
 
     def parameter(self, name: str) -> LawParameter:

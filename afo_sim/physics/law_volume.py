@@ -50,7 +50,8 @@ class LawVolume(NamedTuple):
 @register_jitable
 def muscle_volume(
     contraction: float, pressure: float, nominal_length: float, nominal_radius: float, b: float,
-    braids: float, dead_volume: float, return_stiffness: float, u: Sequence[float], c: int,
+    braids: float, dead_volume: float, rubber_volume: float, return_stiffness: float, u: Sequence[float],
+    c: int,
 ) -> tuple[float, float, float]:  # fmt: skip
     """Air volume of a muscle by its law, or by its braid's geometry, and its slopes.
 
@@ -65,6 +66,7 @@ def muscle_volume(
     nominal_length, nominal_radius, b : L0, r0 [m], 1/sin²α0 [-]
     braids : 1 for a law that is the braid's own formula, else 0
     dead_volume : air that never leaves [m³]
+    rubber_volume : of a tube inside the braid, which does not change and is no air [m³]
     return_stiffness : k_r of the return force below 1 bar, as far as it has a volume (`returning`) [N]
     u, c : numbers of `LawVolume` start at u[c]
 
@@ -90,7 +92,7 @@ def muscle_volume(
         slope += 2.0 * grown * left
         if pressure > 0.0:
             by_pressure -= grown * contraction / RETURN_PRESSURE
-    volume, factor = _bounded(volume, 0.1 * full)
+    volume, factor = _bounded(volume - rubber_volume, 0.1 * (full - rubber_volume))
     return dead_volume + volume + unknown, factor * slope, factor * by_pressure
 
 
@@ -195,15 +197,15 @@ def law_volume(
     return LawVolume((end, 0.5 * (high + low), per_pressure, *terms.ravel().tolist()))
 
 
-def returning(return_stiffness: float, braid: Braid, contraction: float) -> float:
+def returning(return_stiffness: float, braid: Braid, contraction: float, rubber_volume: float = 0.0) -> float:
     """The part of a return force that has a volume: all of it, or nothing [N].
 
     That volume falls as the pressure rises. Where σ = p V^γ would hardly rise with the pressure, up to a
     contraction ratio, no pressure could be found, and the force stays without a volume.
 
-    Units: return_stiffness [N], contraction [-].
+    Units: return_stiffness [N], contraction [-], rubber_volume [m³].
     """
-    volume = braid_volume(contraction, braid.nominal_length, braid.nominal_radius, braid.b)[0]
+    volume = braid_volume(contraction, braid.nominal_length, braid.nominal_radius, braid.b)[0] - rubber_volume
     absolute = RETURN_PRESSURE + AMBIENT_PRESSURE
     given = return_stiffness * braid.nominal_length * (contraction / RETURN_PRESSURE) ** 2
     return return_stiffness if HEAT_CAPACITY_RATIO * absolute * given <= YIELDS * volume else 0.0

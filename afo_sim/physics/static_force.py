@@ -20,6 +20,7 @@ from afo_sim.physics.law import Law
 from afo_sim.physics.law_slope import Slopes, slopes_of
 from afo_sim.physics.laws import LAWS
 from afo_sim.physics.registry import Branch, dispatcher, items
+from afo_sim.physics.rubber import rubber_force
 
 BRAID_BLEND = 0.005  # stretch over which the braid's stiffness sets in [-]
 DAMPER_COEFFICIENTS = 7
@@ -150,20 +151,20 @@ def muscle_static_force(
 def signed_force(
     law: float, contraction: float, pressure: float, lowest_pressure: float, return_stiffness: float,
     braid_stiffness: float, nominal_radius: float, b: float, braids: float, contraction_scale: float,
-    u: Sequence[float], c: int,
+    rubber: float, turn: float, u: Sequence[float], c: int,
 ) -> Slopes:  # fmt: skip
-    """Static force of a muscle at its own length: law, braid and return force; and its slopes.
+    """Static force of a muscle at its own length: law, braid, rubber and return force; and its slopes.
 
     Negative, it brings a slack muscle back.
 
     κ ≥ 0:  F = law(s κ, p)
     κ < 0:  F = law(0, p)⁺ − law(0, p)⁻ max(0, 1 + κ/κ_b) + f p π r0² 3 (b − 1) [(1 − κ)² − 1] + braid(κ)
 
-    and − k_r κ (1 − p/1 bar)² below 1 bar. Stretched, the pressure pulls on a braid by virtual work,
-    p [V'(κ) − V'(0)]/L0. A measured fluidic muscle of 20 mm does not show it, so that other laws are held at
-    κ = 0. A bladder that pushes leaves the braid over κ_b = 0.05 % of stretch. The return force gives a
-    muscle without air its nominal length; above 1 bar the law is untouched. A muscle that contracts less
-    without load than its law says has s > 1; stretch is not scaled.
+    and the `rubber_force` of a tube, and − k_r κ (1 − p/1 bar)² below 1 bar. Stretched, the pressure pulls
+    on a braid by virtual work, p [V'(κ) − V'(0)]/L0. A measured fluidic muscle of 20 mm does not show it, so
+    that other laws are held at κ = 0. A bladder that pushes leaves the braid over κ_b = 0.05 % of stretch.
+    The return force gives a muscle without air its nominal length; above 1 bar the law is untouched. A muscle
+    that contracts less without load than its law says has s > 1; stretch is not scaled.
 
     Parameters
     ----------
@@ -176,6 +177,7 @@ def signed_force(
     nominal_radius, b : r0 [m], 1/sin²α0 [-]
     braids : f, 1 for a law that is the braid's own formula, else 0
     contraction_scale : s, the law's free contraction over the muscle's own [-]
+    rubber, turn : of a tube that the law does not know, A μ [N], 0 for none, and its `turning` [-]
     u, c : the law's coefficients start at u[c]
 
     Returns
@@ -184,7 +186,7 @@ def signed_force(
 
     Source
     ------
-    The laws' own; stretch and return force are this project's.
+    The laws' own; stretch, rubber and return force are this project's.
     """
     pressure, below = (0.0, 0.0) if pressure < 0.0 else (pressure, 1.0)
     force, by_contraction, by_pressure = muscle_static_force(
@@ -203,6 +205,9 @@ def signed_force(
         by_pressure += braids * area * 3.0 * (b - 1.0) * (x * x - 1.0)
         force += braid_force(contraction, braid_stiffness)
         by_contraction -= braid_stiffness * min(-contraction / BRAID_BLEND, 1.0)
+    if rubber != 0.0:
+        tension, slope = rubber_force(contraction, rubber, b, turn)
+        force, by_contraction = force + tension, by_contraction + slope
     if pressure < RETURN_PRESSURE:
         left = 1.0 - pressure / RETURN_PRESSURE
         force -= return_stiffness * contraction * left * left

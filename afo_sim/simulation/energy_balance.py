@@ -112,7 +112,8 @@ def _own(muscle: Muscle) -> tuple[AtRest, tuple[float, ...]]:
     """A muscle at rest, and what `energies` asks beside that."""
     damper = (0.0,) * DAMPER_COEFFICIENTS if muscle.damper is None else muscle.damper.coefficients
     rubs = float(muscle.friction != "none")
-    return at_rest(muscle), (rubs, muscle.damping, muscle.returning, *damper, *muscle.law_volume.numbers)
+    own = rubs, muscle.damping, muscle.returning, muscle.rubber_volume
+    return at_rest(muscle), (*own, *damper, *muscle.law_volume.numbers)
 
 
 def law_forces(muscle: Muscle, contraction: np.ndarray, pressure: np.ndarray) -> np.ndarray:

@@ -130,9 +130,9 @@ def test_lists_are_listed_and_are_no_keys() -> None:
     (_, _, rows), *_ = product("s1_215mm")
     listed = {row[0]: row[1] for row in rows if row[0].startswith("covariance")}
     assert listed["covariance.standard_errors"] == "[3.31 deg, 55.6 N, 127 N, 5.47 mm]"
-    assert set(listed) == {f"covariance.{name}" for name in TABLE}
+    assert set(listed) == {f"covariance.{name}" for name in (*TABLE, "scale")}
     found = {key.key for key in keys("s1_215mm", "covariance", kind="muscle")}
-    assert found == {"covariance.law", "covariance.freedom"}
+    assert found == {"covariance.law", "covariance.freedom", "covariance.scale"}
 
 
 def test_new_muscle_does_not_take_over_another_ones_covariance(tmp_path: pathlib.Path) -> None:

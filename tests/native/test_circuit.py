@@ -50,7 +50,7 @@ def two_chambers(friction: int = 0) -> tuple[mujoco.MjModel, native.CircuitIds]:
 
 def volume_of(contraction: float) -> float:
     shape = BRAID.nominal_length, BRAID.nominal_radius, BRAID.b, 0.0
-    return muscle_volume(contraction, 3e5, *shape, 1e-6, 0.0, GEOMETRIC, 0)[0]
+    return muscle_volume(contraction, 3e5, *shape, 1e-6, 0.0, 0.0, GEOMETRIC, 0)[0]
 
 
 def test_names_are_all_places_once() -> None:

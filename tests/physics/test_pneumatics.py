@@ -111,7 +111,7 @@ def _fattest(degrees):
 
 def _volume(kappa, degrees):
     b = 1.0 / math.sin(math.radians(degrees)) ** 2
-    return geometric(kappa, 3e5, L0, R0, b, 0.0, DEAD, 0.0)[:2]
+    return geometric(kappa, 3e5, L0, R0, b, 0.0, DEAD, 0.0, 0.0)[:2]
 
 
 def test_braid_volume_of_s1s_simulated_muscle():
@@ -440,8 +440,8 @@ def geometric(*arguments):
         (iso_6358_flow, (5e5, 4.95e5, T0, C, B)),
         (valve_flow, (5e5, T0, 4e5, T0, 1.0, C, B)),
         (braid_volume, (0.1, L0, R0, 7.0)),
-        (geometric, (0.1, 3e5, L0, R0, 7.0, 0.0, DEAD, 0.0)),
-        (geometric, (0.9, 3e5, L0, R0, 7.0, 0.0, DEAD, 0.0)),
+        (geometric, (0.1, 3e5, L0, R0, 7.0, 0.0, DEAD, 1e-6, 0.0)),
+        (geometric, (0.9, 3e5, L0, R0, 7.0, 0.0, DEAD, 1e-6, 0.0)),
         (sigma_rate, (T0, V0, 1e-4, 1e-4, 0.5)),
         (chamber_pressure, (0.3, V0)),
     ],
@@ -466,4 +466,4 @@ def test_closed_valve_hides_no_nan():
 def test_no_muscle_is_shorter_than_nothing():
     for kappa in (1.0, 1.7, 3.0):
         braid = 0.1631, 0.00575, 7.126, 0.0
-        assert geometric(kappa, 3e5, *braid, 1e-6, 0.0) == (1e-6, 0.0, 0.0)
+        assert geometric(kappa, 3e5, *braid, 1e-6, 0.0, 0.0) == (1e-6, 0.0, 0.0)

@@ -27,7 +27,9 @@ from afo_sim.physics import (
     law_volume,
     muscle_volume,
     signed_force,
+    rubber_force,
     slopes_of,
+    turning,
 )
 from afo_sim.physics.laws.chou_hannaford import chou_hannaford_1996
 from afo_sim.physics.laws.daerden_lefeber import daerden_lefeber_2001, membrane
@@ -190,15 +192,18 @@ def test_a_stretched_muscle_asks_its_law_at_no_contraction(case):
 
 R0, B = 5.75e-3, 1.0 / math.sin(math.radians(22.0)) ** 2
 BRAID_STIFFNESS, RETURN = 2e4, 20.0  # [N]
+NONE, RUBBER = (0.0, 0.0), (9.4, turning(B))  # of a tube: stiffness [N], turn [-]
 
 
-def _muscle(case, contraction, pressure, lowest=0.0, braid_stiffness=BRAID_STIFFNESS, returning=RETURN):
+def _muscle(
+    case, contraction, pressure, lowest=0.0, braid_stiffness=BRAID_STIFFNESS, returning=RETURN, rubber=NONE
+):
     """The force of a muscle at its own length: law, stretched braid, return force."""
     row = list(case.coefficients)
     native_id = float(case.law.native_id)
     braids = float(case.law.braids)
     return signed_force(
-        native_id, contraction, pressure, lowest, returning, braid_stiffness, R0, B, braids, 1.0, row, 0
+        native_id, contraction, pressure, lowest, returning, braid_stiffness, R0, B, braids, 1.0, *rubber, row, 0
     )[0]
 
 
@@ -280,6 +285,7 @@ def test_a_muscles_force_is_continuous_and_hides_no_nan(case):
         B,
         float(case.law.braids),
         1.0,
+        *RUBBER,
     ]
     for i in range(len(good)):
         bad = [*good[:i], math.nan, *good[i + 1 :]]
@@ -296,7 +302,8 @@ COMPLEX = types.SimpleNamespace(exp=np.exp, log=np.log, sqrt=np.sqrt, pi=math.pi
 def test_slopes_are_those_of_the_force(case):
     """By complex steps, which take no difference: the law's own, and a muscle's, stretched, slack, vented."""
     step, row, native_id = 1e-30, list(case.coefficients), float(case.law.native_id)
-    fixed = (case.pressures[0], RETURN, BRAID_STIFFNESS, R0, B, float(case.law.braids), 1.0, row, 0)
+    of_muscle = RETURN, BRAID_STIFFNESS, R0, B, float(case.law.braids), 1.0
+    fixed = (case.pressures[0], *of_muscle, *RUBBER, row, 0)
     kernels = (
         lambda kappa, p: slopes_of(case.law.kernel)(kappa, p, *row),
         lambda kappa, p: signed_force(native_id, kappa, p, *fixed),
@@ -462,7 +469,7 @@ def test_pleats_enclose_the_largest_volume_and_pull_by_virtual_work(radius):
         force = daerden_lefeber_2001(kappa, 1.0, 1.0, *coefficients)
         assert force == pytest.approx((around[0] - around[2]) / (2.0 * step), rel=5e-4)
         volume = muscle_volume(
-            kappa, 2e5, 0.11, braid.nominal_radius, braid.b, 0.0, 0.0, 0.0, found.numbers, 0
+            kappa, 2e5, 0.11, braid.nominal_radius, braid.b, 0.0, 0.0, 0.0, 0.0, found.numbers, 0
         )[0]
         assert volume == pytest.approx(around[1] * 0.11**3, rel=0.01)
 

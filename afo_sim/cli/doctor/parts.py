@@ -51,7 +51,7 @@ def _covariance(muscle: Muscle) -> str:
         return "none"
     names = [key.rpartition(".")[2] for key in fit.parameters]
     errors = [
-        f"{name} ± {amount(error, unit, 3)}"
+        f"{name} ± {amount(fit.scale * error, unit, 3)}"
         for name, error, unit in zip(names, fit.standard_errors, fit.units, strict=True)
     ]
     line = f"{', '.join(errors)} (standard errors)"

@@ -114,6 +114,7 @@ DAERDEN_LEFEBER_2001 = Law(
     source="Daerden & Lefeber 2001",
     force_powers=(1.0, *[0.0] * (POWERS + 4)),
     length="own",
+    rubber=True,
     pleated=True,
     count=POWERS + 5,
 )

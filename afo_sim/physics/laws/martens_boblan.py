@@ -104,4 +104,5 @@ MARTENS_BOBLAN_2017 = Law(
     # a muscle of another size and the same moduli: all its lengths grow with the root of the force
     force_powers=(0.5, 0.5, 0.5, 0.0, 0.5, 0.0, -0.5, -1.0, -1.5),
     length="one",
+    rubber=True,
 )

@@ -102,4 +102,5 @@ TONDU_LOPEZ_2000_BLADDER = Law(
     source="Tondu & Lopez 2000, bladder terms derived here",
     braids=True,
     force_powers=(0.5, 0.0, 0.0, 1.0, 1.0),
+    rubber=True,
 )
