@@ -27,7 +27,7 @@ class FitCovariance(Described):
     """Parameters that were fitted together: "laws.LAW.NAME" of that law, "braid_angle", "end_length"."""
     standard_errors: Annotated[tuple[float, ...], Whole()]
     """Standard error of each parameter, a text with the parameter's unit."""
-    scale: float = Field(default=1.0, ge=0.0, le=10.0)
+    scale: Annotated[float, Quantity("", at_least=0.0, at_most=10.0)] = 1.0
     """Factor on the standard errors, for what the fit does not know."""
     correlation: Annotated[tuple[tuple[_Correlation, ...], ...], Whole()]
     """Correlations of the parameters, row by row: symmetric, ones on the diagonal."""

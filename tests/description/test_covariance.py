@@ -44,6 +44,19 @@ def test_draws_have_the_covariance_exactly() -> None:
     np.testing.assert_allclose(own.covariance.matrix, expected, rtol=1e-12)
 
 
+def test_a_scale_is_on_the_standard_errors_of_matrix_and_draws() -> None:
+    plain, wide = muscle(), muscle(scale=1.7)
+    np.testing.assert_allclose(wide.covariance.matrix, 1.7**2 * plain.covariance.matrix, rtol=1e-12)
+    normals = np.random.default_rng(2).standard_normal((9, 3))
+    narrow, found = plain.drawn(1.7 * normals), wide.drawn(normals)
+    for key, values in found.items():
+        np.testing.assert_allclose(values, narrow[key], rtol=1e-12)
+    assert wide.covariance.block([FORCE]).matrix[0, 0] == pytest.approx((1.7 * 40.0) ** 2)
+    assert not muscle(scale=0.0).covariance.matrix.any()
+    with pytest.raises(InputError, match="is out of range"):
+        muscle(scale=11.0)
+
+
 def test_singular_correlation_draws_along_a_line() -> None:
     own = muscle(
         parameters=["braid_angle", FORCE], standard_errors=["2 deg", "40 N"], correlation=[[1, -1], [-1, 1]]
@@ -142,9 +155,16 @@ def test_new_muscle_does_not_take_over_another_ones_covariance(tmp_path: pathlib
     assert "# [covariance]" in new("muscle", "other", tmp_path).read_text()
 
 
-def test_check_tells_the_covariance_in_one_line(tmp_path: pathlib.Path) -> None:
+@pytest.mark.parametrize(
+    ("scale", "errors"),
+    [
+        (1.0, "braid_angle ± 2 deg, bladder_force ± 40 N, bladder_stiffness ± 100 N"),
+        (1.5, "braid_angle ± 3 deg, bladder_force ± 60 N, bladder_stiffness ± 150 N"),
+    ],
+)
+def test_check_tells_the_covariance_in_one_line(scale: float, errors: str, tmp_path: pathlib.Path) -> None:
     file = tmp_path / "muscle.toml"
-    file.write_text(toml_text(muscle().model_dump(mode="json")))
+    file.write_text(toml_text(muscle(scale=scale).model_dump(mode="json")))
     told = dict(check_file(file))["covariance of the fit"]
-    assert "braid_angle ± 2 deg, bladder_force ± 40 N, bladder_stiffness ± 100 N" in told
+    assert errors in told
     assert "strongest correlation -0.990, braid_angle with bladder_force; 20 degrees" in told
