@@ -7,6 +7,8 @@ from collections.abc import Iterator, Mapping, MutableMapping
 from dataclasses import dataclass
 from typing import Any
 
+import tomlkit
+
 from afo_sim.common import (
     AMBIENT_PRESSURE,
     AMBIENT_TEMPERATURE,
@@ -25,7 +27,7 @@ _RANGES: dict[str, tuple[str, str, float, float, bool]] = {
     "braid_angle": ("rad", "5 deg to 49.9 deg", math.radians(5.01), math.radians(49.95), True),
     "length": ("m", "above 0 cm, to 1000 cm", 0.0, 10.0, False),
     "end_length": ("m", "at least 0 cm, and less than the length", 0.0, 2.0, True),
-    "wall_thickness": ("m", "0 mm to 5 mm", 0.0, 5e-3, True),
+    "wall_thickness": ("m", "0.1 mm to 5 mm, and less than half the bore", 1e-4, 5e-3, True),
 }
 _NEEDED = ("bore", "braid_angle", "length")
 _NEUTRAL = math.acos(1.0 / math.sqrt(3.0))  # 54.74°: such a braid encloses the most volume, and does not pull
@@ -40,8 +42,12 @@ _PLACE = {
     "end_length": "end_length",
     "bore": "bore",
     "braid_angle": "braid_angle",
-    "wall_thickness": "laws.chou_hannaford_1996.wall_thickness",
 }
+_TUBE = """
+[tube]
+modulus = {{ value = "1 MPa", kind = "assumed", source = "silicone, latex: 0.5 to 3 MPa; stretch yours" }}
+wall_thickness = {{ value = "{}", kind = "user", source = "given to afo-sim new" }}
+"""
 
 
 def fill_braid(muscle: MutableMapping[str, Any], given: Mapping[str, str]) -> None:
@@ -69,8 +75,10 @@ def fill_braid(muscle: MutableMapping[str, Any], given: Mapping[str, str]) -> No
     for place, number in numbers.items():
         functools.reduce(operator.getitem, place.split("."), muscle)["value"] = number
     for key in given:
-        entry = functools.reduce(operator.getitem, _PLACE[key].split("."), muscle)
-        entry.update(kind="user", source="given to afo-sim new")
+        if key == "wall_thickness":
+            muscle["tube"] = tomlkit.parse(_TUBE.format(given[key]))["tube"]
+        else:
+            muscle[_PLACE[key]].update(kind="user", source="given to afo-sim new")
     for law in muscle["laws"].values():
         law["contraction_range"] = [0.0, most]
 
@@ -150,7 +158,6 @@ def _read(given: Mapping[str, str]) -> dict[str, float]:
             raise InputError("is missing", field=name, allowed=f"{_RANGES[name][1]}; {needs}")
     q = {name: _quantity(name, text) for name, text in given.items()}
     q.setdefault("end_length", 2.0 * q["bore"])
-    q.setdefault("wall_thickness", 0.0)
     active, longer = q["length"] - q["end_length"], f"more than {1e3 * (q['bore'] + q['end_length']):g} mm"
     if active <= q["bore"]:
         problem = (
@@ -160,6 +167,9 @@ def _read(given: Mapping[str, str]) -> dict[str, float]:
         if active <= 0.0:
             problem = f"no braid is left between the ends, {1e3 * q['end_length']:g} mm in all"
         raise InputError(problem, field="length", value=given["length"], allowed=longer)
+    if 2.0 * q.get("wall_thickness", 0.0) >= q["bore"]:
+        problem, allowed = "leaves no air in the bore", f"less than {5e2 * q['bore']:g} mm"
+        raise InputError(problem, field="wall_thickness", value=given["wall_thickness"], allowed=allowed)
     strength = blocked_force(Braid(active, q["bore"] / 2.0, q["braid_angle"]), _PRESSURE)
     if strength > _STRONGEST:
         raise InputError(

@@ -64,22 +64,41 @@ def test_facts_of_one_filling() -> None:
     assert facts.free_air == pytest.approx(mass / 1.185, rel=1e-9)
 
 
-def test_wall_takes_force_and_the_bladder_more(tmp_path: pathlib.Path) -> None:
-    """Wall term of Chou & Hannaford at no contraction: π p [D90 t (2 s − 1/s) − t²]."""
-    thick, thin = (
-        load("muscle", file).using(law=IDEAL)
-        for file in (
-            new("muscle", "thick", tmp_path, braid=GIVEN | {"wall_thickness": "1 mm"}),
-            "handmade_10mm",
-        )
-    )
+def test_a_wall_is_a_rubber_tube_that_counts_once(tmp_path: pathlib.Path) -> None:
+    """Of 1 MPa where the user says nothing; it takes air from all laws, and force from those without rubber.
+
+    At a contraction ratio of 10 %: λ = 0.9, h² = b − (b − 1) λ², T = A E/3 dW/dλ.
+    """
+    thick = load("muscle", new("muscle", "thick", tmp_path, braid=GIVEN | {"wall_thickness": "1 mm"}))
+    thin = load("muscle", "handmade_10mm")
+    assert thick.tube is not None and thick.tube.modulus == 1e6 and thick.tube.wall_thickness == 1e-3
+    told = thick.tube.provenance
+    assert told["modulus"].kind == "assumed" and told["wall_thickness"].kind == "user"
+    area, b, x = math.pi * (R0**2 - 4e-3**2), 1.0 / math.sin(math.radians(22.0)) ** 2, 0.9
+    h2 = b - (b - 1.0) * x**2
+    taken = area * 1e6 / 3.0 * (x - (b - 1.0) * x - (1.0 / x - (b - 1.0) * x / h2) / (x**2 * h2))
+    for law in ("tondu_lopez_2000", IDEAL):
+        forces = [each.using(law=law).force(P, contraction=0.1) for each in (thick, thin)]
+        assert forces[0] - forces[1] == pytest.approx(taken, rel=1e-6)
+    assert thick.force(P, contraction=0.1) == thin.force(P, contraction=0.1)  # its law has a bladder
+    for kappa in (0.0, 0.2):
+        less = thin.volume(contraction=kappa) - thick.volume(contraction=kappa)
+        assert less == pytest.approx(area * LENGTH, rel=1e-9)
+
+
+def test_wall_term_of_the_law_alone() -> None:
+    """Chou & Hannaford's, of a wall that keeps its thickness: at κ = 0 π p [D90 t (2 s − 1/s) − t²]."""
+    walls = ({}, {"laws.chou_hannaford_1996.wall_thickness": "1 mm"})
+    thin, thick = (load("muscle", "handmade_10mm", {"law": IDEAL} | wall) for wall in walls)
     s = math.sin(math.radians(22.0))
     term = math.pi * P * (2.0 * R0 / s * 1e-3 * (2.0 * s - 1.0 / s) - 1e-6)
     assert term < 0.0
     loss = thick.force(P, contraction=0.0) - thin.force(P, contraction=0.0)
     assert loss == pytest.approx(term, rel=1e-9)
-    rubber = thin.using(law="tondu_lopez_2000_bladder")
-    assert rubber.force(P, contraction=0.1) < thin.using(law="tondu_lopez_2000").force(P, contraction=0.1)
+    tube = {"tube": {"modulus": "1 MPa", "wall_thickness": "1 mm"}}
+    with pytest.raises(InputError) as refused:
+        load("muscle", "handmade_10mm", walls[1] | tube)
+    assert refused.value.field == "laws.chou_hannaford_1996.wall_thickness"
 
 
 def test_bladder_of_s1s_bore_and_angle_is_s1s(tmp_path: pathlib.Path) -> None:
@@ -127,7 +146,8 @@ def _parameters(table: dict[str, Any]) -> Any:
         ({"bore": "9 cm"}, r"leaves 20 mm of braid, no longer than the bore of 90 mm"),
         ({"bore": "80 mm", "length": "60 cm"}, r"would pull with 22\.6 kN at 4 bar.*allowed: up to 15 kN"),
         ({"end_length": "30 cm"}, r"no braid is left between the ends, 300 mm in all"),
-        ({"wall_thickness": "1 cm"}, r"wall_thickness .* allowed: 0 mm to 5 mm"),
+        ({"wall_thickness": "1 cm"}, r"wall_thickness .* allowed: 0\.1 mm to 5 mm"),
+        ({"wall_thickness": "5 mm"}, r"wall_thickness .* leaves no air in the bore; allowed: less than 5 mm"),
         ({"bor": "1 cm"}, r"bor: is unknown; .* did you mean 'bore'"),
     ],
 )
