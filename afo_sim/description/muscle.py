@@ -398,7 +398,7 @@ class Muscle(Named, RestCurves, Draws):
         known, braid = LAWS[law], self.piece
         factor = 1.0 if known.length == "own" else self._left(braid.nominal_length)
         if self.lengths is not None and known.length != "own":
-            factor *= self.lengths.factor(braid.nominal_length) / self._left(self.lengths.reference)
+            factor = factor / self._left(self.lengths.reference) * self.lengths.factor(braid.nominal_length)
             if known.length == "one":
                 braid = replace(braid, nominal_length=self.lengths.reference)
         found = known.coefficients(braid, parameters)

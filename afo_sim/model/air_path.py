@@ -189,7 +189,7 @@ def least_volume(orthosis: Orthosis, name: str) -> float:
     """Volume of a chamber whose muscles are straight tubes: tubes, dead volumes, bores [m³]."""
     chamber, muscles = orthosis.chamber[name], orthosis.muscles_of(name).values()
     volume = chamber.tube_volume + half_of_tubes(orthosis, name)
-    volume += sum(g.count * g.type.dead_volume for g in muscles)
+    volume += sum(g.count * (g.type.dead_volume - g.type.rubber_volume) for g in muscles)
     volume += sum(g.count * g.type.nominal_length * math.pi * g.type.bore**2 / 4.0 for g in muscles)
     return volume
 

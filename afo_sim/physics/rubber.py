@@ -1,5 +1,7 @@
 """A rubber tube inside a braid: what it pulls by its stretch along the muscle and around it."""
 
+import functools
+
 from afo_sim.physics.jitable import register_jitable
 
 LONGEST, STEPS = 0.9, 900  # contraction up to which the tube's turn is sought [-], and in how many steps
@@ -50,6 +52,7 @@ def rubber_force(contraction: float, stiffness: float, b: float, turn: float) ->
     return force, -stiffness * slope
 
 
+@functools.lru_cache(maxsize=64)
 def turning(b: float) -> float:
     """Contraction ratio up to which a tube in a braid of this b takes more and more force [-]."""
     steps = (LONGEST * k / STEPS for k in range(1, STEPS))

@@ -1,4 +1,6 @@
-"""A muscle's own free contraction and blocked force: every law goes through them, and pays for its volume."""
+"""A muscle's own free contraction, blocked force, factors and ends: every law goes through them, and pays."""
+
+import dataclasses
 
 import numpy as np
 import pytest
@@ -84,3 +86,97 @@ def test_an_end_that_a_law_cannot_have_is_refused() -> None:
             load("muscle", "dmsp_10", weak | end)
     with pytest.raises(InputError, match=r"0\.6"):
         load("muscle", "dmsp_10", {"free_contraction": 0.7})
+
+
+@pytest.mark.parametrize("law", LAWS_OF_10)
+def test_a_factor_on_the_force_is_on_every_force(law: str) -> None:
+    """At every contraction and pressure, also on a force that was measured."""
+    bare, strong = (load("muscle", "dmsp_10", {"law": law, "force_factor": f}) for f in (1.0, 2.0))
+    kappa = np.linspace(0.0, 0.12, 7)
+    for pressure in ("3 bar", "6 bar"):
+        expected = 2.0 * bare.force(pressure, contraction=kappa)
+        assert strong.force(pressure, contraction=kappa) == pytest.approx(expected, rel=1e-9)
+    with_blocked = load("muscle", "dmsp_10", {"law": law, "force_factor": 0.8, "blocked_force": "400 N"})
+    assert with_blocked.force("6.2 bar", contraction=0.0) == pytest.approx(320.0, rel=1e-9)
+
+
+def test_the_volume_of_a_stronger_muscle_pays_for_its_work() -> None:
+    """ΔV = L0 ∫ ∂F/∂p dκ: what air gives goes with the factor, as long as a braid could have that volume."""
+    kappa, gauges = np.linspace(0.0, 0.1, 401), (2.9e5, 3.1e5)
+    for factor in (0.85, 1.15):  # by which the volume stays plausible
+        muscle = load("muscle", "dmsp_20", {"law": "sarosi_2012", "force_factor": factor})
+        assert not muscle.law_volume.reason
+        grown = np.ptp(muscle.volume(contraction=[0.0, 0.1], pressure=3e5))
+        low, high = (muscle.force(p, contraction=kappa) for p in gauges)
+        work = muscle.nominal_length * np.trapezoid((high - low) / 2e4, kappa)
+        assert grown == pytest.approx(work, rel=2e-3)
+    muscle = load("muscle", "dmsp_20", {"law": "sarosi_2012", "force_factor": 2.0})
+    assert "of the braid's" in muscle.law_volume.reason  # and says so
+
+
+@pytest.mark.parametrize("law", LAWS_OF_10)
+def test_a_factor_on_the_contraction_is_on_that_without_load(law: str) -> None:
+    for ends in ({}, {"free_contraction": 0.165}):
+        bare = load("muscle", "dmsp_10", ends | {"law": law})
+        short = load("muscle", "dmsp_10", ends | {"law": law, "contraction_factor": 0.9})
+        free = bare.contraction("6.2 bar", force=0.0)
+        assert short.contraction("6.2 bar", force=0.0) == pytest.approx(0.9 * free, abs=1e-9)
+        assert short.force("3 bar", contraction=0.0) == bare.force("3 bar", contraction=0.0)
+
+
+def _pull(name: str, **sets: object) -> float:
+    return float(load("muscle", name, sets).force("3 bar", contraction=0.05))
+
+
+def test_ends_weaken_short_muscles_more() -> None:
+    """By hand: F ∝ 1 − d/L0 of one piece, whose L0 is the braid between the fittings."""
+    ends = {"end_loss": "15 mm"}
+    for total, length in (("20 cm", 180.0), ("12 cm", 100.0)):  # 2 cm are clamps
+        sets = {"law": "tondu_lopez_2000", "total_length": total}
+        share = _pull("handmade_10mm", **sets, **ends) / _pull("handmade_10mm", **sets)
+        assert share == pytest.approx(1.0 - 15.0 / length, rel=1e-12)
+    # three pieces of 60 mm
+    sets = {"law": "tondu_lopez_2000", "pieces": 3}
+    share = _pull("handmade_10mm", **sets, **ends) / _pull("handmade_10mm", **sets)
+    assert share == pytest.approx(0.75, rel=1e-12)
+    # laws of muscles of many lengths belong to the reference length, 30 cm, with its ends
+    assert _pull("dmsp_20", **ends) == _pull("dmsp_20")
+    sets = {"total_length": "15 cm"}
+    assert _pull("dmsp_20", **sets, **ends) / _pull("dmsp_20", **sets) == pytest.approx(0.9 / 0.95, rel=1e-12)
+
+
+def test_ends_count_once() -> None:
+    """Not beside a force that was measured with them, nor a law that knows the length, nor lengths.force."""
+    ends, sets = {"end_loss": "15 mm"}, {"total_length": "15 cm", "blocked_force": "1200 N"}
+    assert _pull("dmsp_20", **sets, **ends) == _pull("dmsp_20", **sets)
+    own = {"law": "bolen_2026", "total_length": "35 cm"}
+    assert _pull("dmsp_20", **own, **ends) == _pull("dmsp_20", **own)
+    for name, wrong in (
+        ("dmsp_10", ends),
+        ("dmsp_20", {"total_length": "8 cm", "end_loss": "8 cm"}),
+        ("handmade_10mm", {"pieces": 3, "end_loss": "61 mm"}),
+        ("dmsp_20", {"end_loss": "31 cm", "total_length": "40 cm"}),
+    ):
+        with pytest.raises(InputError) as refused:
+            load("muscle", name, wrong)
+        assert refused.value.field == "end_loss"
+
+
+def test_force_and_ends_of_a_law_without_powers_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    bare = dataclasses.replace(LAWS["sarosi_2012"], force_powers=())
+    monkeypatch.setitem(LAWS, "sarosi_2012", bare)
+    for key, value in (("force_factor", 0.9), ("end_loss", "1 mm")):
+        with pytest.raises(InputError) as refused:
+            load("muscle", "dmsp_20", {key: value})
+        assert refused.value.field == key
+    assert load("muscle", "dmsp_20", {"force_factor": 1.0, "contraction_factor": 0.9}).contraction_scale > 1.0
+
+
+def test_what_was_measured_on_this_very_muscle() -> None:
+    def measured(**sets: object) -> frozenset[str]:
+        return load("muscle", "dmsp_10", sets).measured
+
+    assert measured() == frozenset()
+    assert measured(blocked_force="400 N") == {"force"}
+    assert measured(free_contraction=0.2) == {"contraction"}
+    assert measured(grade="A") == measured(**ENDS) == {"force", "contraction"}

@@ -240,6 +240,22 @@ def test_what_a_log_errs_by_as_a_whole_widens_the_interval() -> None:
     assert high - low == pytest.approx(2.0 * student.ppf(0.975, 3) * own.std(ddof=1) / 2.0, rel=0.05)
 
 
+def test_one_blocked_force_for_all_lengths_is_an_endless_muscles() -> None:
+    """With the bench's end loss d, 400 N (1 − d/L0); that of a muscle's file was measured with its ends."""
+    gauge, ends = 1e5 * ramp()["pressure [bar]"], {"end_loss": "10 mm"}
+    law = load("muscle", "dmsp_10", {"blocked_force": "400 N", "total_length": "10 cm"})
+    force = law.force(gauge, contraction=0.05)
+    bench = {"total_length": "10 cm", "force [N]": force}
+    for given, sets, share in (
+        ({"blocked_force": "400 N"}, {}, 1.0),
+        ({"blocked_force": "400 N"} | ends, {}, 0.9),
+        ({}, {"blocked_force": "400 N"} | ends, 1.0),
+    ):
+        found = replay(ramp(**bench, **given), sets=sets).predicted["force"]
+        taut = force > 0.2 * force.max()
+        assert np.median(found[taut] / force[taut]) == pytest.approx(share, rel=5e-3)
+
+
 def bench_of(folder: pathlib.Path, text: str, *logs: dict[str, Any]) -> pathlib.Path:
     """A folder of logs of held muscles with its description."""
     folder.mkdir(exist_ok=True)

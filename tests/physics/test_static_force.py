@@ -27,7 +27,6 @@ from afo_sim.physics import (
     law_volume,
     muscle_volume,
     signed_force,
-    rubber_force,
     slopes_of,
     turning,
 )
@@ -201,10 +200,8 @@ def _muscle(
     """The force of a muscle at its own length: law, stretched braid, return force."""
     row = list(case.coefficients)
     native_id = float(case.law.native_id)
-    braids = float(case.law.braids)
-    return signed_force(
-        native_id, contraction, pressure, lowest, returning, braid_stiffness, R0, B, braids, 1.0, *rubber, row, 0
-    )[0]
+    own = lowest, returning, braid_stiffness, R0, B, float(case.law.braids), 1.0, *rubber
+    return signed_force(native_id, contraction, pressure, *own, row, 0)[0]
 
 
 @pytest.mark.slow
