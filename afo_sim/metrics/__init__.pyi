@@ -31,9 +31,9 @@ from .bottle import until_empty as until_empty
 from .clearance import BELOW as BELOW
 from .clearance import EXTENSIONS as EXTENSIONS
 from .clearance import HEIGHTS as HEIGHTS
-from .coverage import Coverage as Coverage
-from .coverage import coverage as coverage
-from .coverage import coverages as coverages
+from .covered import Coverage as Coverage
+from .covered import coverage as coverage
+from .covered import coverages as coverages
 from .draws import of_draws as of_draws
 from .draws import percent as percent
 from .draws import with_draws as with_draws

@@ -36,7 +36,7 @@ class Coverage:
 @functools.cache
 def coverages() -> dict[str, Coverage]:
     """Of each kind, as the ledger was last compared."""
-    table = assets.read_toml(assets.folder("models") / "validation" / "coverage.toml")
+    table = assets.read_toml(assets.folder("models") / "coverage.toml")
     return {kind: Coverage(kind, **counts) for kind, counts in table.items()}
 
 
