@@ -14,7 +14,7 @@ from afo_sim.common import installed
 
 _QUANTITY = re.compile(r"(?<=\d) (?=[^\W\d]{1,3}\b)")  # between a number and its unit
 _STYLES = {"✓": "bold green", "!": "bold yellow", "✗": "bold red", "?": "bold"}
-_LINES = 12  # that a run prints, of which nobody asked for every number
+_LINES = 12 + 2  # that a run prints unasked: a dozen, and what such numbers were worth
 _WARNING = "warning: "
 _Line = tuple[str, int]  # a text, and by how much its further lines are indented
 _Lines = Sequence[_Line]
@@ -70,7 +70,8 @@ def print_answers(
 
     shown = verdict.full(judged) if whole else verdict.brief(judged, _width())
     answered = [(line, verdict.INDENT) for line in shown]
-    ends = [*([(closing([answer for _, answer in judged]), 0)] if judged else []), *tail]
+    names = {name for recording, _ in judged for name in recording.metrics}
+    ends = [*((line, 0) for line in closing([answer for _, answer in judged], names) if judged), *tail]
     for line, hang in answered:
         print_line(line, hang=hang, badge=hang)
     room = _LINES - 1 - _rows([*answered, *first, *ends])

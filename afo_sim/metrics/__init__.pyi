@@ -34,6 +34,7 @@ from .clearance import HEIGHTS as HEIGHTS
 from .covered import Coverage as Coverage
 from .covered import coverage as coverage
 from .covered import coverages as coverages
+from .covered import worth as worth
 from .draws import of_draws as of_draws
 from .draws import percent as percent
 from .draws import with_draws as with_draws

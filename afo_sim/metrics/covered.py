@@ -1,16 +1,23 @@
 """How much bands were worth so far: the ledger's measured values that lay in them, by kind of number."""
 
 import functools
-from dataclasses import dataclass
+from collections.abc import Container, Iterable
+from dataclasses import asdict, dataclass
+from typing import Any
 
 from afo_sim.common import assets
+from afo_sim.metrics.answer import listed
 
 KINDS = {  # metric: the kind of measured value that tells what its band is worth
     "toe_clearance": "toe clearance",
     "torque_against_push_off": "joint torque",
+    "torque_against_push_off_per_mass": "joint torque",
     "orthosis_peak_dorsiflexion_torque": "joint torque",
+    "peak_dorsiflexion_torque": "joint torque",
     "range_of_motion": "joint angle",
+    "muscle_share_of_force": "muscle force",
     "air_per_stride": "air",
+    "air_per_cycle": "air",
 }
 
 
@@ -27,10 +34,7 @@ class Coverage:
     @property
     def text(self) -> str:
         """In plain words."""
-        if not self.values:
-            return f"{self.kind}: nobody has measured a value to compare with"
-        on = "" if self.worn else ", none of them on a worn orthosis"
-        return f"{self.kind}: of {self.values} measured values {self.inside} lay in such a band{on}"
+        return f"{self.kind} {f'{self.inside} of {self.values}' if self.values else '(nobody measured)'}"
 
 
 @functools.cache
@@ -43,3 +47,17 @@ def coverages() -> dict[str, Coverage]:
 def coverage(metric: str) -> Coverage | None:
     """Of the kind of a metric; None where the ledger has no kind for it."""
     return coverages().get(KINDS.get(metric, ""))
+
+
+def counts(metrics: Iterable[str]) -> dict[str, dict[str, Any]]:
+    """Of each metric that has a kind, for files."""
+    return {name: asdict(found) for name in metrics if (found := coverage(name))}
+
+
+def worth(metrics: Container[str]) -> str:
+    """What bands of such metrics were worth so far, as a sentence; "" where none has a kind."""
+    kinds = {KINDS[name]: found for name in KINDS if name in metrics and (found := coverage(name))}
+    worn = [kind for kind, found in kinds.items() if found.worn]
+    told = ", ".join(found.text for found in kinds.values())
+    on = f"only {listed(worn)}" if worn else "none"
+    return f"Measured values in a 90 % band: {told}; {on} on a worn orthosis." if kinds else ""

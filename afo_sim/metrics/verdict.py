@@ -7,7 +7,7 @@ by a colour.
 
 import dataclasses
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 
 from afo_sim.metrics.answer import (
     ADDS,
@@ -39,6 +39,7 @@ from afo_sim.metrics.answer import (
     worst,
 )
 from afo_sim.metrics.beside_strides import BY_LAWS, LESS
+from afo_sim.metrics.covered import worth
 from afo_sim.metrics.verdict_air import adds_limit, air, air_adds
 
 NO_DEVICE = "A simulation, not a measurement and not a medical device."
@@ -422,10 +423,11 @@ def seated_answers(metrics: Numbers, limits: Limits) -> tuple[Answer, ...]:
 # --- words
 
 
-def closing(answers: Iterable[Answer]) -> str:
-    """What stands under answers: what they are not, and what the mark of a good one means."""
+def closing(answers: Iterable[Answer], metrics: Container[str]) -> list[str]:
+    """What stands under answers: what such numbers were worth, what a marked good one means, what none is."""
     marked = any(answer.word.endswith("*") for answer in answers)
-    return f"{UNJUDGED} {NO_DEVICE}" if marked else NO_DEVICE
+    ends = [worth(metrics), f"{UNJUDGED} {NO_DEVICE}" if marked else NO_DEVICE]
+    return list(filter(None, ends))
 
 
 def _worn(metrics: Numbers) -> bool:

@@ -24,6 +24,7 @@ from afo_sim.metrics import (
     status_of,
     unit,
     words,
+    worth,
 )
 from afo_sim.show import bands, effects
 from afo_sim.show import verdict_texts as verdict
@@ -298,7 +299,8 @@ def page(runs: Sequence[RunView], both: Mapping[str, Any] | None = None) -> str:
         cells=lambda row: TwoSides(**row).cells,
         sides={} if both is None else both.get("asymmetry", {}),
         verdicts=verdict.of_report(judged),
-        no_device=closing(answer for run in judged for answer in run.recording.verdict),
+        no_device=closing((answer for run in judged for answer in run.recording.verdict), names),
+        worth=worth(names),
         effects=effects.of_report(judged),
         bands=bands.of_report(judged),
         notes=list(_notes(runs)),

@@ -51,7 +51,8 @@ def badge(answer: Answer | Worse) -> str:
 def lines(recording: Recording) -> list[str]:
     """For the terminal, each behind its badge in `INDENT` columns; none where there is nothing to report."""
     found = full([(recording, answer) for answer in recording.verdict])
-    return [*found, " " * INDENT + closing(recording.verdict)] if found else []
+    ends = [" " * INDENT + line for line in closing(recording.verdict, recording.metrics)]
+    return [*found, *ends] if found else []
 
 
 def full(judged: Sequence[Judged]) -> list[str]:
@@ -98,7 +99,8 @@ def markdown(recording: Recording) -> str:
         f"- **{answer.word}** · **{answer.question}** {answer.text} *Limit: {limit(recording, answer)}.*"
         for answer in recording.verdict
     ]
-    return "\n".join([*items, "", f"*{closing(recording.verdict)}*".replace("* G", "\\* G")] if items else [])
+    ends = (line.replace("*", r"\*") for line in closing(recording.verdict, recording.metrics))
+    return "\n".join([*items, "", f"*{' '.join(ends)}*"] if items else [])
 
 
 def of_report(runs: Sequence[RunView]) -> list[_VerdictRow]:

@@ -14,6 +14,7 @@ import numpy as np
 from afo_sim.common import Brief, InputError, Notice, Shown, as_stored, installed, nearest_name, shown, titles
 from afo_sim.description import USUAL_LIMITS, Limits, as_found, load
 from afo_sim.metrics import Answer, Feed, Metric, Metrics, capped, seated_answers, undecided, with_draws
+from afo_sim.metrics.covered import counts
 from afo_sim.metrics.validity import RESTS_ON
 from afo_sim.metrics.verdict import verdict
 from afo_sim.simulation.columns import describe
@@ -276,7 +277,7 @@ class Recording(Shown):
             shown().open([path])
 
     def summary(self) -> dict[str, Any]:
-        """Contents of summary.json; of walking, `verdict` and `strides` too."""
+        """Contents of summary.json; of walking `verdict` and `strides`, of known kinds `coverage`, too."""
         found: dict[str, Any] = {
             "status": self.status,
             "scenario": self.scenario,
@@ -289,6 +290,8 @@ class Recording(Shown):
         if answers := self.verdict:
             rest = [{"rests_on": list(RESTS_ON[answer.name])} for answer in answers]
             found["verdict"] = [asdict(answer) | on for answer, on in zip(answers, rest, strict=True)]
+        if known := counts(self.metrics):
+            found["coverage"] = known  # what bands of such metrics were worth so far
         if self.strides:
             found["strides"] = [{"stride": k, "metrics": _as_json(m)} for k, m in self.strides.items()]
         if self.studies:

@@ -6,6 +6,7 @@ import json
 import pathlib
 import pickle
 import shutil
+import tomllib
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
@@ -16,7 +17,7 @@ import pyarrow.parquet as pq
 import pytest
 
 import afo_sim
-from afo_sim.common import InputError, Lazy, Notice, SimulationError, replacing
+from afo_sim.common import InputError, Lazy, Notice, SimulationError, assets, replacing
 from afo_sim.common import display_hooks as shown
 from afo_sim.description import as_found
 from afo_sim.simulation import RERUN, Recording, read_recording, reference_walk
@@ -82,7 +83,19 @@ def test_summary_is_strict_json(folder: pathlib.Path, seated: Recording) -> None
     }
     assert summary["timing"]["steps"] == 8000
     content = {"status", "scenario", "metrics", "versions", "timing", "warnings", "notices", "studies"}
+    content |= {"coverage"}
     assert set(summary) == content | {"digests", "digest"}
+
+
+def test_summary_counts_measured_values_in_their_bands(folder: pathlib.Path) -> None:
+    """As the file has them that the ledger's comparison writes; of a metric without a kind nothing."""
+    summary = json.loads((folder / "summary.json").read_text())
+    file = assets.folder("models") / "coverage.toml"
+    counts = tomllib.loads(file.read_text(encoding="utf-8"))
+    told = summary["coverage"]
+    assert told["range_of_motion"] == counts["joint angle"] | {"kind": "joint angle"}
+    assert told["air_per_cycle"] == counts["air"] | {"kind": "air"}
+    assert told.keys() < summary["metrics"].keys() and "cuff_skin_pressure" not in told
 
 
 def test_model_loads_again_with_one_joint_called_ankle(folder: pathlib.Path) -> None:
