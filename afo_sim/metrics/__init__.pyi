@@ -35,6 +35,7 @@ from .covered import Coverage as Coverage
 from .covered import coverage as coverage
 from .covered import coverages as coverages
 from .covered import worth as worth
+from .draws import NO_RATE as NO_RATE
 from .draws import of_draws as of_draws
 from .draws import percent as percent
 from .draws import with_draws as with_draws

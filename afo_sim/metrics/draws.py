@@ -8,7 +8,8 @@ from afo_sim.metrics.answer import HELP, LIFT, Answer, Status, at_most, worst
 from afo_sim.metrics.verdict import ENOUGH, UNSURE
 
 KEPT = 0.9  # share of draws that a good answer must survive; assumed [-]
-SURE = 0.95  # confidence in a bound on a share of draws, one-sided [-]
+SURE = 0.95  # share of such sets of draws of which a bound holds, one-sided [-]
+NO_RATE = "neither an accident rate nor the model's error"  # is a share of draws
 MOST_DRAWS = 100_000  # that anybody would make
 
 
@@ -26,7 +27,7 @@ def with_draws(
     """
     drawn, remark = _judged(trips, draws, limit)
     touching = of_draws(trips, draws, "touches the floor", "touch the floor")
-    stated = f"Of {draws} strides drawn over what is not known, {touching}{remark}."
+    stated = f"Of {draws} strides drawn over what is not known, {touching}{remark}. This is {NO_RATE}."
     against = f"; of drawn strides at most {percent(limit[0])}, bad beyond {percent(limit[1])}"
 
     def judged(answer: Answer) -> Answer:
@@ -41,7 +42,7 @@ def with_draws(
         status = answer.status if undecided else worst([answer.status, drawn])
         if answer.name == LIFT:
             text, wide = f"{answer.text} {stated}", answer.limit + against
-            brief = f"{answer.brief}; drawn, {percent(trips)} trip" if answer.brief else ""
+            brief = f"{answer.brief}; {percent(trips)} of draws trip" if answer.brief else ""
             return dataclasses.replace(answer, status=status, text=text, limit=wide, brief=brief)
         if answer.name == HELP and status != answer.status:
             text = answer.text.replace(ENOUGH, UNSURE)
@@ -58,19 +59,21 @@ def _judged(share: float, draws: int, limit: tuple[float, float]) -> tuple[Statu
         low, high = bounds(share, number)
         return at_most(low, limit) == at_most(high, limit)
 
-    place = bisect_left(range(draws, MOST_DRAWS), True, key=decided)
-    if place and draws + place < MOST_DRAWS:
-        return "unknown", f": too few to decide, draw {draws + place} if the share stays"
-    return ("doubtful", ": so near a limit, no number decides") if place else (at_most(share, limit), "")
+    if decided(draws):
+        return at_most(share, limit), ""
+    needed = bisect_left(range(MOST_DRAWS), True, draws, key=decided)
+    if needed < MOST_DRAWS:
+        return "unknown", f": too few to decide, draw {needed} if the share stays"
+    return "doubtful", ": so near a limit, no number decides"
 
 
 def of_draws(share: float, draws: int, one: str, many: str) -> str:
-    """How many of some draws do something, and the exact bounds of their share, in words."""
+    """How many of some draws do something, and the share that chance in so few draws leaves open."""
     count, (low, high) = round(share * draws), bounds(share, draws)
     if not count:
-        return f"none {one}, at most {percent(high)} with {100.0 * SURE:g} % confidence"
-    sure = f"at least {percent(low)} and at most {percent(high)}, each with {100.0 * SURE:g} % confidence"
-    return f"{count} ({percent(share)}) {one if count == 1 else many}, {sure}"
+        return f"none {one} (more draws: up to {percent(high)})"
+    sure = f"more draws: {percent(low).removesuffix(' %')} to {percent(high)}"
+    return f"{count} ({percent(share)}) {one if count == 1 else many} ({sure})"
 
 
 def bounds(share: float, draws: int) -> tuple[float, float]:

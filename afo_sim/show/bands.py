@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from afo_sim.metrics import Metric, of_draws, percent, unit, words
+from afo_sim.metrics import NO_RATE, Metric, of_draws, percent, unit, words
 from afo_sim.show.run_view import RunView
 from afo_sim.simulation import Recording
 
@@ -55,7 +55,7 @@ def brief(recording: Recording) -> list[str]:
         _, (low, _, high), of = _told(study["metrics"][name])
         found.append(f"{_OF_METRICS[name]} {low} to {high} {of}")
     if study["trips"]:
-        found.append(of_draws(study["trips"]["touch"]["share"], left, "trips", "trip"))
+        found.append(f"{of_draws(study['trips']['touch']['share'], left, 'trips', 'trip')}: {NO_RATE}")
     bands = [f"5 to 95 % of {left} draws: {'; '.join(found)}"] if found else []
     return [*_warnings(study), *bands, *_in_no_band(study), *_measure_next(study)]
 
@@ -126,7 +126,7 @@ def _sentences(study: Mapping[str, Any]) -> list[str]:
         own = low if low == high else f"{low} to {high}"
         found.append(
             f"of {draws} drawn strides {touch}; {near}; of "
-            f"one wearer's own strides {own} trip (5 to 95 % of the draws)"
+            f"one wearer's own strides {own} trip (5 to 95 % of the draws): {NO_RATE}"
         )
     others = [f"{_OF_METRICS[name]} {_band(name, metrics)}" for name in (_TORQUE, _AIR) if name in metrics]
     if others:

@@ -210,7 +210,7 @@ def test_a_share_of_draws_is_judged_by_the_exact_bounds_of_every_count(
     found = with_draws(told, trips / draws, draws, (0.02, 0.1), {})
     help_, lift = found[:2]
     assert help_.status == lift.status == status and found[2:] == told[2:]
-    assert ("enough" in help_.text) is (status == "good") and f"at most {percent(high)}" in lift.text
+    assert ("enough" in help_.text) is (status == "good") and f"to {percent(high)})" in lift.text
     assert (f"{trips} ({percent(trips / draws)}) touch" if trips else "none touches") in lift.text
     needed = re.search(r"draw (\d+)", lift.text)
     assert (needed is not None) == (status == "unknown")
@@ -222,6 +222,13 @@ def test_a_share_of_draws_is_judged_by_the_exact_bounds_of_every_count(
         assert not any(low <= limit < high for limit in (0.02, 0.1))
         low, high = bounds(trips / draws, enough - 1)
         assert any(low <= limit < high for limit in (0.02, 0.1))
+
+
+@pytest.mark.parametrize(("share", "status"), [(0.0, "good"), (0.02, "doubtful"), (0.05, "doubtful")])
+def test_as_many_draws_as_may_be_made_decide_no_share_on_a_limit(share: float, status: str) -> None:
+    """Half of all such sets of draws of a share that lies on a limit have more, half less."""
+    (lift,) = with_draws([judge({})["lift"]], share, 100_000, (0.02, 0.1), {})
+    assert lift.status == status and ("no number" in lift.text) is (share == 0.02)
 
 
 def test_draws_make_no_answer_better() -> None:

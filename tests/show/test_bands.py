@@ -1,13 +1,18 @@
 """Bands on the terminal, in the viewer and in the report: what they say, and that it is what was found."""
 
 import dataclasses
+import html
+import json
+import pathlib
 import re
 from typing import Any
 
 import pytest
 from matplotlib.figure import Figure
 
-from afo_sim.show import RunView, bands, panels, report_figures
+from afo_sim.cli.printed_run import print_run
+from afo_sim.metrics import NO_RATE, worth
+from afo_sim.show import RunView, bands, panels, report_figures, verdict_texts
 from afo_sim.show.panels import UNKNOWN_LABEL
 from afo_sim.show.report import page
 from afo_sim.show.run_view import alone
@@ -72,7 +77,24 @@ def test_no_trip_among_few_draws_is_not_told_as_none_at_all(studied: Recording) 
     for draws, at_most in ((20, 0.139), (500, 0.006)):  # 1 - 0.05^(1/n), where chance hides it once in 20
         [told] = [x for x in bands.lines(changed(studied, trips=dry, draws=draws)) if "trip" in x]
         assert numbers(told)[1] == pytest.approx(100.0 * at_most, rel=0.04)
-        assert "none trips, at most" in told
+        assert "none trips" in told
+
+
+@pytest.mark.usefixtures("undrawn")
+@pytest.mark.parametrize("share", [0.0, 0.09])
+def test_draws_give_trips_no_confidence_and_numbers_stand_beside_what_was_measured(
+    studied: Recording, share: float, tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    trips = studied.studies["uncertainty"]["trips"]
+    run = changed(studied, draws=200, trips=trips | {"touch": trips["touch"] | {"share": share}})
+    told = worth(run.metrics)
+    places = [page([alone(run)]), bands.markdown(run) + verdict_texts.markdown(run)]
+    for whole in (False, True):
+        print_run(run, tmp_path, numbers=whole)
+        places.append(capsys.readouterr().out)
+    for place in places:
+        assert "confidence" not in place and told in place and NO_RATE in html.unescape(place)
+    assert told and "confidence" not in json.dumps(run.summary()["verdict"])
 
 
 def test_nothing_is_told_where_nothing_was_drawn(studied: Recording) -> None:
@@ -140,4 +162,4 @@ def test_answer_and_band_tell_the_same_share_of_trips(studied: Recording, share:
     run = changed(studied, trips={"touch": touch, "within_10mm": touch | {"height": 0.01}})
     answer = run.verdict[1].text
     assert f"({told}) touch the floor" in answer
-    assert any(f"({told}) trip, at least" in line for line in bands.lines(run))
+    assert any(f"({told}) trip" in line for line in bands.lines(run))
