@@ -34,7 +34,10 @@ class Coverage:
     @property
     def text(self) -> str:
         """In plain words."""
-        return f"{self.kind} {f'{self.inside} of {self.values}' if self.values else '(nobody measured)'}"
+        if not self.values:
+            return f"{self.kind} (nobody measured)"
+        alone = " (one test)" if self.benches < min(self.values, 2) else ""
+        return f"{self.kind} {self.inside} of {self.values}{alone}"
 
 
 @functools.cache

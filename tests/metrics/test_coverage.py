@@ -22,6 +22,11 @@ def test_a_kind_of_which_nobody_measured_a_value_has_no_count() -> None:
     assert numbers(Coverage("muscle force", 18, 6, 4, 0).text) == [6, 18]
 
 
+@pytest.mark.parametrize(("values", "benches", "alone"), [(3, 1, True), (3, 2, False), (1, 1, False)])
+def test_values_of_one_test_alone_are_told_apart(values: int, benches: int, alone: bool) -> None:
+    assert ("one test" in Coverage("joint torque", values, 1, benches, 0).text) is alone
+
+
 def test_each_kind_of_a_metric_is_one_of_the_file_and_no_more_lie_in_a_band_than_were_measured() -> None:
     assert set(KINDS.values()) <= set(COUNTS) == set(coverages())
     for found in map(coverage, KINDS):
