@@ -149,8 +149,8 @@ def _described(
     files = ", ".join(data.file.name for data in problem.data)
     how = f"{law} fitted to {files}, linearised about the fitted values"
     how += "" if problem.loss == "linear" else f", loss {problem.loss}"
-    doubtful = doubt(problem, solution.residuals)
-    how += f"; {doubtful}" if doubtful else ""
+    scale = understated(problem, solution.residuals)
+    how += "; neighbouring errors of a curve are alike, as the scale says" if scale > 1.0 else ""
     sources = {"standard_errors": Provenance(kind="fitted", source=how)}
     if held := [name for name in problem.names if name not in names]:
         why = f"without {', '.join(held)}: not identified, or at a bound, and held at the fitted value"
@@ -163,6 +163,7 @@ def _described(
             "law": law,
             "parameters": [key_of(law, name) for name in names],
             "standard_errors": errors.tolist(),
+            "scale": scale,
             "correlation": symmetric.tolist(),
             "freedom": int(solution.freedom),
         },
@@ -181,13 +182,19 @@ def alike(problem: LawProblem, residuals: np.ndarray) -> float:
     return memory(curves, float(np.sum(residuals**2)))
 
 
+def understated(problem: LawProblem, residuals: np.ndarray) -> float:
+    """How many times too small standard errors are that count each point, where neighbours err alike [-]."""
+    rho = alike(problem, residuals)
+    beyond_chance = rho > CHANCE / math.sqrt(len(residuals))
+    return round(math.sqrt((1.0 + rho) / (1.0 - rho)), 1) if beyond_chance else 1.0
+
+
 def doubt(problem: LawProblem, residuals: np.ndarray) -> str:
     """The sentence on neighbouring errors that are alike beyond chance; "" where they are not."""
-    rho = alike(problem, residuals)
-    if rho <= CHANCE / math.sqrt(len(residuals)):
+    factor, rho = understated(problem, residuals), alike(problem, residuals)
+    if factor == 1.0:
         return ""
-    factor = math.sqrt((1.0 + rho) / (1.0 - rho))
     return (
         f"neighbouring errors of a curve are alike (correlation {rho:.2f}), so intervals and standard "
-        f"errors, which count each point, are about {factor:.1f} times too small"
+        f"errors, which count each point, are about {factor:.1f} times too small; the muscle's draws count it"
     )
