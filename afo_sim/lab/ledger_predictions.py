@@ -18,7 +18,7 @@ Table = Mapping[str, Any]
 STEP = math.radians(0.1)
 BRIEF = {"duration": "2.6 s"}  # hardly more than the settled strides
 FITTED = "tondu_lopez_2000_bladder"  # law of a muscle that is fitted to another one's table
-_OTHER = ("draw", "specimen", "pressure", "rest_length")  # that are drawn, and no key of a muscle
+_OTHER = ("draw", "pressure", "rest_length")  # that are no key of a muscle
 
 
 def si(text: str) -> float:
@@ -27,19 +27,22 @@ def si(text: str) -> float:
     return float(number) * RATIOS[unit] if unit in RATIOS else read_any_quantity(text)[0]
 
 
-def _muscle(of: str, drawn: Table) -> Muscle:
+def muscle(of: str, drawn: Table) -> Muscle:
     """A shipped muscle, or one fitted to a table of another, with what is published and drawn."""
+    own = {key: x for key, x in drawn.items() if key not in _OTHER}
+    own |= {"lengths.force": None} if "end_loss" in own else {}  # measured by the bench that is predicted
     if not of.endswith(".csv"):
-        return load("muscle", of, {key: x for key, x in drawn.items() if key not in _OTHER})
+        return load("muscle", of, own)
     fitted, rng = _fitted(of), np.random.default_rng(drawn["draw"])
     assert fitted.covariance is not None
-    values = fitted.drawn(rng.standard_normal((100, len(fitted.covariance.parameters))))
+    normals = rng.standard_normal((100, len(fitted.covariance.parameters)))
+    values = fitted.drawn(normals)
     first = int(np.argmax(fitted.legal(values)))  # of the draws that are muscles
-    own = {key.rpartition(".")[2]: float(x[first]) for key, x in values.items()}
+    own |= {key.rpartition(".")[2]: float(x[first]) for key, x in values.items()}
     law = {key: own.pop(key) for key in fitted.law_set.parameters if key in own}
     used = fitted.law_set.with_values(parameters=fitted.law_set.parameters | law)
-    length = parse_quantity(drawn["total_length"], "m")
-    return fitted.with_values(total_length=length, laws=fitted.laws | {FITTED: used}, **own)
+    own["total_length"] = parse_quantity(own["total_length"], "m")
+    return fitted.with_values(laws=fitted.laws | {FITTED: used}, **own)
 
 
 @functools.cache
@@ -49,20 +52,24 @@ def _fitted(table: str) -> Muscle:
 
 def force(of: str, at: Table, drawn: Table) -> float:
     """Force of a muscle at rest [N], at a contraction ratio or a length."""
-    kappa = 1.0 - si(at["length"]) / si(drawn["rest_length"]) if "length" in at else si(at["contraction"])
     pressure = si(at["pressure"]) * drawn["pressure"]
-    return float(_muscle(of, drawn).force(pressure, contraction=kappa)) * float(drawn["specimen"])
+    length = {key: at[key] for key in ("total_length",) if key in at}
+    return float(muscle(of, {**drawn, **length}).force(pressure, contraction=contracted(at, drawn)))
+
+
+def contracted(at: Table, drawn: Table) -> float:
+    """The contraction ratio at which a force is asked for [-]."""
+    return 1.0 - si(at["length"]) / si(drawn["rest_length"]) if "length" in at else si(at["contraction"])
 
 
 def contraction(of: str, at: Table, drawn: Table) -> float:
     """Contraction ratio of a muscle under a load at rest [-]."""
-    pull = si(at["load"]) / float(drawn.get("specimen", 1.0))
-    return float(_muscle(of, drawn).contraction(si(at["pressure"]), force=pull))
+    return float(muscle(of, drawn).contraction(si(at["pressure"]), force=si(at["load"])))
 
 
 def change(of: str, at: Table, drawn: Table) -> float:
     """Change of length of a muscle under a load at rest [m]."""
-    return contraction(of, at, drawn) * _muscle(of, drawn).nominal_length
+    return contraction(of, at, drawn) * muscle(of, drawn).nominal_length
 
 
 def knee_torque(of: str, at: Table, drawn: Table) -> float:

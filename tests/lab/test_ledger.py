@@ -12,12 +12,12 @@ from command import call
 from documents import PAGES
 
 from afo_sim import InputError
-from afo_sim.common import assets
 from afo_sim.lab import ledger as lab
 from afo_sim.lab.air_log import air_row
 from afo_sim.lab.ledger import LedgerRow
+from afo_sim.metrics import coverages
 
-DEVICES = {f.stem: lab.read_device(f) for f in (assets.folder("models") / "ledger").glob("*.toml")}
+DEVICES, LABORATORIES = lab.devices(), lab.laboratories()
 BAND = (80.0, 90.0, 100.0)
 
 
@@ -72,18 +72,31 @@ def test_the_score_is_least_in_the_mean_for_the_true_quantiles() -> None:
 
 def test_summary_counts() -> None:
     rows = [
-        LedgerRow("a", "q", "N", BAND, 90.0, 1.0),  # in its band
-        LedgerRow("a", "q", "N", BAND, 45.0, 1.0),  # half of the prediction
-        LedgerRow("b", "q", "N", BAND, 180.0, 1.0),
+        LedgerRow("a", "q", "N", BAND, 90.0, 1.0, bench="A"),  # in its band
+        LedgerRow("a", "q", "N", BAND, 45.0, 1.0, bench="A"),  # half of the prediction
+        LedgerRow("b", "q", "N", BAND, 180.0, 1.0, bench="B"),
         LedgerRow("c", "q"),
     ]
-    first, second, third, fourth = lab.summary(rows)
-    assert first == "1 agrees, 2 disagrees, 1 cannot tell; 2 devices or rigs with a verdict"
-    assert "median error 50 %" in second and "22 % of the prediction" in second
+    first, second, third, once, fourth = lab.summary(rows)
+    assert first == "1 agrees, 2 disagrees, 1 cannot tell; 2 benches or groups with a verdict"
+    assert "median error 50 %" in second and "22 % of the measured value" in second
+    assert "25 % lie in it, standard error 25 %" in once  # a half and none: their mean, and 0.5/√2/√2
     # Clopper & Pearson for 1 of 3: 1 − (1 − p)³ = 0.05, and (1 − p)³ + 3 p (1 − p)² = 0.05
     assert third.startswith("1 of 3 measured") and "2 to 86 %" in third and "too narrow" in third
     scores = [20.0 / 90.0, (20.0 + 20.0 * 35.0) / 45.0, (20.0 + 20.0 * 80.0) / 180.0]
     assert f"median {np.median(scores):.2f}, mean {np.mean(scores):.2f}" in fourth
+    assert f"{(0.5 * (scores[0] + scores[1]) + scores[2]) / 2.0:.2f}" in fourth
+
+
+def test_counts_of_each_kind() -> None:
+    rows = [
+        LedgerRow("a", "q", "N", BAND, 90.0, 1.0, bench="A", kind="muscle force"),
+        LedgerRow("a", "q", "N", BAND, 45.0, None, bench="A", kind="muscle force", worn=True),
+        LedgerRow("b", "q", "N", BAND, None, bench="B", kind="muscle force"),  # nothing measured
+        LedgerRow("b", "q", "N", None, 90.0, bench="B", kind="muscle force"),  # nothing predicted
+    ]
+    found = lab.coverage_of(rows)["muscle force"]
+    assert (found.values, found.inside, found.benches, found.worn) == (2, 1, 1, 1)
 
 
 # --- the draws
@@ -95,13 +108,58 @@ def test_draws_fill_each_stated_range_evenly_and_alike_each_time(name: str) -> N
     assert device.unknown, "a prediction without anything unknown is no band"
     assert draws == device.draws() and len(draws) == lab.DRAWS
     for key, number in device.unknown.items():
-        if number.within is None:
+        if number.choices:
             assert {one[key] for one in draws} == set(number.choices)
             continue
+        if number.within is None:
+            continue  # a factor: the next test
         low, high = (float(str(end).partition(" ")[0]) for end in number.within)
         x = np.sort([float(str(one[key]).partition(" ")[0]) for one in draws])
         share = np.log(x / low) / math.log(high / low) if number.scale == "log" else (x - low) / (high - low)
         assert (np.floor(share * lab.DRAWS) == np.arange(lab.DRAWS)).all()
+
+
+def test_factors_are_a_normal_deviate_or_students_t_of_the_other_laboratories() -> None:
+    """By SciPy's distributions; the spread is the RMS of ln ratios about none."""
+    from scipy import stats
+
+    for name, others in (("martens_dmsp_10_250", 3), ("s1_120mm_unmeasured", 4)):
+        device = DEVICES[name]
+        assert len(device.others) == others and device.bench not in device.others
+        spread = math.sqrt(np.mean(np.square([*device.others.values()])))
+        x = np.log(sorted(one["force_factor"] for one in device.draws()))
+        share = stats.t(others).cdf(x / spread)
+        assert (np.floor(share * lab.DRAWS) == np.arange(lab.DRAWS)).all()
+        y = np.log(sorted(one["contraction_factor"] for one in device.draws()))
+        assert (np.floor(stats.norm.cdf(y / 0.1) * lab.DRAWS) == np.arange(lab.DRAWS)).all()
+
+
+def test_laboratories_by_hand() -> None:
+    """Szeged's two muscles of 20 mm and Kielce's of 10 mm over the maker's curves, as Sárosi's formula."""
+
+    def force(a: tuple[float, ...], p: float) -> float:  # at no contraction; bar
+        return a[0] * p + a[1] + a[4] * p + a[5]
+
+    twenty = force((-12.25779, 274.0102, 0.0, 0.0, 265.4195, -276.7214), 6.0)
+    ten = force((-2.62891, 156.4259, 0.0, 0.0, 79.93359, -149.0788), 6.0)
+    found = lab.laboratories()
+    assert found["University of Szeged"] == pytest.approx(
+        0.5 * (math.log(1752.0 / twenty) + math.log(1805.0 / twenty)), abs=2e-3
+    )
+    assert found["Kielce University of Technology"] == pytest.approx(math.log(424.1 / ten), abs=2e-3)
+    assert found.keys() == {
+        "Portland State University", "TU Berlin", "University of Szeged", "Kielce University of Technology"
+    }  # fmt: skip
+
+
+def test_no_bench_takes_part_in_its_own_prediction(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whatever a bench measured, what is drawn for its rows stays."""
+    device = DEVICES["martens_dmsp_20_300"]
+    before = device.draws()
+    monkeypatch.setattr(lab, "laboratories", lambda: {**LABORATORIES, device.bench: 5.0})
+    assert device.draws() == before
+    monkeypatch.setattr(lab, "laboratories", lambda: {**LABORATORIES, "University of Szeged": 5.0})
+    assert device.draws() != before
 
 
 def drawn(*names: str) -> list[np.ndarray]:
@@ -119,14 +177,20 @@ def row(name: str, quantity: str) -> LedgerRow:
 
 def test_a_fluidic_muscle_again() -> None:
     """F(κ, p) = (a1 p + a2) exp(a3 κ) + a4 κ p + a5 p + a6 of the maker's 20 mm curve; %, bar."""
-    pressure, rest, specimen = drawn("pressure", "rest_length", "specimen")
+    from scipy import stats
+
+    contraction, factor, pressure, rest = drawn(
+        "contraction_factor", "force_factor", "pressure", "rest_length"
+    )
     p, length = 6.0 * (0.99 + 0.02 * pressure), 296.0 + 4.0 * rest
-    kappa = 100.0 * (1.0 - 250.0 / length)
+    kappa = 100.0 * (1.0 - 250.0 / length) / np.exp(0.1 * stats.norm.ppf(contraction))
     force = (-12.25779 * p + 274.0102) * np.exp(-0.2605303 * kappa) - 8.067426 * kappa * p + 265.4195 * p
-    expected = np.quantile((force - 276.7214) * (0.9 + 0.2 * specimen), (0.05, 0.5, 0.95))
+    ratios = [x for bench, x in LABORATORIES.items() if bench != "TU Berlin"]
+    spread = math.sqrt(np.mean(np.square(ratios)))
+    expected = np.quantile((force - 276.7214) * np.exp(spread * stats.t(3).ppf(factor)), (0.05, 0.5, 0.95))
     found = row("martens_dmsp_20_300", "force at 25.0 cm, 6 bar")
     assert found.band == pytest.approx(expected, rel=0.01)
-    assert (found.measured, found.verdict) == (443.5, "disagrees")
+    assert (found.measured, found.verdict) == (443.5, "agrees")
 
 
 def test_relaxed_ankles_again() -> None:
@@ -156,8 +220,11 @@ def test_stiffness_of_relaxed_ankles_again() -> None:
 
 def test_a_braid_without_load_again() -> None:
     """Tondu & Lopez 2000: 3 (1 − κ)²/tan²α = 1/sin²α, so κ = 1 − 1/(√3 cos α)."""
-    (share,) = drawn("braid_angle")
+    from scipy import stats
+
+    share, factor = drawn("braid_angle", "contraction_factor")
     kappa = 1.0 - 1.0 / (math.sqrt(3.0) * np.cos(np.radians(20.0 + 10.0 * share)))
+    kappa *= np.exp(0.1 * stats.norm.ppf(factor))
     found = row("shadow_30mm", "largest contraction without load")
     assert found.band == pytest.approx(100.0 * np.quantile(kappa, (0.05, 0.5, 0.95)), rel=0.01)
     assert (found.measured, found.verdict) == (40.0, "agrees")
@@ -171,6 +238,7 @@ def test_measured_numbers_have_a_place_to_look_up(name: str) -> None:
     device = DEVICES[name]
     assert any(word in device.source for word in ("http", "github.com", "models/muscles", "IEEE", "CMBBE"))
     assert bool(device.wanting) != bool(device.predict)
+    assert device.kind in coverages() or device.wanting
     if device.predict:
         assert device.error_from, "an error says where it is from"
         assert all(each.error for each in device.measured)
@@ -198,7 +266,8 @@ def test_measured_numbers_are_those_of_the_papers_formulas() -> None:
     ],
 )
 def test_a_wrong_file_is_refused_by_its_key(tmp_path: pathlib.Path, change: Any, says: str) -> None:
-    keys = {"device": "d", "description": "x", "source": "s", "predict": "force"} | change
+    keys = {"device": "d", "bench": "b", "kind": "muscle force", "description": "x", "source": "s"}
+    keys |= {"predict": "force"} | change
     text = "\n".join(f'{key} = "{value}"' for key, value in keys.items())
     (tmp_path / "one.toml").write_text(text + '\n[[measured]]\nquantity = "q"\nvalue = "1 N"\n')
     with pytest.raises(InputError, match=says):
@@ -209,8 +278,9 @@ def test_a_wrong_file_is_refused_by_its_key(tmp_path: pathlib.Path, change: Any,
 def test_the_page_shows_the_summary() -> None:
     shown = PAGES["accuracy"].partition("<!-- ledger begins -->\n")[2].partition("<!-- ledger ends -->")[0]
     rows = lab.ledger()
+    assert lab.coverage_of(rows) == coverages()
     assert shown == "".join(f"- {line}.\n" for line in lab.summary(rows))
-    assert len({r.device for r in rows if r.verdict != "cannot tell"}) >= 10
+    assert len({r.bench for r in rows if r.verdict != "cannot tell"}) >= 10
 
 
 # --- recordings, logs, command line
