@@ -13,6 +13,7 @@ from afo_sim.common import InputError, format_quantity, nearest_name, parse_quan
 from afo_sim.description import Field, Muscle, Scenario, field_at, holder, leaves
 from afo_sim.description.reader import split_key
 from afo_sim.model import recorded_stride, stride_time_of
+from afo_sim.physics import LAWS
 from afo_sim.study.parameter import Joint, Parameter
 from afo_sim.study.parameter_table import is_free
 from afo_sim.study.uncertainty.spreads import DERIVED_PATH, Distribution, Spreads, SpreadTable, astray, read
@@ -51,6 +52,11 @@ class Fit:
     muscle: Muscle
     places: tuple[str, ...]
 
+    @property
+    def keys(self) -> list[str]:
+        """Keys of the numbers that were fitted together, at every place."""
+        return [f"{at}.{key}" for at in self.places for key in _fitted(self.muscle)]
+
 
 @dataclass(frozen=True, eq=False)
 class Applied:
@@ -70,14 +76,16 @@ def applied(spreads: Spreads, scenario: Scenario) -> Applied:
     fits: list[Fit] = []
     left_out: list[str] = []
     taken: dict[str, str] = {}
-    for name, table in spreads.tables.items():
+    # fits first, wherever they stand: what a fit draws is drawn with it
+    for name, table in sorted(spreads.tables.items(), key=lambda each: each[1].fit is None):
         try:
             if table.fit is not None:
                 found = list(_fits(name, table, scenario, left_out))
                 fits += found
-                drawn = [f"{at}.{key}" for fit in found for at in fit.places for key in _fitted(fit.muscle)]
+                drawn = [key for fit in found for key in fit.keys]
             else:
-                targets = tuple(_targets(name, table, scenario, left_out))
+                fitted = [key for fit in fits for key in fit.keys]
+                targets = tuple(_targets(name, table, scenario, fitted, left_out))
                 unknowns += [Unknown(name, table, targets)] if targets else []
                 drawn = [key for target in targets for key in target.keys]
         except InputError as error:
@@ -101,8 +109,10 @@ def _fitted(muscle: Muscle) -> tuple[str, ...]:
     return () if muscle.covariance is None else muscle.covariance.parameters
 
 
-def _targets(name: str, table: SpreadTable, scenario: Scenario, left_out: list[str]) -> Iterator[Target]:
-    """Keys by their own value: those that have the same are one target."""
+def _targets(
+    name: str, table: SpreadTable, scenario: Scenario, fitted: Sequence[str], left_out: list[str]
+) -> Iterator[Target]:
+    """Keys by own value and width: those that have the same are one target."""
     if table.height is not None:
         assert scenario.gait is not None
         derived = recorded_stride(scenario.gait).notes.get("derived", "")
@@ -111,18 +121,24 @@ def _targets(name: str, table: SpreadTable, scenario: Scenario, left_out: list[s
         else:
             yield Target((), 0.0, "m", _distribution(name, table, "m", 0.0, None))
         return
-    alike: dict[tuple[str, float], list[Field]] = {}
+    alike: dict[tuple[str, float, bool], list[Field]] = {}
     for pattern in table.keys or (str(table.key),):
         for field in _matching(name, pattern, scenario, left_out):
-            own = _own(field, scenario)
-            if own is None:
+            own, path = _own(field, scenario), split_key(field.key)[0]
+            if field.key in fitted:
+                left_out.append(f"{name}: {field.key} is drawn with the fit")
+            elif path[-1] == "force_factor" and not LAWS[holder(scenario, path).law].force_powers:
+                left_out.append(f"{name}: {field.key}: the force of this muscle's law cannot be scaled")
+            elif own is None:
                 left_out.append(f"{name}: {field.key} has no value here")
             elif own == 0.0 and (table.relative_sd or table.factor_sd or table.relative_within):
                 left_out.append(f"{name}: {field.key} is zero, about which nothing is relative")
             else:
-                alike.setdefault((field.unit, own), []).append(field)
-    for (unit, own), fields in alike.items():
-        distribution = _distribution(name, table, unit, own, fields[0])
+                known = holder(scenario, path).measured if table.factor_sd_measured is not None else ()
+                measured = path[-1].removesuffix("_factor") in known
+                alike.setdefault((field.unit, own, measured), []).append(field)
+    for (unit, own, measured), fields in alike.items():
+        distribution = _distribution(name, table, unit, own, fields[0], measured=measured)
         yield Target(tuple(field.key for field in fields), own, unit, distribution)
 
 
@@ -168,7 +184,9 @@ def _matching(name: str, pattern: str, scenario: Scenario, left_out: list[str]) 
     yield from there
 
 
-def _distribution(name: str, table: SpreadTable, unit: str, own: float, field: Field | None) -> Distribution:
+def _distribution(
+    name: str, table: SpreadTable, unit: str, own: float, field: Field | None, *, measured: bool = False
+) -> Distribution:
     """The distribution about an own value, cut off at the table's bounds and at the field's."""
     assert table.distribution is not None
 
@@ -182,8 +200,9 @@ def _distribution(name: str, table: SpreadTable, unit: str, own: float, field: F
             raise InputError(str(error), field=f"parameters.{name}.{option}", value=text) from None
 
     relative = table.relative_within if table.relative_sd is None else table.relative_sd
-    if table.factor_sd is not None:
-        width = table.factor_sd
+    factor = table.factor_sd_measured if measured else table.factor_sd
+    if factor is not None:
+        width = factor
     elif relative is not None:
         width = relative * abs(own)
     else:

@@ -25,6 +25,7 @@ _WIDTHS = {  # of a distribution: the options that state how wide it is, one of 
     "pearson3": ("sd", "relative_sd"),
 }
 _EVERY_WIDTH = ("sd", "relative_sd", "factor_sd", "within", "relative_within")
+_FACTORS = ("force_factor", "contraction_factor")  # of a muscle, which knows whether these were measured
 _QUANTITIES = ("sd", "within", "at_least", "at_most")  # options that have the unit of what is drawn
 _NOT_DRAWN = ("duration", "timestep", "record_rate", "limits")  # no property of what walks
 
@@ -94,6 +95,7 @@ class SpreadTable(StrictTable):
     sd: Any = None
     relative_sd: float | None = Option(default=None, ge=0.0, le=1.0)
     factor_sd: float | None = Option(default=None, ge=0.0, le=2.0)
+    factor_sd_measured: float | None = Option(default=None, ge=0.0, le=2.0)
     within: Any = None
     relative_within: float | None = Option(default=None, ge=0.0, le=1.0)
     skew: float | None = Option(default=None, ge=-4.0, le=4.0)
@@ -164,7 +166,7 @@ def _check(file: pathlib.Path, name: str, table: SpreadTable) -> None:
         if len(parts) != 4 or (parts[:2], parts[3]) != (["orthosis", "muscle"], "type"):
             problem = "is not a place of a muscle"
             raise wrong(problem, "fit", "orthosis.muscle.*.type, or one group's name for *")
-        for option in ("distribution", "skew", "at_least", "at_most", *_EVERY_WIDTH):
+        for option in ("distribution", "skew", "at_least", "at_most", "factor_sd_measured", *_EVERY_WIDTH):
             if getattr(table, option) is not None:
                 raise wrong("does not go with fit, which has the fit's own covariance", option, "scale")
         return
@@ -177,6 +179,11 @@ def _check(file: pathlib.Path, name: str, table: SpreadTable) -> None:
         option = next((one for one in given if one not in allowed), allowed[0])
         problem = f"does not go with {table.distribution}, which takes one width"
         raise wrong(problem, option, " or ".join(allowed))
+    if table.factor_sd_measured is not None:
+        if table.factor_sd is None:
+            raise wrong("goes with lognormal", "factor_sd_measured", "beside factor_sd")
+        if not all(key.endswith(_FACTORS) for key in table.keys or (table.key or "",)):
+            raise wrong("goes with factors of a muscle", "factor_sd_measured", " or ".join(_FACTORS))
     if (table.skew is not None) != (table.distribution == "pearson3"):
         raise wrong("goes with pearson3, and pearson3 with a skew", "skew")
     if table.distribution == "pearson3" and (table.at_least, table.at_most) != (None, None):
@@ -222,6 +229,8 @@ def in_words(spreads: Spreads) -> list[tuple[str, str]]:
             table.keys or filter(None, (table.key, table.fit, table.height and "the sole's height"))
         )
         width = next((f"{o} {getattr(table, o)}" for o in _EVERY_WIDTH if getattr(table, o) is not None), "")
+        if table.factor_sd_measured is not None:
+            width += f", {table.factor_sd_measured} where measured"
         how = "by the fit's covariance" if table.fit else f"{table.distribution}, {width}"
         found.append((name, f"{what}: {how}; {table.kind}: {table.source}"))
     return found

@@ -1,5 +1,6 @@
 """Files of spreads: what they say, what is wrong with them, and what a scenario has of it."""
 
+import dataclasses
 import math
 import pathlib
 
@@ -10,8 +11,9 @@ from spread_tables import spread, spreads_file
 
 from afo_sim.common import InputError, assets, format_quantity
 from afo_sim.description import Scenario, load
+from afo_sim.physics import LAWS
 from afo_sim.study import outcomes
-from afo_sim.study.uncertainty.draw import Applied, applied
+from afo_sim.study.uncertainty.draw import Applied, applied, draw
 from afo_sim.study.uncertainty.spreads import Distribution, Kind, read
 
 CUFF = spread("cuff", "lognormal", key="orthosis.anchor.shank.stiffness", factor_sd=0.35)
@@ -37,7 +39,10 @@ def refused(folder: pathlib.Path, text: str, scenario: Scenario) -> InputError:
 def test_every_shipped_file_fits_the_shipped_walk(walk: Scenario) -> None:
     for name in assets.names("uncertainty"):
         found = applied(read(name), walk)
-        assert found.unknowns and found.fits and not found.left_out and not found.notes
+        assert found.unknowns and found.fits and not found.notes
+        # its fit draws the ends, and it states no tube
+        left_out = {line.partition(":")[0] for line in found.left_out}
+        assert left_out == {"ends", "tube_modulus", "tube_wall"}
 
 
 def test_the_own_value_stands_in_the_middle(tmp_path: pathlib.Path, walk: Scenario) -> None:
@@ -99,6 +104,67 @@ def test_a_speed_has_no_stride_time_beside_it(walk: Scenario) -> None:
     assert any("gait.stride_time has no value here" in line for line in found.left_out)
 
 
+FORCE = spread(
+    "specimen",
+    "lognormal",
+    key="orthosis.muscle.*.type.force_factor",
+    factor_sd=0.15,
+    factor_sd_measured=0.03,
+)
+
+
+def test_a_measured_muscle_is_drawn_less_widely_and_along_with_the_others(
+    tmp_path: pathlib.Path, walk: Scenario
+) -> None:
+    one = walk.set({"orthosis.muscle.plantarflexor.type.blocked_force": "200 N"})
+    wide = {"dorsiflexor": 0.15, "plantarflexor": 0.15}
+    of_contraction = FORCE.replace("force_factor", "contraction_factor")
+    for text, scenario, widths in (
+        (FORCE, walk, wide),
+        (FORCE, one, wide | {"plantarflexor": 0.03}),
+        (of_contraction, one, wide),  # its force was measured, and not its contraction
+    ):
+        ((unknown,), count) = (applied_to(tmp_path, text, scenario).unknowns, len(set(widths.values())))
+        found = {key.split(".")[2]: t.distribution.width for t in unknown.targets for key in t.keys}
+        assert found == widths and len(unknown.targets) == count
+    # one deviate: both rise together, each by its own width
+    columns = draw(applied_to(tmp_path, FORCE, one), one, 50).columns
+    first, second = (
+        np.log(column.values) / width for column, width in zip(columns, (0.15, 0.03), strict=True)
+    )
+    assert first == pytest.approx(second)
+
+
+def test_a_muscle_of_grade_a_is_measured(tmp_path: pathlib.Path, walk: Scenario) -> None:
+    graded = walk.set({f"orthosis.muscle.{g}.type.grade": "A" for g in ("dorsiflexor", "plantarflexor")})
+    for factor in ("force_factor", "contraction_factor"):
+        (unknown,) = applied_to(tmp_path, FORCE.replace("force_factor", factor), graded).unknowns
+        assert [target.distribution.width for target in unknown.targets] == [0.03]
+
+
+def test_a_force_that_cannot_be_scaled_is_left_out(
+    tmp_path: pathlib.Path, walk: Scenario, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    law = walk.orthosis.muscle["dorsiflexor"].type.law
+    monkeypatch.setitem(LAWS, law, dataclasses.replace(LAWS[law], force_powers=()))
+    found = applied_to(tmp_path, FORCE, walk)
+    assert not found.unknowns and all("cannot be scaled" in line for line in found.left_out)
+    assert applied_to(tmp_path, FORCE.replace("force_factor", "contraction_factor"), walk).unknowns
+
+
+@pytest.mark.parametrize("fit_first", [True, False])
+def test_a_fit_has_precedence_wherever_it_stands(
+    tmp_path: pathlib.Path, walk: Scenario, fit_first: bool
+) -> None:
+    fit = spread("muscle_fit", fit="orthosis.muscle.*.type")
+    ends = spread("ends", "normal", key="orthosis.muscle.*.type.end_length", sd="2 mm")
+    found = applied_to(tmp_path, fit + ends if fit_first else ends + fit, walk)
+    assert not found.unknowns and len(found.fits) == 1
+    assert len(found.left_out) == 2 and all("drawn with the fit" in line for line in found.left_out)
+    (unknown,) = applied_to(tmp_path, ends, walk).unknowns  # without the fit they are drawn
+    assert unknown.targets[0].own == pytest.approx(0.0519)
+
+
 def test_nothing_is_relative_to_zero(tmp_path: pathlib.Path, walk: Scenario) -> None:
     text = CUFF.replace("orthosis.anchor.shank.stiffness", "orthosis.muscle.*.type.return_stiffness")
     found = applied_to(tmp_path, text, walk)
@@ -116,6 +182,8 @@ def test_nothing_is_relative_to_zero(tmp_path: pathlib.Path, walk: Scenario) -> 
         (CUFF.replace("orthosis.anchor.shank.stiffness", "patient"), "parameters.cuff", "number"),
         (CUFF.replace('kind = "assumed"\n', ""), "parameters.cuff.kind", ""),
         (CUFF + "fit = 'orthosis.muscle.*.type'\n", "parameters.cuff", "one of"),
+        (CUFF + "factor_sd_measured = 0.03\n", "parameters.cuff.factor_sd_measured", "force_factor"),
+        (NORMAL + "factor_sd_measured = 0.03\n", "parameters.cuff.factor_sd_measured", "factor_sd"),
         (CUFF + CUFF.replace("parameters.cuff", "parameters.strap"), "parameters.strap", "'cuff'"),
         (CUFF.replace('key = "orthosis.anchor.shank.stiffness"', 'fit = "orthosis.muscle"'), "", "fit"),
         (NORMAL.replace('"0.5 kN/m"', '"-1 kN/m"'), "parameters.cuff.sd", "is below zero"),
