@@ -11,6 +11,7 @@ from afo_sim.simulation import Recording
 
 _STUDY = "uncertainty"
 _CLEARANCE, _TORQUE, _AIR = "toe_clearance", "torque_against_push_off", "air_per_stride"
+_HOLDS = "a band holds what was drawn of inputs and muscle, not how predictions have failed (validate)"
 _MANY_FAILED = 0.1  # share of draws that fail from which on that is told first [-]
 _LEAST_SHARE = 0.01  # of the variance, below which a group has no row [-]
 _OF_METRICS = {_CLEARANCE: "toe clearance", _TORQUE: "torque against push-off", _AIR: "air"}
@@ -37,10 +38,10 @@ def lines(recording: Recording) -> list[str]:
     if study is None:
         return []
     heading = _warnings(study) or [f"What is not known, drawn together ({study['draws']} draws)"]
-    notes = [*study["notes"], *_in_no_band(study)]
+    notes = [_HOLDS, *study["notes"], *_in_no_band(study)]
     if study["left_out"]:
         names = dict.fromkeys(_plain(text.partition(":")[0]) for text in study["left_out"])
-        notes.append(f"not drawn, since it is not there: {', '.join(names)}")
+        notes.append(f"not drawn here: {', '.join(names)}")
     told = [*_sentences(study), *(["; ".join(notes)] if notes else [])]
     return [*heading, *(f"  {line}" for line in told)]
 
@@ -135,10 +136,14 @@ def _sentences(study: Mapping[str, Any]) -> list[str]:
 
 
 def _measure_next(study: Mapping[str, Any]) -> list[str]:
-    """What explains the clearance's band, the largest share first; none of too few draws."""
-    named = {group["name"]: group for group in study["groups"]}
-    each = [f"{_plain(name)} ({_percent(named[name], _CLEARANCE):.0f} %)" for name in study["measure_next"]]
-    return [f"measure next, by share of the clearance's variance: {', '.join(each)}"] if each else []
+    """What is worth most to know: what it leaves of the clearance's band and of wrong guesses about it."""
+    named, each = {group["name"]: group for group in study["groups"]}, []
+    for group in (named[name] for name in study["measure_next"]):
+        left = [percent(group["band_left"][_CLEARANCE])] if "band_left" in group else []  # not of older runs
+        left += [f"{percent(group['wrong_left'])} wrong"] if "wrong_left" in group else []
+        each.append(" ".join([_plain(group["name"]), *([f"({', '.join(left)})"] if left else [])]))
+    now = f", and of {percent(study['wrong'])} wrong guesses whether it suffices" if "wrong" in study else ""
+    return [f"measure next (left of the clearance's band{now}): {', '.join(each)}"] if each else []
 
 
 def _band(name: str, metrics: Mapping[str, Any]) -> str:
@@ -200,7 +205,7 @@ def _notes(study: Mapping[str, Any]) -> list[str]:
     again = []
     if study["rejected"]:
         again.append(f"{study['rejected']} draws of a muscle's fit were no muscle, and were drawn anew")
-    return [*study["notes"], *_undefined(study), *failed, *again, *left_out]
+    return [_HOLDS, *study["notes"], *_undefined(study), *failed, *again, *left_out]
 
 
 def _undefined(study: Mapping[str, Any]) -> list[str]:

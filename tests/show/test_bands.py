@@ -49,6 +49,22 @@ def test_the_terminal_has_clearance_trips_and_what_to_measure(studied: Recording
     assert [name.replace("_", " ") in measure for name in study["measure_next"]] == [True] * 3
 
 
+def test_what_to_measure_is_told_with_what_it_leaves(studied: Recording) -> None:
+    study = studied.studies["uncertainty"]
+    groups = {group["name"]: group for group in study["groups"]}
+    left = [groups[name] for name in study["measure_next"]]
+    told = numbers(bands.brief(studied)[-1])
+    assert told[0] == pytest.approx(100.0 * study["wrong"], abs=0.5)
+    assert told[1::2] == pytest.approx(
+        [100.0 * group["band_left"]["toe_clearance"] for group in left], abs=0.5
+    )
+    assert told[2::2] == pytest.approx([100.0 * group["wrong_left"] for group in left], abs=0.5)
+    older = [{k: v for k, v in group.items() if "left" not in k} for group in study["groups"]]
+    names = ", ".join(name.replace("_", " ") for name in study["measure_next"])
+    without = {key: value for key, value in study.items() if "wrong" not in key} | {"groups": older}
+    assert bands.brief(dataclasses.replace(studied, studies={"uncertainty": without}))[-1].endswith(names)
+
+
 def test_in_short_the_bands_are_those_of_the_whole(studied: Recording) -> None:
     study = studied.studies["uncertainty"]
     bands_line, measure = bands.brief(studied)

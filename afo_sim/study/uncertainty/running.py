@@ -1,9 +1,8 @@
 """Bands of a run of walking: draws of what is not known, each with its settled stride, and what they say."""
 
 import dataclasses
-import itertools
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,14 +13,14 @@ from afo_sim.description import Scenario, load
 from afo_sim.metrics import BELOW, HELP, LIFT, ORTHOSIS, Metric, settled, words
 from afo_sim.metrics.strides import strides
 from afo_sim.model import person_of
-from afo_sim.simulation import Asked, Recording, as_taken, needs_of
+from afo_sim.simulation import Asked, Recording, as_taken, limits_of, needs_of
 from afo_sim.study.engine import CYCLE, OK, UNSETTLED, Outcome
 from afo_sim.study.pool import Report, pool
 from afo_sim.study.uncertainty.draw import Applied, Column, Draws, applied, draw
 from afo_sim.study.uncertainty.spreads import read
+from afo_sim.study.uncertainty.worth import Explained, explained, fewest
 
 _QUANTILES = (0.05, 0.5, 0.95)
-_ROWS_PER_TERM = 2.0  # draws that a regression needs for each of its terms
 FEWEST, MOST = 20, 100_000  # draws
 _EVERY = 2  # of CYCLE's phases, that are kept
 _MEASURED_NEXT = 3
@@ -55,14 +54,6 @@ _FOREFOOT = _HIGH[1:]
 _CURVES = ("ankle/angle", *_HIGH, ORTHOSIS)
 
 
-@dataclass(frozen=True)
-class Explained:
-    """Share of a metric's variance that each group explains by itself [-], and what none of them does."""
-
-    shares: tuple[float, ...]
-    rest: float
-
-
 def quantiles(values: np.ndarray) -> list[float]:
     """5, 50 and 95 % quantiles (3,) of values (n,), or of each column of curves, then (3, m), as lists."""
     found: list[float] = np.quantile(values, _QUANTILES, axis=0).tolist()
@@ -77,51 +68,6 @@ def share_below(heights: np.ndarray, limit: float) -> float:
 def shares_of_one(heights: np.ndarray, path: np.ndarray, limit: float) -> np.ndarray:
     """Share of one wearer's strides that come to a height or lower [-] (n,), one for each draw."""
     return np.asarray((heights[:, None] + path[None, :] <= limit).mean(axis=1))
-
-
-def explained(groups: Sequence[np.ndarray], metric: np.ndarray) -> Explained | None:
-    """First-order shares of a metric's variance, by a regression on linear and quadratic terms.
-
-    All groups' terms z, z² − 1 and z_i z_j of their own deviates are fitted at once, so that what one group
-    does is no noise to another. The groups are independent, so the variance of y is the sum of the variances
-    V_g of the groups' parts f_g of the fit, and of what is left, σ²:
-
-        V_g = mean(f_g²) − σ² tr(X_gᵀ X_g C_gg) / n,   C = (XᵀX)⁻¹,   σ² = RSS / (n − 1 − p)
-        S_g = V_g / (Σ V + σ²)
-
-    The second term of V_g is what chance alone would give, as in an adjusted R². What a group does only
-    together with another, and what is not quadratic, is in no share but in the rest.
-
-    Units: groups (n, k_g), metric (n,).
-    """
-    blocks = [_terms(deviates) for deviates in groups]
-    n, spread = len(metric), metric - metric.mean()
-    if n < fewest(groups) or np.abs(spread).max() <= 1e-12 * np.abs(metric).max():
-        return None
-    blocks = [block - block.mean(axis=0) for block in blocks]
-    design = np.hstack(blocks)
-    inverse = np.linalg.pinv(design.T @ design)
-    weights = inverse @ design.T @ spread
-    noise = float(np.sum((spread - design @ weights) ** 2)) / (n - 1 - design.shape[1])
-    ends = np.cumsum([0, *(block.shape[1] for block in blocks)])
-    parts = []
-    for block, a, b in zip(blocks, ends, ends[1:], strict=False):
-        chance = noise * float(np.trace(block.T @ block @ inverse[a:b, a:b])) / n
-        parts.append(float(np.mean((block @ weights[a:b]) ** 2)) - chance)
-    whole = sum(parts) + noise
-    return Explained(tuple(part / whole for part in parts), noise / whole)
-
-
-def fewest(groups: Sequence[np.ndarray]) -> int:
-    """Draws that `explained` needs for such groups."""
-    return int(_ROWS_PER_TERM * sum(_terms(deviates[:1]).shape[1] for deviates in groups)) + 2
-
-
-def _terms(deviates: np.ndarray) -> np.ndarray:
-    """Linear and quadratic terms of standard normal deviates (n, k): z_i, z_i² − 1, z_i z_j."""
-    pairs = itertools.combinations(range(deviates.shape[1]), 2)
-    products = [deviates[:, i] * deviates[:, j] for i, j in pairs]
-    return np.column_stack([deviates, deviates**2 - 1.0, *products])
 
 
 @dataclass(frozen=True, eq=False)
@@ -218,6 +164,7 @@ def _bands_of(found: Found, recording: Recording) -> dict[str, Any]:
         "drawn": [_drawn(column) for column in draws.columns],
         "groups": [],
         "measure_next": [],
+        "rest": {},
         "metrics": {},
         "curves": {},
         "trips": {},
@@ -239,19 +186,7 @@ def _bands_of(found: Found, recording: Recording) -> dict[str, Any]:
     bands["curves"] = {name: quantiles(found.curves(name)[:, ::_EVERY]) for name in kept}
     bands["trips"] = _trips(found, recording)
     bands["kept"] = _kept(found, recording)
-    shares = {}
-    for name in (name for name in _EXPLAINED if name in bands["metrics"]):
-        values = found.metric(name)
-        whole = np.isfinite(values) & ok
-        shares[name] = explained([group.deviates[whole] for group in draws.groups], values[whole])
-    bands["groups"] = _groups(draws, shares)
-    bands["rest"] = {name: each.rest for name, each in shares.items() if each is not None}
-    bands["measure_next"] = [  # what explains most of the clearance, and a measurement gives
-        group["name"]
-        for group in bands["groups"]
-        if not group["each_stride"] and group["explained"].get(_CLEARANCE, 0.0) > 0.0
-    ][:_MEASURED_NEXT]
-    return bands
+    return bands | _worth(found, recording, [name for name in _EXPLAINED if name in bands["metrics"]])
 
 
 def _notes(found: Found, recording: Recording) -> list[str]:
@@ -333,8 +268,7 @@ def _kept(found: Found, recording: Recording) -> dict[str, float]:
         )
         for answer in drawn.verdict:
             judged.setdefault(answer.name, []).append(answer.status)
-    # of an own walk help and toe rest on a stride without compensation, too, which is not drawn
-    own = (recording.scenario["gait"] or {}).get("walker") == "patient"
+    own = _own_walk(recording)
     known = {
         name: found
         for name, found in judged.items()
@@ -343,16 +277,44 @@ def _kept(found: Found, recording: Recording) -> dict[str, float]:
     return {name: statuses.count("good") / len(statuses) for name, statuses in known.items()}
 
 
-def _groups(draws: Draws, shares: Mapping[str, Explained | None]) -> list[dict[str, Any]]:
-    """Each group with what it explains [-], the one that explains most of the clearance first."""
-    found = [
-        {
-            "name": group.name,
-            "each_stride": group.each_stride,
-            "measure": group.measure,
-            "explained": {name: e.shares[k] for name, e in shares.items() if e is not None},
-        }
-        for k, group in enumerate(draws.groups)
+def _own_walk(recording: Recording) -> bool:
+    """Help and toe of an own walk rest on a stride without compensation, too, which is not drawn."""
+    return (recording.scenario["gait"] or {}).get("walker") == "patient"
+
+
+def _worth(found: Found, recording: Recording, names: Sequence[str]) -> dict[str, Any]:
+    """What each group explains of some metrics, and what it is worth to know it."""
+    wanted = 1e3 * limits_of(recording).toe_clearance[0]
+    groups: list[dict[str, Any]] = [
+        {"name": group.name, "each_stride": group.each_stride, "measure": group.measure, "explained": {}}
+        | ({} if group.each_stride else {"band_left": {}, "band_left_error": {}})
+        for group in found.draws.groups
     ]
-    first = next((name for name, each in shares.items() if each is not None), "")
-    return sorted(found, key=lambda group: -group["explained"].get(first, 0.0))  # type: ignore[attr-defined]
+    measured = [(k, group) for k, group in enumerate(groups) if not group["each_stride"]]
+
+    def of(values: np.ndarray) -> Explained | None:
+        whole = np.isfinite(values) & found.ok
+        return explained([group.deviates[whole] for group in found.draws.groups], values[whole], wanted)
+
+    rest, known = {}, {}
+    for name in names:
+        if (of_metric := of(found.metric(name))) is not None:
+            rest[name] = of_metric.rest
+            for group, share in zip(groups, of_metric.shares, strict=True):
+                group["explained"][name] = share
+            for k, group in measured:
+                band, _, error, _ = of_metric.left[:, k + 1].tolist()
+                group["band_left"][name], group["band_left_error"][name] = band, error
+    steady = found.metric(_CLEARANCE) - 1e3 * found.draws.heights(each_stride=True)  # as in _kept
+    if _CLEARANCE in rest and not _own_walk(recording) and (of_toe := of(steady)) is not None:
+        _, known["wrong"], _, known["wrong_error"] = of_toe.left[:, 0].tolist()
+        for k, group in measured:
+            _, group["wrong_left"], _, group["wrong_left_error"] = of_toe.left[:, k + 1].tolist()
+    first = next(iter(rest), "")
+    next_ = [group for _, group in measured if group["explained"].get(_CLEARANCE, 0.0) > 0.0]
+    next_.sort(key=lambda group: (group.get("wrong_left", 0.0), group["band_left"][_CLEARANCE]))
+    return known | {
+        "groups": sorted(groups, key=lambda group: -group["explained"].get(first, 0.0)),
+        "rest": rest,
+        "measure_next": [group["name"] for group in next_[:_MEASURED_NEXT]],
+    }
