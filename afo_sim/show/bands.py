@@ -137,13 +137,18 @@ def _sentences(study: Mapping[str, Any]) -> list[str]:
 
 def _measure_next(study: Mapping[str, Any]) -> list[str]:
     """What is worth most to know: what it leaves of the clearance's band and of wrong guesses about it."""
-    named, each = {group["name"]: group for group in study["groups"]}, []
-    for group in (named[name] for name in study["measure_next"]):
-        left = [percent(group["band_left"][_CLEARANCE])] if "band_left" in group else []  # not of older runs
-        left += [f"{percent(group['wrong_left'])} wrong"] if "wrong_left" in group else []
-        each.append(" ".join([_plain(group["name"]), *([f"({', '.join(left)})"] if left else [])]))
-    now = f", and of {percent(study['wrong'])} wrong guesses whether it suffices" if "wrong" in study else ""
-    return [f"measure next (left of the clearance's band{now}): {', '.join(each)}"] if each else []
+    named = {group["name"]: group for group in study["groups"]}
+    groups = [named[name] for name in study["measure_next"]]
+    if not groups:
+        return []
+    told = f"measure next: {', '.join(_plain(group['name']) for group in groups)}"
+    if "band_left" in groups[0]:  # not of older runs
+        left = ", ".join(percent(group["band_left"][_CLEARANCE]) for group in groups)
+        told += f"; known, each leaves {left} of the clearance's band"
+    if "wrong_left" in groups[0]:  # not of own walks
+        wrong = ", ".join(percent(group["wrong_left"]) for group in groups)
+        told += f", and {wrong} wrong guesses for {percent(study['wrong'])}"
+    return [told]
 
 
 def _band(name: str, metrics: Mapping[str, Any]) -> str:
