@@ -16,7 +16,7 @@ from afo_sim.description import Muscle
 from afo_sim.description import load as load_description
 from afo_sim.lab import stand_trial
 from afo_sim.lab.measured import Measured, read_measured
-from afo_sim.lab.stand_plan import KINDS, Laboratory
+from afo_sim.lab.stand_plan import KINDS, Kind, Laboratory, plan
 from afo_sim.lab.stand_table import SET, Comparison, compare_trial, points_of, table_of
 from afo_sim.lab.stand_trial import Trial
 
@@ -24,7 +24,7 @@ Amount = str | float  # "3 bar", or a number in SI
 Amounts = Amount | Sequence[Amount] | None
 AnyMuscle = str | os.PathLike[str] | Mapping[str, Any] | Muscle
 
-CHARACTERISTICS = ("isobaric", "isotonic", "isometric")  # the tests of "all", of S3
+CHARACTERISTICS: tuple[Kind, ...] = ("isobaric", "isotonic", "isometric")  # the tests of "all", of S3
 AMOUNTS = ("pressure", "load", "contraction", "length", "stiffness")  # arguments
 # Arguments that a test takes, beside those that all take.
 TAKES = {
@@ -147,8 +147,8 @@ def stand(
             progress = functools.partial(_forward, report, what)
         with _told(kind, one, amounts["length"]):
             ends = test != "all"  # or they are of the other tests
-            plan = stand_trial.PLANS[kind](one, **given, **_arguments(amounts, ends, data, kind, one))
-            trials.append(stand_trial.static(plan) if static else stand_trial.run(plan, progress))
+            planned = plan(kind, one, **given, **_arguments(amounts, ends, data, kind, one))
+            trials.append(stand_trial.static(planned) if static else stand_trial.run(planned, progress))
     compared = () if data is None else tuple(compare_trial(trial, data) for trial in trials)
     return Stand(tuple(trials), compared)
 
@@ -196,7 +196,7 @@ def _several(value: Any) -> tuple[Any, ...]:
     return (value,) if one or not isinstance(value, Sequence | np.ndarray) else tuple(value)
 
 
-def _kinds(test: str, given: Sequence[str]) -> tuple[str, ...]:
+def _kinds(test: Any, given: Sequence[str]) -> tuple[Kind, ...]:
     """The tests to run; refuse arguments that none of them takes."""
     allowed = (*KINDS, "all")
     if test not in allowed:
@@ -244,19 +244,17 @@ def _arguments(
     si = {name: [_number(name, value) for value in values] for name, values in amounts.items()}
     si["contraction"] += [1.0 - length / muscle.nominal_length for length in si["length"]]
     if kind in ("step", "release"):
-        held = _one("contraction", si["contraction"])
-        found = {"pressures": si["pressure"] or None, "load": _one("load", si["load"])}
-        return found if held is None else found | {"contraction": held}
+        held = {key: _one(key, si[key]) for key in ("load", "contraction")}
+        return {"given": si["pressure"] or None, **held}
     points, start = points_of(kind, data, muscle) if data is not None else (None, None)
     if kind not in ("isobaric", "sealed"):
-        span = _span(si["pressure"], None if kind == "isotonic" else 0.0)
+        span = _span(si["pressure"], None)
     else:
         span = _span(si["contraction"], 0.0) if ends else None
         span = span if span or start is None else (start, None)
     name, _, _ = SET[kind]
     hung = {"load": _one("load", si["load"])} if kind == "auxotonic" else {}
-    several = "stiffnesses" if kind == "auxotonic" else f"{name}s"
-    return {several: si[name] or points, "span": span} | hung
+    return {"given": si[name] or points, "span": span} | hung
 
 
 def _span(values: list[float], start: float | None) -> tuple[float | None, float | None] | None:

@@ -25,7 +25,11 @@ LEAST_LOAD = 1.0  # [N]: an unloaded muscle has no definite length
 STIFFEST = 1e6  # spring of the stand [N/m]; its frame has ten times that
 PULLING = 10.0  # force at zero contraction from which a muscle counts as pulling [N]
 LONGEST, SHORTEST = -0.5, 0.7  # contraction ratios between which anything is looked for
+Given = Sequence[float] | None
+Span = tuple[float | None, float | None] | None
 Ends = tuple[float | Sequence[float] | np.ndarray, float | Sequence[float] | np.ndarray]
+# Set points, pressures, contractions, a branch's usual duration [s], loads, springs: of all curves.
+Ways = tuple[np.ndarray, Ends, Ends, float, float | np.ndarray, float | np.ndarray]
 
 
 @dataclass(frozen=True)
@@ -112,148 +116,135 @@ class StandPlan:
         return np.clip(number, 0, self.branches - 1)
 
 
-def plan_isobaric(
+def plan(
+    kind: Kind,
     muscle: Muscle,
-    pressures: Sequence[float] | None = None,
-    span: tuple[float, float | None] | None = None,
+    given: Given = None,
+    span: Span = None,
     laboratory: Laboratory = USUAL,
+    *,
+    load: float | None = None,
+    contraction: float | None = None,
     duration: float | None = None,
 ) -> StandPlan:
-    """Length from `span[0]` to `span[1]` [-] and back at constant pressures [Pa]."""
-    points = _pulling(muscle, pressures, laboratory)
-    low, high = span or (0.0, None)
+    """A test whose curves are at the `given` points, or the usual ones; in whole cycles, SI.
+
+    isobaric    length from `span[0]` to `span[1]` [-] and back at constant pressures
+    sealed      filled to pressures at `span[1]` [-] and shut in, then stretched to `span[0]` and back
+    isometric   pressure from `span[0]` to `span[1]` and back at constant contractions
+    isotonic, auxotonic   the same under constant loads, or against springs under one `load`
+    step        filled through the inlet valve from supplies, then vented, under a `load` or held
+    release     held at a `contraction` under pressures, then let go against a `load`
+    """
+    if kind == "step" and laboratory.valve is None:
+        laboratory = dataclasses.replace(laboratory, valve=load_description("valve", "mh1"))
+    if switched := kind in ("step", "release"):
+        ways = _switched(kind, muscle, given, laboratory, load, contraction)
+    elif kind in ("isobaric", "sealed"):
+        ways = _stretched(kind, muscle, given, span, laboratory)
+    else:
+        ways = _filled(kind, muscle, given, span, laboratory, load)
+    points, pressure, held, usual, hung, spring = ways
+    remembers = muscle.friction != "none" and FRICTIONS[muscle.friction].n_state > 0  # and is run in first
+    rows = np.array(np.broadcast_arrays(*pressure, *held, hung, spring, points)[:6], float)
+    sides = (rows[:2].T, rows[2:4].T, rows[4], rows[5], np.zeros(len(points)) if kind == "step" else rows[0])
+    duration = usual if duration is None else duration
+    branches = {"step": 2, "release": 1}.get(kind, 4 if remembers else 2)
+    found = StandPlan(kind, muscle, laboratory, points, *sides, 1.0, duration, branches)
+    step = laboratory.timestep or _usual_step(found)
+    if not 10.0 * step <= duration <= 1e4:
+        allowed = f"{10.0 * step:g} s to 10000 s"
+        raise InputError("is out of range", field="time", value=f"{duration:g} s", allowed=allowed)
+    steps = math.ceil(duration / step - 1e-9)
+    stride = max(1, steps // ROWS)
+    whole, valve = math.ceil(steps / stride) * stride * step, laboratory.valve if switched else None
+    stride = 1 if switched else stride
+    return dataclasses.replace(found, timestep=step, duration=whole, stride=stride, valve=valve)
+
+
+def _stretched(kind: Kind, muscle: Muscle, given: Given, span: Span, laboratory: Laboratory) -> Ways:
+    """Of a test whose length is moved."""
+    points = _pulling(muscle, given, laboratory)
+    low, high = span or (None, None)
+    low = low or 0.0
     ends = np.array([_until_slack(muscle, p) if high is None else high for p in points])
     _check_contractions(muscle, [low, *([] if high is None else [high])], float(points.max()))
     _check_rise("contraction", low, ends.min(), f"{low:g} to {ends.min():.3g}")
-    if duration is None:
-        duration = max(_slow(muscle, p, float(end - low)) for p, end in zip(points, ends, strict=True))
-    return _plan("isobaric", muscle, laboratory, points, (points, points), (low, ends), duration)
+    usual = max(_slow(muscle, p, float(end - low)) for p, end in zip(points, ends, strict=True))
+    moved: Ends = (low, ends)
+    if kind == "sealed":
+        moved = (ends, low) if span else (0.5 * ends, 0.4 * ends)  # of the way to slack
+    return points, (points, points), moved, usual, np.nan, 0.0
 
 
-def plan_isometric(
-    muscle: Muscle,
-    contractions: Sequence[float] | None = None,
-    span: tuple[float, float] | None = None,
-    laboratory: Laboratory = USUAL,
-    duration: float | None = None,
-) -> StandPlan:
-    """Pressure from `span[0]` to `span[1]` [Pa] and back at constant contractions [-]."""
-    low, high = span or (0.0, highest(muscle, laboratory))
-    _check_span(muscle, low, high, laboratory.supply)
-    points = _points(contractions, np.arange(0.0, _until_slack(muscle, high) - 0.01, 0.05))
-    _check_contractions(muscle, points, high)
-    duration = duration or SHORTEST_SWEEP
-    return _plan("isometric", muscle, laboratory, points, (low, high), (points, points), duration)
-
-
-def plan_isotonic(
-    muscle: Muscle,
-    loads: Sequence[float] | None = None,
-    span: tuple[float | None, float] | None = None,
-    laboratory: Laboratory = USUAL,
-    duration: float | None = None,
-) -> StandPlan:
-    """Pressure from `span[0]` to `span[1]` [Pa] and back under constant loads [N]."""
-    low, high = span or (None, highest(muscle, laboratory))
+def _filled(
+    kind: Kind, muscle: Muscle, given: Given, span: Span, laboratory: Laboratory, load: float | None
+) -> Ways:
+    """Of a test whose pressure is moved, held, under loads or against springs."""
+    low, high = span or (None, None)
+    high = highest(muscle, laboratory) if high is None else high
     _check_span(muscle, low or 0.0, high, laboratory.supply)
-    strength = force_at(muscle, 0.0, high)
-    points = _points(loads, np.array([_two_digits(s * strength) for s in (0.05, 0.1, 0.2, 0.4, 0.6)]))
-    _check_loads(muscle, points, high)
-    limit = muscle.limits.contraction_min
-    lows = [_lifting(muscle, load, limit, high) if low is None else low for load in points]
-    lows = [0.0 if p < 1.0 else p for p in lows]
-    start = np.array([hanging(muscle, load, p) for load, p in zip(points, lows, strict=True)])
-    for load, p, kappa in zip(points, lows, start, strict=True):
-        _check_lock(muscle, load, p, kappa, high)
-    if duration is None:
-        way = max(hanging(muscle, load, high) - x for load, x in zip(points, start, strict=True))
-        duration = 3.0 * _slow(muscle, high, way)
-    return _plan("isotonic", muscle, laboratory, points, (lows, high), (start, start), duration, points)
-
-
-def plan_auxotonic(
-    muscle: Muscle,
-    stiffnesses: Sequence[float] | None = None,
-    span: tuple[float, float] | None = None,
-    load: float | None = None,
-    laboratory: Laboratory = USUAL,
-    duration: float | None = None,
-) -> StandPlan:
-    """Pressure from `span[0]` to `span[1]` [Pa] and back against springs [N/m], under one load [N]."""
-    low, high = span or (0.0, highest(muscle, laboratory))
-    _check_span(muscle, low, high, laboratory.supply)
-    hung = LEAST_LOAD if load is None else load
-    _check_loads(muscle, [hung], high)
-    slope = force_at(muscle, 0.0, high) / (muscle.nominal_length * _until_slack(muscle, high))
-    points = _points(stiffnesses, np.array([_two_digits(s * slope) for s in (0.1, 0.3, 1.0, 3.0, 10.0)]))
-    if wrong := [k for k in points if not 0.0 <= k <= STIFFEST]:
+    strength, way = force_at(muscle, 0.0, high), _until_slack(muscle, high)
+    if kind == "isometric":
+        points = _points(given, np.arange(0.0, way - 0.01, 0.05))
+        _check_contractions(muscle, points, high)
+        return points, (low or 0.0, high), (points, points), SHORTEST_SWEEP, np.nan, 0.0
+    size, shares = strength, (0.05, 0.1, 0.2, 0.4, 0.6)
+    if kind == "auxotonic":
+        size, shares = strength / (muscle.nominal_length * way), (0.1, 0.3, 1.0, 3.0, 10.0)
+    points = _points(given, np.array([_two_digits(share * size) for share in shares]))
+    loads, springs = points, np.zeros(len(points))
+    if kind == "auxotonic":
+        loads, springs = np.full(len(points), LEAST_LOAD if load is None else load), points
+    _check_loads(muscle, loads, high)
+    if wrong := [k for k in springs if not 0.0 <= k <= STIFFEST]:
         value, allowed = f"{1e-3 * wrong[0]:g} N/mm", f"0 to {1e-3 * STIFFEST:g} N/mm"
         raise InputError("is out of range", field="stiffness", value=value, allowed=allowed)
-    start = np.array([hanging(muscle, hung, low, k) for k in points])
-    _check_lock(muscle, hung, low, float(start.min()), high)
-    if duration is None:
-        way = max(hanging(muscle, hung, high, k) - x for k, x in zip(points, start, strict=True))
-        duration = 3.0 * _slow(muscle, high, way)
-    return _plan("auxotonic", muscle, laboratory, points, (low, high), (start, start), duration, hung, points)
+    limit, usual, lows, starts = muscle.limits.contraction_min, SHORTEST_SWEEP, [], []
+    for hung, spring in zip(loads, springs, strict=True):
+        lifts = kind == "isotonic" and low is None
+        first = _lifting(muscle, hung, limit, high) if lifts else low or 0.0
+        lows.append(0.0 if first < 1.0 else first)
+        starts.append(hanging(muscle, hung, lows[-1], spring))
+        if starts[-1] <= muscle.braid.lock:
+            problem, value = f"the braid would lock under {hung:g} N", f"{lows[-1] * 1e-5:g} bar"
+            allowed = f"from {_lifting(muscle, hung, limit, high) * 1e-5:.3g} bar"
+            raise InputError(problem, field="pressure", value=value, allowed=allowed)
+        shortening = hanging(muscle, hung, high, spring) - starts[-1]
+        usual = max(usual, 3.0 * _slow(muscle, high, shortening))
+    return points, (lows, high), (starts, starts), usual, loads, springs
 
 
-def plan_sealed(
+def _switched(
+    kind: Kind,
     muscle: Muscle,
-    pressures: Sequence[float] | None = None,
-    span: tuple[float, float | None] | None = None,
-    laboratory: Laboratory = USUAL,
-    duration: float | None = None,
-) -> StandPlan:
-    """Filled to pressures [Pa] at `span[1]` [-] and shut in, then stretched to `span[0]` and back."""
-    plan = plan_isobaric(muscle, pressures, span, laboratory, duration)
-    ends = plan.contraction if span else plan.contraction[:, 1:] * np.array([0.4, 0.5])  # of the way to slack
-    return dataclasses.replace(plan, kind="sealed", contraction=ends[:, ::-1])
-
-
-def plan_step(
-    muscle: Muscle,
-    pressures: Sequence[float] | None = None,
-    load: float | None = None,
-    contraction: float | None = None,
-    laboratory: Laboratory = USUAL,
-    duration: float | None = None,
-) -> StandPlan:
-    """Fill through the inlet valve from supplies at `pressures` [Pa], then vent, each for `duration` [s]."""
-    valve = laboratory.valve or load_description("valve", "mh1")
-    points = _pulling(muscle, pressures, laboratory)
-    hung, start = np.nan, contraction
-    if start is None:
-        hung = _hung(muscle, points, load, 0.0)
-        start = hanging(muscle, hung, 0.0)
-    elif load is not None:
+    given: Given,
+    laboratory: Laboratory,
+    load: float | None,
+    contraction: float | None,
+) -> Ways:
+    """Of a test that valves begin, or a carriage that is let go."""
+    points, start, hung = _pulling(muscle, given, laboratory), contraction or 0.0, np.nan
+    weakest, lets_go = float(points.min()), kind == "release"
+    if contraction is not None and load is not None and not lets_go:
         raise InputError("goes without a held contraction", field="load", value=f"{load:g} N")
-    else:
-        _check_contractions(muscle, [start], float(points.max()))
+    if contraction is not None or lets_go:
+        _check_contractions(muscle, [start], weakest if lets_go else float(points.max()))
+    if contraction is None or lets_go:
+        light = max(_two_digits(USUAL_LOAD * force_at(muscle, start, weakest)), LEAST_LOAD)
+        hung = light if load is None else load
+        _check_loads(muscle, [hung], weakest, start)
+    if lets_go:
+        return points, (points, points), (start, start), 2.0, hung, 0.0
+    start = hanging(muscle, hung, 0.0) if contraction is None else contraction
     if start <= muscle.braid.lock:
         problem = "the empty muscle's braid would lock under it"
         allowed = f"at most {math.floor(force_at(muscle, muscle.braid.lock, 0.0))} N"
         raise InputError(problem, field="load", value=f"{hung:g} N", allowed=allowed)
-    if duration is None:
-        volume = laboratory.tube_volume + float(muscle.volume(contraction=0.6))
-        duration = max(1.0, math.ceil(5.0 * volume / (valve.conductance * 1e5)))
-    plan = _plan("step", muscle, laboratory, points, (points, points), (start, start), duration, hung)
-    return dataclasses.replace(plan, start_pressure=np.zeros(len(points)), stride=1, branches=2, valve=valve)
-
-
-def plan_release(
-    muscle: Muscle,
-    pressures: Sequence[float] | None = None,
-    load: float | None = None,
-    contraction: float = 0.0,
-    laboratory: Laboratory = USUAL,
-    duration: float | None = None,
-) -> StandPlan:
-    """Held at a contraction [-] under pressures [Pa], then let go against a load [N], for `duration` [s]."""
-    points = _pulling(muscle, pressures, laboratory)
-    _check_contractions(muscle, [contraction], float(points.min()))
-    hung, held = _hung(muscle, points, load, contraction), (contraction, contraction)
-    plan = _plan("release", muscle, laboratory, points, (points, points), held, duration or 2.0, hung)
-    return dataclasses.replace(plan, stride=1, branches=1, valve=laboratory.valve)
+    assert laboratory.valve is not None
+    volume = laboratory.tube_volume + float(muscle.volume(contraction=0.6))
+    usual = max(1.0, math.ceil(5.0 * volume / (laboratory.valve.conductance * 1e5)))
+    return points, (points, points), (start, start), usual, hung, 0.0
 
 
 def highest(muscle: Muscle, laboratory: Laboratory) -> float:
@@ -270,41 +261,6 @@ def _pulling(muscle: Muscle, pressures: Sequence[float] | None, laboratory: Labo
     points = _points(pressures, np.array(usual or [top]))
     _check_pressures(muscle, points, laboratory.supply, pulls=True)
     return points
-
-
-def _hung(muscle: Muscle, points: np.ndarray, load: float | None, held_at: float) -> float:
-    """The load of a step or release [N]."""
-    weakest = float(points.min())
-    usual = max(_two_digits(USUAL_LOAD * force_at(muscle, held_at, weakest)), LEAST_LOAD)
-    hung = usual if load is None else load
-    _check_loads(muscle, [hung], weakest, held_at)
-    return hung
-
-
-def _plan(
-    kind: Kind,
-    muscle: Muscle,
-    laboratory: Laboratory,
-    points: np.ndarray,
-    pressure: Ends,
-    contraction: Ends,
-    duration: float,
-    load: float | np.ndarray = np.nan,
-    spring: float | np.ndarray = 0.0,
-) -> StandPlan:
-    """A plan of whole cycles; a friction that remembers is run in for one more."""
-    remembers = muscle.friction != "none" and FRICTIONS[muscle.friction].n_state > 0
-    rows = np.array(np.broadcast_arrays(*pressure, *contraction, load, spring, points)[:6], float)
-    ways = (rows[:2].T, rows[2:4].T, rows[4], rows[5], rows[0])
-    plan = StandPlan(kind, muscle, laboratory, points, *ways, 1.0, duration, 4 if remembers else 2)
-    step = laboratory.timestep or _usual_step(plan)
-    if not 10.0 * step <= duration <= 1e4:
-        allowed = f"{10.0 * step:g} s to 10000 s"
-        raise InputError("is out of range", field="time", value=f"{duration:g} s", allowed=allowed)
-    steps = math.ceil(duration / step - 1e-9)
-    stride = max(1, steps // ROWS)
-    whole = math.ceil(steps / stride) * stride * step
-    return dataclasses.replace(plan, timestep=step, duration=whole, stride=stride)
 
 
 def _usual_step(plan: StandPlan) -> float:
@@ -364,14 +320,6 @@ def _check_loads(
             problem, value = f"{weak} at {pressure * 1e-5:g} bar", f"{load:g} N"
             allowed = f"{LEAST_LOAD:g} N to {math.floor(strength * 0.999):g} N"
             raise InputError(problem, field="load", value=value, allowed=allowed)
-
-
-def _check_lock(muscle: Muscle, load: float, pressure: float, contraction: float, highest: float) -> None:
-    """Refuse a gauge pressure [Pa] at which a load [N] stretches the braid to its lock."""
-    if contraction <= muscle.braid.lock:
-        problem, value = f"the braid would lock under {load:g} N", f"{pressure * 1e-5:g} bar"
-        allowed = f"from {_lifting(muscle, load, muscle.limits.contraction_min, highest) * 1e-5:.3g} bar"
-        raise InputError(problem, field="pressure", value=value, allowed=allowed)
 
 
 def _check_pressures(muscle: Muscle, pressures: np.ndarray, supply: float | None, *, pulls: bool) -> None:

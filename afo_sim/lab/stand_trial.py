@@ -8,25 +8,14 @@ shortening x, whose start is F_ce and whose slope is −K. S0 draws F_ce over pr
 
 import math
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from afo_sim.common import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT, InputError, Notice, Shown
 from afo_sim.description import provenance_note
-from afo_sim.lab.stand_plan import (
-    StandPlan,
-    force_at,
-    hanging,
-    plan_auxotonic,
-    plan_isobaric,
-    plan_isometric,
-    plan_isotonic,
-    plan_release,
-    plan_sealed,
-    plan_step,
-)
+from afo_sim.lab.stand_plan import StandPlan, force_at, hanging
 from afo_sim.lab.stand_rig import Progress, Rows, roll
 from afo_sim.metrics import Metric, highest_mean
 
@@ -59,15 +48,6 @@ AXES = {
 LOOP_AREA = {"isobaric": "N", "sealed": "J"}  # units
 FURTHER = {"auxotonic": ("force", "N"), "sealed": ("pressure", "Pa")}  # what is drawn below: (ordinate, unit)
 PULLING = 0.02  # of F_ce: below it the muscle goes slack and its curve is no line
-PLANS: dict[str, Callable[..., StandPlan]] = {
-    "isobaric": plan_isobaric,
-    "isotonic": plan_isotonic,
-    "isometric": plan_isometric,
-    "auxotonic": plan_auxotonic,
-    "sealed": plan_sealed,
-    "step": plan_step,
-    "release": plan_release,
-}
 
 
 @dataclass(frozen=True, repr=False)

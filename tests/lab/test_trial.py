@@ -21,7 +21,7 @@ from afo_sim.description import load
 from afo_sim.lab import Trial, read_measured, static_load
 from afo_sim.lab import stand_trial as stand
 from afo_sim.lab.stand import in_series
-from afo_sim.lab.stand_plan import Laboratory, StandPlan, force_at, plan_isobaric, plan_release, slack
+from afo_sim.lab.stand_plan import Laboratory, StandPlan, force_at, plan, slack
 from afo_sim.lab.stand_rig import roll
 
 ROOT = pathlib.Path(__file__).parents[2]
@@ -111,7 +111,7 @@ def test_published_exponential_law_comes_back_through_the_chain() -> None:
 
 
 def test_formula_is_the_law() -> None:
-    trial = stand.static(plan_isobaric(load("muscle", "dmsp_20_200n"), [4e5]))
+    trial = stand.static(plan("isobaric", load("muscle", "dmsp_20_200n"), [4e5]))
     (columns,) = trial.curves
     law = exponential(columns["contraction"], columns["pressure"])
     assert columns["force"][law > 1.0] == pytest.approx(law[law > 1.0], abs=1e-3)  # the file's digits
@@ -160,10 +160,11 @@ class Path(StandPlan):
 
 def test_closed_inner_loop_leaves_no_trace_in_maxwell_slip() -> None:
     """Non-local memory through the compiled muscle."""
-    plan = plan_isobaric(load("muscle", "s1_215mm", sets("maxwell_slip")), [4e5], (0.0, 0.15), duration=100.0)
-    facts = {f.name: getattr(plan, f.name) for f in dataclasses.fields(plan)}
+    muscle = load("muscle", "s1_215mm", sets("maxwell_slip"))
+    planned = plan("isobaric", muscle, [4e5], (0.0, 0.15), duration=100.0)
+    facts = {f.name: getattr(planned, f.name) for f in dataclasses.fields(planned)}
     (columns,) = roll(Path(**facts | {"branches": 1, "stride": 1}))
-    quarter = plan.duration / 5.0
+    quarter = planned.duration / 5.0
     before, inside, after = (
         columns["force"][np.argmin(np.abs(columns["time"] - k * quarter))] for k in (2, 3, 4)
     )
@@ -229,7 +230,8 @@ def test_air_is_conserved_and_the_step_settles() -> None:
 def test_three_element_muscle_is_its_equation(relaxing: bool) -> None:
     """M x″ + B x′ + K x = F_ce − L at constant pressure (in a large tank), Reynolds' numbers typed in."""
     kilopascal, length = 500.0, 0.25
-    plan = plan_release(
+    planned = plan(
+        "release",
         load("muscle", "reynolds_2003"),
         [kilopascal * 1e3],
         load=200.0,
@@ -238,8 +240,7 @@ def test_three_element_muscle_is_its_equation(relaxing: bool) -> None:
         duration=1.0,
     )
     weight = 505.0 if relaxing else 200.0
-    plan = dataclasses.replace(plan, load=np.array([weight]))
-    (columns,) = roll(plan)
+    (columns,) = roll(dataclasses.replace(planned, load=np.array([weight])))
     damping = (0.6 - 0.000803 * kilopascal) if relaxing else (1.01 + 0.00691 * kilopascal)
     stiffness, contractile = 5.71 + 0.0307 * kilopascal, 179.2 + 1.39 * kilopascal
     mass = weight / GRAVITY + 0.125
@@ -249,7 +250,7 @@ def test_three_element_muscle_is_its_equation(relaxing: bool) -> None:
         b = damping if (v <= 0.0) == relaxing else (1.01 + 0.00691 * kilopascal)
         return [v, (contractile - weight - 1e3 * stiffness * x - 1e3 * b * v) / mass]
 
-    start = [plan.contraction[0, 0] * length, 0.0]
+    start = [planned.contraction[0, 0] * length, 0.0]
     solved = solve_ivp(rates, (0.0, 1.0), start, t_eval=columns["time"], rtol=1e-9, atol=1e-12, max_step=1e-3)
     way = np.ptp(solved.y[0])
     assert way > 0.005
@@ -358,7 +359,7 @@ def test_sealed_air_that_cools_loses_work_and_stays_between_the_limits() -> None
         if wall == 0.2:
             assert trial.metrics[0]["loop_area"].value > 0.0
     assert greatest[1e4] < greatest[0.2] < greatest[0.0]
-    isothermal = stand.static(stand.plan_sealed(load("muscle", "s1_215mm"), [3e5], ends))
+    isothermal = stand.static(plan("sealed", load("muscle", "s1_215mm"), [3e5], ends))
     assert isothermal.metrics[0]["greatest_pressure"].value == pytest.approx(greatest[1e4], rel=2e-3)
 
 
