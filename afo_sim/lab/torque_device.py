@@ -12,7 +12,7 @@ is left out: at rest it acts either way.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -29,6 +29,7 @@ FINE = 501  # angles by which they are integrated
 HALVINGS = 50  # of the pull on the anchors, where several groups share them
 # Stiffness [N/m], or 0 and then force [N] and length [m] of one that stiffens.
 Anchor = tuple[float, float, float]
+Tension = Callable[[Sequence[Anchor], np.ndarray | float], np.ndarray]
 ANCHORS = ("cuff_stiffness", "plate_stiffness")  # of the joint's segments, in this order
 CABLE = {"series_stiffness": ("stiffness", "N/m"), "offset": ("offset", "m")}
 
@@ -62,18 +63,15 @@ def paths(
     guided, carried = _guided(orthosis, angle), _carried(orthosis, angle)
     for name, group in orthosis.muscle.items():
         if measured and name in measured:
-            length, arm = measured[name]
-            found.append(Path(name, length, arm, group.count))
-            continue
-        if group.pulley is not None:
+            found.append(Path(name, *measured[name], group.count))
+        elif group.pulley is not None:
             arm = np.full(len(angle), group.pulley.moment_arm)
             found.append(Path(name, -arm * angle, arm, group.count))
-            continue
-        alike = group.alike
-        for k in range(1 if alike else group.count):
-            own = (orthosis.words, group, k, angle, *carried)
-            length, arm = guided[f"{name}_{k + 1}"] if group.path else _between(*own)
-            found.append(Path(name, length, arm, group.count if alike else 1))
+        else:
+            for k in range(1 if group.alike else group.count):
+                own = (orthosis.words, group, k, angle, *carried)
+                length, arm = guided[f"{name}_{k + 1}"] if group.path else _between(*own)
+                found.append(Path(name, length, arm, group.count if group.alike else 1))
     return found
 
 
@@ -128,19 +126,19 @@ def statics(
     anchors = _anchors(orthosis, change)
     pulling, torque, pull = [], np.zeros(len(pressure)), np.zeros(len(pressure))
     for path in geometry:
-        muscle = _Muscle.of(orthosis, path, chamber, pressure, change)
-        tension = muscle.tension(())
-        if not tension.any():
-            continue  # slack on rigid anchors, so on any
-        if anchors and muscle.anchored:
-            pulling.append(muscle)
+        tension, anchored = (
+            _of_path(orthosis, path, chamber, pressure, change),
+            orthosis.muscle[path.group].pulley is None,
+        )
+        alone = tension((), 0.0)
+        if anchors and anchored and alone.any():  # slack on rigid anchors is slack on any
+            pulling.append((path, tension))
         else:
-            torque += path.count * tension * path.arm
-            pull += path.count * tension * muscle.anchored
-    shared = _shared(pulling, anchors)
-    for muscle, tension in zip(pulling, shared, strict=True):
-        torque += muscle.path.count * tension * muscle.path.arm
-        pull += muscle.path.count * tension
+            torque += path.count * alone * path.arm
+            pull += path.count * alone * anchored
+    for (path, _), shared in zip(pulling, _shared(pulling, anchors), strict=True):
+        torque += path.count * shared * path.arm
+        pull += path.count * shared
     return torque, pull
 
 
@@ -158,62 +156,38 @@ def _anchors(orthosis: Orthosis, change: Change) -> tuple[Anchor, ...]:
     return tuple(found)
 
 
-@dataclass(frozen=True, eq=False)
-class _Muscle:
-    """One path with its muscle: what the path leaves [-] (n,), pressures [Pa] (n,), the muscle's numbers."""
-
-    path: Path
-    room: np.ndarray
-    pressure: np.ndarray
-    nominal_length: float
-    row: np.ndarray
-    anchored: bool
-
-    @classmethod
-    def of(
-        cls, orthosis: Orthosis, path: Path, chamber: str, pressure: np.ndarray, change: Change
-    ) -> "_Muscle":
-        group = orthosis.muscle[path.group]
-        filled = (group.chamber or path.group) == chamber
-        law = dict(change.law or {}) if filled else {}
-        bare, cable, series = at_rest(group.type, law), group.cable.stiffness, group.series_length
-        if filled:
-            if change.series_stiffness is not None:
-                cable = change.series_stiffness
-            if change.offset is not None:
-                series += change.offset - group.cable.offset
-        nominal = group.type.nominal_length
-        return cls(
-            path,
-            1.0 + (series - path.length) / nominal,
-            pressure if filled else np.zeros(len(pressure)),
-            nominal,
-            row(bare, cable, path.count),
-            group.pulley is None,
-        )
-
-    def tension(self, anchors: Sequence[Anchor], given: np.ndarray | float = 0.0) -> np.ndarray:
-        """Of each muscle [N], alone on anchors, or on ones that have given a length [m]."""
-        u = on_anchors(self.row, anchors)
-        return tensions(self.room + given / self.nominal_length, self.pressure, u)
+def _of_path(orthosis: Orthosis, path: Path, chamber: str, pressure: np.ndarray, change: Change) -> Tension:
+    """The tension of a path's muscle [N]: alone on anchors, or on ones that have given a length [m]."""
+    group = orthosis.muscle[path.group]
+    filled = (group.chamber or path.group) == chamber
+    law = dict(change.law or {}) if filled else {}
+    bare, cable, series = at_rest(group.type, law), group.cable.stiffness, group.series_length
+    if filled and change.series_stiffness is not None:
+        cable = change.series_stiffness
+    if filled and change.offset is not None:
+        series += change.offset - group.cable.offset
+    own, nominal = row(bare, cable, path.count), group.type.nominal_length
+    room, gauge = 1.0 + (series - path.length) / nominal, pressure if filled else np.zeros(len(pressure))
+    return lambda anchors, given: tensions(room + given / nominal, gauge, on_anchors(own, anchors))
 
 
-def _shared(muscles: Sequence[_Muscle], anchors: tuple[Anchor, ...]) -> list[np.ndarray]:
+def _shared(pulling: Sequence[tuple[Path, Tension]], anchors: tuple[Anchor, ...]) -> list[np.ndarray]:
     """Tension of each muscle where all pull on the same anchors."""
-    if len(muscles) < 2:
-        return [muscle.tension(anchors) for muscle in muscles]
+    if len(pulling) < 2:
+        return [tension(anchors, 0.0) for _, tension in pulling]
 
     def of(pull: np.ndarray) -> list[np.ndarray]:
         def displaced(p: float) -> float:
             return math.fsum(anchor_displacement(p, *a, 0.0, 0.0, 0.0, 1.0)[0] for a in anchors)
 
         given = np.array([displaced(float(p)) for p in pull])
-        return [muscle.tension((), given) for muscle in muscles]
+        return [tension((), given) for _, tension in pulling]
 
     def total(found: list[np.ndarray]) -> np.ndarray:
-        return np.sum([m.path.count * f for m, f in zip(muscles, found, strict=True)], axis=0)
+        return np.sum([path.count * f for (path, _), f in zip(pulling, found, strict=True)], axis=0)
 
-    low, high = np.zeros(len(muscles[0].room)), total([muscle.tension(()) for muscle in muscles])
+    high = total([tension((), 0.0) for _, tension in pulling])
+    low = np.zeros(len(high))
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
         more = total(of(middle)) > middle
