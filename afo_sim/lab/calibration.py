@@ -53,9 +53,7 @@ def calibrate(
 def _readings(log: object, inverse: bool) -> tuple[np.ndarray, np.ndarray, str, str, Table]:
     """References, outputs [V], the references' unit and its SI unit, the table; refuse what fixes no line."""
     table = table_of(log, _EXAMPLE, "log")
-    columns, units = columns_of(table, _COLUMNS, _EXAMPLE)
-    if absent := [name for name in _COLUMNS if name not in columns]:
-        raise InputError("is missing", file=table.file, field=absent[0], allowed=_EXAMPLE)
+    columns, units = columns_of(table, _COLUMNS, _EXAMPLE, {f"a {name}": (name,) for name in _COLUMNS})
     unit, si = split_title(table.titles[[*columns].index("reference")])[1], units["reference"]
     x = columns["reference"] / quantity_at("reference", f"1 {unit}", si)
     if si == "kg":

@@ -35,6 +35,11 @@ COLUMNS: Known = {
     "load": ("kg", "N"),
     "curve": None,
 }
+NEEDED = {
+    "a pressure": ("pressure", "absolute pressure"),
+    "a contraction or a length": ("contraction", "length", "change of length"),
+    "a force or a load": ("force", "load"),
+}
 EXAMPLE = "pressure [bar], contraction [-], force [N]; or pressure [bar], load [kg], change of length [cm]"
 # Header line "# key: value" of a property of a muscle → SI unit, least and greatest value.
 POSSIBLE = {
@@ -105,17 +110,8 @@ def read_measured(data: Any, known: Mapping[str, float] | None = None) -> Measur
     file = table.file
     facts = dict(known or {}) | read_facts(table, HEADER)
     check_facts(file, facts)
-    arrays, units = columns_of(table, COLUMNS, EXAMPLE)
-    _require(file, list(arrays))
-    return _measured(file, arrays, units, facts)
-
-
-def _measured(
-    file: pathlib.Path, arrays: dict[str, np.ndarray], units: dict[str, str], facts: dict[str, Any]
-) -> Measured:
-    pressure = arrays.get("pressure")
-    if pressure is None:
-        pressure = arrays["absolute pressure"] - AMBIENT_PRESSURE
+    arrays, units = columns_of(table, COLUMNS, EXAMPLE, NEEDED)
+    pressure = arrays["pressure" if "pressure" in arrays else "absolute pressure"]
     if len(pressure) < 3:
         raise InputError(f"holds {len(pressure)} points", file=file, allowed="at least 3")
     if pressure.min() < -SENSOR_OFFSET or pressure.max() > 2e6:
@@ -146,18 +142,6 @@ def _measured(
     return Measured(file, pressure, force, contraction, change, curve, loaded, facts)
 
 
-def _require(file: pathlib.Path, names: list[str]) -> None:
-    for needed, one_of in (
-        ("a pressure", ("pressure", "absolute pressure")),
-        ("a contraction or a length", ("contraction", "length", "change of length")),
-        ("a force or a load", ("force", "load")),
-    ):
-        found = [name for name in one_of if name in names]
-        if len(found) != 1:
-            problem = f"lacks {needed}" if not found else f"has {' and '.join(found)}, where one is needed"
-            raise InputError(problem, file=file, field="header", value=", ".join(names), allowed=EXAMPLE)
-
-
 def check_facts(file: pathlib.Path | None, facts: Mapping[str, Any], group: str = "") -> None:
     """Refuse facts about a muscle that cannot be, from a file's header or from the argument `group`."""
     for key, (si, low, high) in POSSIBLE.items():
@@ -170,13 +154,21 @@ def check_facts(file: pathlib.Path | None, facts: Mapping[str, Any], group: str 
         raise InputError("is not less than the total length", file=file, field="end_length")
 
 
-def columns_of(table: Table, known: Known, example: str) -> tuple[dict[str, np.ndarray], dict[str, str]]:
-    """A table's columns by name, each once, in SI; and their SI units. Nothing else may stand there."""
+def columns_of(
+    table: Table, known: Known, example: str, needed: Mapping[str, Sequence[str]] | None = None
+) -> tuple[dict[str, np.ndarray], dict[str, str]]:
+    """A table's columns by name, each once, in SI, pressures gauge; and their SI units.
+
+    Nothing but the `known` may stand there; of each that is `needed`, one of some names must.
+    """
     file, found, units = table.file, dict[str, np.ndarray](), dict[str, str]()
     for k, title in enumerate(table.titles):
-        name = re.sub(r"[\s_]+", " ", split_title(title)[0].strip().lower())
+        name = " ".join(split_title(title)[0].split())
+        name = name if name in known else " ".join(re.split(r"[\s_]+", name.lower()))
         if name not in known:
-            problem, allowed, near = "is an unknown column", ", ".join(known), nearest_name(name, known)
+            plain = [each for each in known if "/" not in each]
+            allowed = ", ".join([*plain, *(["a column of a run"] if len(plain) < len(known) else [])])
+            problem, near = "is an unknown column", nearest_name(name, known)
             raise InputError(problem, file=file, field="header", value=title, allowed=allowed, nearest=near)
         if name in found:
             raise InputError("stands there twice", file=file, field=name, value=title)
@@ -187,4 +179,12 @@ def columns_of(table: Table, known: Known, example: str) -> tuple[dict[str, np.n
             found[name] = np.array([cells[k] for _, cells in table.rows])
         else:
             found[name] = np.array([number(file, line, name, cells[k]) for line, cells in table.rows]) * scale
+        if name.startswith("absolute "):
+            found[name] = found[name] - AMBIENT_PRESSURE
+    for words, names in (needed or {}).items():
+        there = [name for name in names if name in found]
+        if len(there) != 1:
+            problem = f"has {' and '.join(there)}, where one is needed" if there else f"lacks {words}"
+            value = ", ".join(table.titles)
+            raise InputError(problem, file=file, field="header", value=value, allowed=example)
     return found, units

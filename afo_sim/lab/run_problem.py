@@ -8,13 +8,9 @@ from typing import Any
 import numpy as np
 
 from afo_sim.common import (
-    AMBIENT_PRESSURE,
     InputError,
     Table,
     format_quantity,
-    in_unit,
-    nearest_name,
-    number,
     quantity_at,
     read_facts,
     scale_of,
@@ -23,7 +19,7 @@ from afo_sim.common import (
     unknown,
 )
 from afo_sim.description import Scenario, field_at, load
-from afo_sim.lab.measured import TEXTS
+from afo_sim.lab.measured import TEXTS, columns_of
 from afo_sim.lab.solution import FitParameter
 from afo_sim.model import muscle_names
 from afo_sim.model import supply_and_timer as schedule
@@ -33,7 +29,6 @@ from afo_sim.simulation.simulate import simulate
 
 EXAMPLE = "time [s], angle [deg], pressure dorsiflexor [bar], force dorsiflexor_1 [N]"
 FEWEST = 10  # samples
-Meaning = tuple[str, tuple[str, ...], float, float]  # name, columns, factor and summand to SI
 Values = Mapping[str, float]
 HELD_OUT = 0.3  # share of the log's time, from its end
 
@@ -89,37 +84,22 @@ class Log:
 
 def read_log(data: Any, scenario: Scenario) -> Log:
     """A log, read against the scenario that it was taken of."""
-    table = table_of(data, EXAMPLE, "log")
-    file = table.file
-    known = dict(_names(scenario))
-    titles = [_meaning(table, title, known) for title in table.titles]
-    _require(table, titles)
-    columns = []
-    for k, (name, _, scale, offset) in enumerate(titles):
-        cells = [number(file, line, name, row[k]) for line, row in table.rows]
-        columns.append(np.array(cells) * scale + offset)
-    clock = [name for name, *_ in titles].index("time")
-    _check_time(table, columns[clock], scenario)
-    channels = [
-        Channel(name, paths, split_title(title)[1], scale, values)
-        for (name, paths, scale, _), title, values in zip(titles, table.titles, columns, strict=True)
-        if name != "time"
-    ]
-    return Log(file, columns[clock], tuple(channels), read_facts(table, TEXTS))
-
-
-def _meaning(table: Table, title: str, known: Mapping[str, tuple[str, ...]]) -> Meaning:
-    """The columns that a title stands for, and its unit."""
-    name = " ".join(split_title(title)[0].split())
-    if name not in known:
-        shown = ", ".join(other for other in known if "/" not in other)
-        allowed, near = f"{shown}, or a recording's column such as ankle/velocity", nearest_name(name, known)
-        problem, file = "is an unknown column", table.file
-        raise InputError(problem, file=file, field="header", value=title, allowed=allowed, nearest=near)
-    paths = known[name]
-    si = "s" if name == "time" else describe(paths[0])[0]
-    scale, _ = scale_of(table.file, name, title, (si,), EXAMPLE)
-    return name, paths, scale, -AMBIENT_PRESSURE if name.startswith("absolute ") else 0.0
+    table, known = table_of(data, EXAMPLE, "log"), dict(_names(scenario))
+    file, units = table.file, {name: (describe(c[0])[0] if c else "s",) for name, c in known.items()}
+    columns, _ = columns_of(table, units, EXAMPLE, {"a time": ("time",)})
+    channels: list[Channel] = []
+    for title, (name, values) in zip(table.titles, columns.items(), strict=True):
+        if any(channel.columns == known[name] for channel in channels):
+            raise InputError("stands there twice", file=file, field=name)
+        if name != "time":
+            scale, _ = scale_of(file, name, title, units[name], EXAMPLE)
+            channels.append(Channel(name, known[name], split_title(title)[1], scale, values))
+    if not channels:
+        raise InputError("lacks anything measured", file=file, field="header", value="time", allowed=EXAMPLE)
+    if len(table.rows) < FEWEST:
+        raise InputError(f"holds {len(table.rows)} samples", file=file, allowed=f"at least {FEWEST}")
+    _check_time(table, columns["time"], scenario)
+    return Log(file, columns["time"], tuple(channels), read_facts(table, TEXTS))
 
 
 def _names(scenario: Scenario) -> Iterator[tuple[str, tuple[str, ...]]]:
@@ -127,10 +107,8 @@ def _names(scenario: Scenario) -> Iterator[tuple[str, tuple[str, ...]]]:
     muscles, chambers = muscle_names(scenario.orthosis), scenario.orthosis.chamber
     yield "time", ()
     yield "angle", ("ankle/angle",)
-    for chamber in chambers:
-        yield f"pressure {chamber}", (f"chamber/{chamber}/pressure",)
-    for chamber in chambers:
-        yield f"absolute pressure {chamber}", (f"chamber/{chamber}/pressure",)
+    for words in ("pressure", "absolute pressure"):
+        yield from ((f"{words} {chamber}", (f"chamber/{chamber}/pressure",)) for chamber in chambers)
     for group, described in scenario.orthosis.muscle.items():
         yield f"force {group}", tuple(f"muscle/{group}_{k + 1}/force" for k in range(described.count))
     for muscle in muscles:
@@ -142,20 +120,6 @@ def _names(scenario: Scenario) -> Iterator[tuple[str, tuple[str, ...]]]:
 def recorded_columns(scenario: Scenario) -> list[str]:
     """The columns that a run of a scenario records, but its time and its coordinates."""
     return [name for name in formulas(build(scenario)) if name != "time" and not name.startswith("qpos/")]
-
-
-def _require(table: Table, titles: list[Meaning]) -> None:
-    """Time, something measured, nothing twice, enough of it."""
-    names, seen = [name for name, *_ in titles], list[tuple[str, ...]]()
-    for name, paths, *_ in titles:
-        if paths in seen:
-            raise InputError("stands there twice", file=table.file, field=name)
-        seen.append(paths)
-    if "time" not in names or len(names) < 2:
-        problem = f"lacks {'a time' if 'time' not in names else 'anything measured'}"
-        raise InputError(problem, file=table.file, field="header", value=", ".join(names), allowed=EXAMPLE)
-    if len(table.rows) < FEWEST:
-        raise InputError(f"holds {len(table.rows)} samples", file=table.file, allowed=f"at least {FEWEST}")
 
 
 def _check_time(table: Table, time: np.ndarray, scenario: Scenario) -> None:
@@ -189,38 +153,28 @@ def read_noise(log: Log, texts: dict[str, Any]) -> dict[str, float]:
     return noise
 
 
-@dataclass(frozen=True)
-class RunParameterKind:
-    """A dynamic parameter in general. SI; `shown` is the unit for people's eyes."""
-
-    name: str
-    key: str
-    each: str
-    shown: str
-    lower: float
-    upper: float
-    typical: float
-    logarithmic: bool
-    unit: str = ""
-
-
-_CONDUCTANCE = ("chamber", "dm^3/(s*bar)", 1e-12, 1e-7, 5e-10, True)
+_CONDUCTANCE = ("chamber", ("", "dm^3/(s*bar)"), (1e-12, 1e-7), 5e-10, True)
+_WALL, _TUBE = "orthosis.chamber.{}.wall_conductance", "orthosis.chamber.{}.tube_volume"
+# Name, key, of each, SI unit and that for people's eyes, what is searched, usual size, as a ratio.
 _ALL: tuple[tuple[Any, ...], ...] = (
     # R of the muscles' damper
-    ("damping", "orthosis.muscle.{}.type.damping", "muscle", "m^2*s", 1e-7, 1e-1, 1e-4, True),
+    ("damping", "orthosis.muscle.{}.type.damping", "muscle", ("", "m^2*s"), (1e-7, 1e-1), 1e-4, True),
     ("inlet_conductance", "orthosis.chamber.{}.inlet.conductance", *_CONDUCTANCE),
     ("outlet_conductance", "orthosis.chamber.{}.outlet.conductance", *_CONDUCTANCE),
-    # heat from the air to the wall, hA
-    ("wall_conductance", "orthosis.chamber.{}.wall_conductance", "chamber", "W/K", 1e-3, 1e2, 0.3, True),
-    # between valves and muscles
-    ("tube_volume", "orthosis.chamber.{}.tube_volume", "chamber", "ml", 1e-8, 1e-3, 4e-6, True),
+    # heat from the air to the wall, hA; between valves and muscles
+    ("wall_conductance", _WALL, "chamber", ("", "W/K"), (1e-3, 1e2), 0.3, True),
+    ("tube_volume", _TUBE, "chamber", ("", "ml"), (1e-8, 1e-3), 4e-6, True),
     # Coulomb friction about the ankle; inertia on top of the model's
-    ("friction", "leg.friction", "", "N*m", 0.0, 20.0, 0.1, False),
-    ("inertia", "leg.inertia", "", "kg*m^2", 0.0, 1.0, 5e-3, False),
+    ("friction", "leg.friction", "", ("", "N*m"), (0.0, 20.0), 0.1, False),
+    ("inertia", "leg.inertia", "", ("", "kg*m^2"), (0.0, 1.0), 5e-3, False),
     # what the log's clock reads when the timer starts
-    ("time_offset", "", "", "ms", -0.5, 0.5, 0.05, False, "s"),
+    ("time_offset", "", "", ("s", "ms"), (-0.5, 0.5), 0.05, False),
 )
-KINDS = {name: RunParameterKind(name, *kind) for name, *kind in _ALL}
+# name → the key that it sets, of each chamber or muscle, and the parameter in general
+KINDS = {
+    name: (key, each, FitParameter(name, unit, shown, low, high, 0.0, 0.0, size, logarithmic=ratio))
+    for name, key, each, (unit, shown), (low, high), size, ratio in _ALL
+}
 
 
 def sets_of(parameter: FitParameter, value: float, source: str) -> dict[str, Any]:
@@ -248,31 +202,29 @@ def find_parameters(names: Sequence[str], scenario: Scenario) -> tuple[FitParame
 
 def _find(name: str, scenario: Scenario) -> FitParameter:
     general, dot, one = name.partition(".")
-    kind = KINDS.get(general)
-    members = list(getattr(scenario.orthosis, kind.each)) if kind is not None and kind.each else []
-    if kind is None or (dot and one not in members):
-        allowed = [*KINDS] if kind is None else [general, *(f"{general}.{member}" for member in members)]
-        problem = "is not a dynamic parameter" if kind is None else f"there is no such {kind.each or 'part'}"
-        raise unknown(name, allowed, field="names", problem=problem)
-    start, keys = 0.0, dict[str, float]()
-    if kind.key:
-        paths = [kind.key.format(member) for member in ([one] if dot else members)] or [kind.key]
-        fields = [field_at(path, scenario) for path in paths]
-        low, high = fields[0].bounds
-        kind = replace(kind, unit=fields[0].unit, lower=max(kind.lower, low), upper=min(kind.upper, high))
-        values = [float(field.value) for field in fields]
-        start = values[0]
-        # from zero no ratio can be kept
-        shares = [value / start for value in values] if all(values) else [1.0] * len(values)
-        keys = dict(zip(paths, shares, strict=True))
-        if start and not kind.lower <= start <= kind.upper:
-            low, high = (in_unit(limit, kind.unit, kind.shown) for limit in (kind.lower, kind.upper))
-            problem, allowed_range = "starts beyond what is searched", f"{low:g} to {high:g} {kind.shown}"
-            value = format_quantity(start, kind.unit)
-            raise InputError(problem, field=paths[0], value=value, allowed=allowed_range)
-    size = (start or kind.typical) if kind.logarithmic else kind.typical
-    ends = kind.lower, kind.upper, start, start
-    return FitParameter(name, kind.unit, kind.shown, *ends, size, logarithmic=kind.logarithmic, keys=keys)
+    if general not in KINDS:
+        raise unknown(name, KINDS, field="names", problem="is not a dynamic parameter")
+    key, each, kind = KINDS[general]
+    members = list(getattr(scenario.orthosis, each)) if each else []
+    if dot and one not in members:
+        allowed = [general, *(f"{general}.{member}" for member in members)]
+        raise unknown(name, allowed, field="names", problem=f"there is no such {each or 'part'}")
+    if not key:
+        return kind
+    paths = [key.format(member) for member in ([one] if dot else members)] or [key]
+    fields = [field_at(path, scenario) for path in paths]
+    values = [float(field.value) for field in fields]
+    (low, high), start, unit = fields[0].bounds, values[0], fields[0].unit
+    low, high = max(kind.lower, low), min(kind.upper, high)
+    size = start if start and kind.logarithmic else kind.size
+    # from zero no ratio can be kept
+    shares = [value / start for value in values] if all(values) else [1.0] * len(values)
+    kind = replace(kind, unit=unit, lower=low, upper=high, low=start, high=start, size=size)
+    if start and not low <= start <= high:
+        problem, value = "starts beyond what is searched", format_quantity(start, unit)
+        allowed_range = f"{kind.number(low):g} to {kind.number(high):g} {kind.shown}"
+        raise InputError(problem, field=paths[0], value=value, allowed=allowed_range)
+    return replace(kind, name=name, keys=dict(zip(paths, shares, strict=True)))
 
 
 @dataclass(frozen=True)
@@ -295,11 +247,6 @@ class RunProblem:
         """Mask of the samples that are fitted when the rest is held out."""
         first, last = self.log.time[[0, -1]]
         return self.log.time <= last - self.hold_out * (last - first)
-
-    def with_values(self, values: Values) -> dict[str, Any]:
-        """Dotted keys that give the scenario other values."""
-        source = f"fitted to {self.log.file.name}"
-        return {k: v for p in self.free for k, v in sets_of(p, values[p.name], source).items()}
 
 
 def pose(
@@ -327,7 +274,9 @@ def pose(
 
 def run_at(problem: RunProblem, values: Values) -> Recording:
     """The run with other values, at every step, as far as the log goes."""
-    scenario = load("scenario", problem.scenario, problem.with_values(values))
+    source = f"fitted to {problem.log.file.name}"
+    sets = {k: v for p in problem.free for k, v in sets_of(p, values[p.name], source).items()}
+    scenario = load("scenario", problem.scenario, sets)
     slack = max([p.upper for p in problem.free if not p.keys], default=0.0)
     end = problem.log.time[-1] + slack + scenario.timestep
     scenario = scenario.with_values(

@@ -17,6 +17,7 @@ PATH = ("path length", "moment arm")  # [m]; with a muscle's name behind, where 
 IGNORED = ("length", "note")  # that may stand in such a file; with a muscle's own length, its moment arm too
 UNITS: dict[str, tuple[str, ...] | None] = {"time": ("s",), "angle": ("rad",), "torque": ("N*m",)}
 UNITS |= {"cuff": ("m",)} | dict.fromkeys(("pressure", "absolute pressure"), ("Pa",))
+NEEDED = {"an angle": ("angle",), "a pressure": ("pressure", "absolute pressure"), "a torque": ("torque",)}
 UNITS |= dict.fromkeys(PATH, ("m",)) | dict.fromkeys((*WORDS, *IGNORED))
 ONLY = "1"  # the group where there is no such column
 HIGHEST, WIDEST, LARGEST = 2e6, np.radians(180.0), 1e4  # gauge pressure [Pa], angle [rad], torque [N·m]
@@ -105,17 +106,13 @@ def _columns(table: Table) -> Columns:
     paths = [name for name in names if name.startswith(PATH)]
     own = "length" in names and not any(name.startswith(PATH[0]) for name in paths)  # a muscle's, and no path
     units: tuple[str, ...] | None = None if own else ("m",)
-    columns, _ = columns_of(table, UNITS | dict.fromkeys(paths, units), EXAMPLE)
+    columns, _ = columns_of(table, UNITS | dict.fromkeys(paths, units), EXAMPLE, NEEDED)
     found: Columns = {}
     for name in (name for name in columns if name not in IGNORED and not (own and name in paths)):
         meant = WORDS.get(name, "pressure" if name == "absolute pressure" else name)
         if meant in found:
             raise InputError("stands there twice", file=table.file, field=meant, value=name)
-        found[meant] = columns[name] - AMBIENT_PRESSURE if name == "absolute pressure" else columns[name]
-    for needed in ("angle", "pressure", "torque"):
-        if needed not in found:
-            problem, titles = f"lacks {'an' if needed == 'angle' else 'a'} {needed}", ", ".join(table.titles)
-            raise InputError(problem, file=table.file, field="header", value=titles, allowed=EXAMPLE)
+        found[meant] = columns[name]
     for name in _of_path(found):
         partner = name.replace(*(PATH if name.startswith(PATH[0]) else PATH[::-1]))
         if partner not in found:

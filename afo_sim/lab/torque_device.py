@@ -63,7 +63,8 @@ def paths(
     guided, carried = _guided(orthosis, angle), _carried(orthosis, angle)
     for name, group in orthosis.muscle.items():
         if measured and name in measured:
-            found.append(Path(name, *measured[name], group.count))
+            length, arm = measured[name]
+            found.append(Path(name, length, arm, group.count))
         elif group.pulley is not None:
             arm = np.full(len(angle), group.pulley.moment_arm)
             found.append(Path(name, -arm * angle, arm, group.count))

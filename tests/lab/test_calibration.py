@@ -113,7 +113,7 @@ GOOD = "reference [bar], reading [V]\n1,1\n2,2.01\n3,2.99\n"
         (GOOD.replace("reading", "readin"), (), "did you mean 'reading'"),
         (GOOD.replace(" [bar]", ""), (), "has no unit"),
         (GOOD.replace("[bar]", "[K]"), (), "kelvin"),
-        ("reference [bar]\n1\n2\n3\n", (), "reading: is missing"),
+        ("reference [bar]\n1\n2\n3\n", (), "lacks a reading"),
         (GOOD[: GOOD.index("3,")], (), "3 readings"),
         (GOOD.replace("2,", "1,").replace("3,", "1,"), (), "two references"),
         (GOOD.replace("3,2.99", "0,2.99"), ("--inverse",), "above 0"),
