@@ -14,7 +14,6 @@ slide's coordinate is its shortening.
 import copy
 import os
 from collections.abc import Callable
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
@@ -41,6 +40,7 @@ REGULATOR_RATIO = 0.3  # critical pressure ratio of the regulator's valve [-]
 AIR_LIMIT = 1.0  # of rate × time step of the stand's air, so that its readings are exact beside a sensor's
 REGULATOR_NUMBER = 0.6  # rate × time step of the regulator: wide, and well below the limit of 1
 MUSCLE, CHAMBER, GAUGE = "muscle", "stand", "gauge"  # names in the circuit
+INLET, OUTLET = f"{CHAMBER}_inlet", f"{CHAMBER}_outlet"
 MOUNTING = 1e7  # stiffness of frame and hook [N/m]: 0.1 mm under 1 kN
 CELLS = 4  # of a line: its air rings and carries waves of half a cell
 BLOCK = 40_000  # steps of all simulations together that are in memory at once
@@ -50,20 +50,8 @@ Progress = Callable[[int, int], None]
 Rows = dict[str, np.ndarray]
 
 
-@dataclass(frozen=True)
-class Rig:
-    """The compiled stand, and its actuators by name."""
-
-    model: mujoco.MjModel
-    muscle: int
-    chamber: int
-    inlet: int
-    outlet: int
-    gauge: int
-
-
-def _build_rig(plan: StandPlan) -> Rig:
-    """Compile the stand for a plan's muscle, valves and time step."""
+def _build_rig(plan: StandPlan) -> tuple[mujoco.MjModel, native.CircuitIds]:
+    """The compiled stand for a plan's muscle, valves and time step, and its actuators by name."""
     muscle = plan.muscle
     spec, circuit = mujoco.MjSpec(), _circuit_of(plan)
     top = [0.0, 0.0, muscle.nominal_length]
@@ -84,10 +72,7 @@ def _build_rig(plan: StandPlan) -> Rig:
     option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
     model = spec.compile()
-    ids = native.fill_circuit(model, circuit)
-    inlet, outlet = (ids.valves[f"{CHAMBER}_{name}"] for name in ("inlet", "outlet"))
-    chamber = ids.chambers[CHAMBER]
-    return Rig(model, ids.muscles[MUSCLE], chamber, inlet, outlet, ids.volumes.get(GAUGE, chamber))
+    return model, native.fill_circuit(model, circuit)
 
 
 def _circuit_of(plan: StandPlan) -> native.Circuit:
@@ -157,22 +142,22 @@ def _hook(plan: StandPlan, k: int) -> np.ndarray:
     return contraction * plan.muscle.nominal_length - force / _mounting(plan)
 
 
-def _start(rig: Rig, plan: StandPlan, k: int) -> np.ndarray:
+def _start(model: mujoco.MjModel, ids: native.CircuitIds, plan: StandPlan, k: int) -> np.ndarray:
     """mjSTATE_INTEGRATION row of a curve at rest: air at ambient temperature, a regulator open."""
-    data = mujoco.MjData(rig.model)
+    data = mujoco.MjData(model)
     opened = float(plan.kind not in ("step", "sealed"))
     data.qpos[0] = _hook(plan, k)[0]
     with native.installed():
-        native.fill_chambers(rig.model, data, float(plan.start_pressure[k]))
-    native.write_valve(rig.model, data.act, rig.inlet, opened, opened)
-    return get_state(rig.model, data)
+        native.fill_chambers(model, data, float(plan.start_pressure[k]))
+    native.write_valve(model, data.act, ids.valves[INLET], opened, opened)
+    return get_state(model, data)
 
 
-def _loaded(rig: Rig, plan: StandPlan, k: int) -> mujoco.MjModel:
+def _loaded(rigid: mujoco.MjModel, plan: StandPlan, k: int) -> mujoco.MjModel:
     """The stand with the weight and spring of a curve on its carriage."""
     if plan.held:
-        return rig.model
-    model = copy.copy(rig.model)
+        return rigid
+    model = copy.copy(rigid)
     model.body_mass[1] = plan.load[k] / GRAVITY
     model.jnt_stiffness[0] = plan.spring[k] / (1.0 - plan.spring[k] / _mounting(plan))
     model.qpos_spring[0] = -plan.load[k] / _mounting(plan)
@@ -182,16 +167,16 @@ def _loaded(rig: Rig, plan: StandPlan, k: int) -> mujoco.MjModel:
     return model
 
 
-def _policy(rig: Rig, plan: StandPlan, k: int) -> Policy:
+def _policy(model: mujoco.MjModel, ids: native.CircuitIds, plan: StandPlan, k: int) -> Policy:
     """ctrl and applied force of a curve (n, nu + 1)."""
     step = plan.timestep
 
     def choose(moment: Moment) -> np.ndarray:
         time = np.arange(moment.steps.start - 1, moment.steps.stop + 1) * step
-        inputs = np.zeros((len(moment.steps), rig.model.nu + 1))
+        inputs = np.zeros((len(moment.steps), model.nu + 1))
         # the supply at the end of each step, so that the regulator is not a step late
-        inputs[:, rig.chamber] = plan.supply(k, time[2:])
-        inputs[:, rig.inlet], inputs[:, rig.outlet] = plan.coils(time[1:-1])
+        inputs[:, ids.chambers[CHAMBER]] = plan.supply(k, time[2:])
+        inputs[:, ids.valves[INLET]], inputs[:, ids.valves[OUTLET]] = plan.coils(time[1:-1])
         if plan.held:
             low, high = _hook(plan, k)
             inputs[:, -1] = MOUNTAIN * np.diff(low + (high - low) * plan.wave(time), 2) / step**2
@@ -204,7 +189,9 @@ def roll(plan: StandPlan, progress: Progress | None = None) -> list[Rows]:
     """Run a plan, all its curves side by side."""
     _require_stable(plan)
     rig, n = _build_rig(plan), len(plan.set_points)
-    cases = [Case(_loaded(rig, plan, k), _start(rig, plan, k), _policy(rig, plan, k), k) for k in range(n)]
+    cases = [
+        Case(_loaded(rig[0], plan, k), _start(*rig, plan, k), _policy(*rig, plan, k), k) for k in range(n)
+    ]
     recipe = Recipe(
         fields=("actuator_force", "userdata"),
         inputs=INPUTS,
@@ -218,22 +205,22 @@ def roll(plan: StandPlan, progress: Progress | None = None) -> list[Rows]:
         if rollout.failure is not None:
             raise rollout.failure
     time = np.arange(0, n_step + 1, plan.stride) * plan.timestep
-    return [_columns(rig, plan, time, rollout) for rollout in rollouts]
+    return [_columns(*rig, time, rollout) for rollout in rollouts]
 
 
-def _columns(rig: Rig, plan: StandPlan, time: np.ndarray, rollout: Rollout) -> Rows:
-    rows = rollout.rows
-    air = native.read_air(rig.model, rows["act"], rows["userdata"], rig.chamber)
-    own = native.read_own(rig.model, rows["userdata"], rig.muscle)
-    inlet, outlet, volume = native.read_flows(rig.model, rows["userdata"], rig.chamber)
-    gauge = native.read_node(rig.model, rows["act"], rows["userdata"], rig.gauge).absolute_pressure
+def _columns(model: mujoco.MjModel, ids: native.CircuitIds, time: np.ndarray, rollout: Rollout) -> Rows:
+    rows, chamber, muscle = rollout.rows, ids.chambers[CHAMBER], ids.muscles[MUSCLE]
+    air = native.read_air(model, rows["act"], rows["userdata"], chamber)
+    own = native.read_own(model, rows["userdata"], muscle)
+    inlet, outlet, volume = native.read_flows(model, rows["userdata"], chamber)
+    gauge = native.read_node(model, rows["act"], rows["userdata"], ids.volumes.get(GAUGE, chamber))
     return {
         "time": time,
-        "pressure": gauge - AMBIENT_PRESSURE,
+        "pressure": gauge.absolute_pressure - AMBIENT_PRESSURE,
         "muscle_pressure": air.absolute_pressure - AMBIENT_PRESSURE,
         "contraction": own.contraction,
         "contraction_rate": own.rate,
-        "force": 0.0 - rows["actuator_force"][:, rig.muscle],
+        "force": 0.0 - rows["actuator_force"][:, muscle],
         "air_mass": np.array(air.mass),
         "volume": volume,
         "inflow": np.maximum(inlet, 0.0) + np.maximum(-outlet, 0.0),

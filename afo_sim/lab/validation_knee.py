@@ -6,7 +6,7 @@ that of Bolen, Elzein, Pang & Hunt, Actuators 2026.
 
 import functools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -80,9 +80,10 @@ def knee_tests() -> dict[str, KneeTest]:
     return found
 
 
-def contraction_on_path(test: KneeTest) -> np.ndarray:
-    """Contraction ratio that the path asks of the muscle without compliance [-]; stretched below zero."""
-    return 1.0 - _room(test) / test.muscle.nominal_length
+def posture(test: KneeTest, *, measured: bool = False) -> tuple[np.ndarray, np.ndarray]:
+    """Contraction ratio, stretched below zero, and arm without compliance: by the path, or as measured."""
+    length, arm = (test.length, test.moment_arm) if measured else (_room(test), path(test.angle)[1])
+    return 1.0 - length / test.muscle.nominal_length, arm
 
 
 def law_force(test: KneeTest, contraction: np.ndarray) -> np.ndarray:
@@ -93,14 +94,10 @@ def law_force(test: KneeTest, contraction: np.ndarray) -> np.ndarray:
     return np.maximum(signed - f620 * test.pressure / 620e3 * (1.0 - np.exp(-c2 * stretch**2)), 0.0)
 
 
-def rigid_torque(test: KneeTest) -> np.ndarray:
-    """Torque without compliance: contraction and arm are the path's [N·m]."""
-    return -law_force(test, contraction_on_path(test)) * path(test.angle)[1]
-
-
-def torque_as_measured(test: KneeTest) -> np.ndarray:
-    """Torque by the law from the measured length and the measured arm: no path, nothing fitted [N·m]."""
-    return -law_force(test, 1.0 - test.length / test.muscle.nominal_length) * test.moment_arm
+def rigid_torque(test: KneeTest, *, measured: bool = False) -> np.ndarray:
+    """Torque without compliance [N·m]: on the path; or as measured, nothing fitted."""
+    kappa, arm = posture(test, measured=measured)
+    return -law_force(test, kappa) * arm
 
 
 def torque(test: KneeTest, stiffness: float, offset: float = 0.0) -> np.ndarray:
@@ -130,9 +127,9 @@ def _muscle(nominal_length: float, length_620: float) -> Muscle:
     return muscle.with_values(total_length=nominal_length, end_length=0.0, laws=muscle.laws | {LAW: law_set})
 
 
-def fit(tests: Sequence[KneeTest], *, offset: bool = False) -> tuple[float, float]:
-    """The stiffness, and the offset where asked for, that fit tests best: least squares, every point
-    alike."""
+@functools.cache
+def fit(tests: tuple[KneeTest, ...], offset: bool = False) -> tuple[float, float]:
+    """The stiffness, and the offset where asked for, that fit tests best; every point alike."""
 
     def errors(x: np.ndarray) -> np.ndarray:
         stiffness, gives = START_STIFFNESS * math.exp(x[0]), START_OFFSET * x[1] if offset else 0.0
@@ -142,20 +139,15 @@ def fit(tests: Sequence[KneeTest], *, offset: bool = False) -> tuple[float, floa
     return START_STIFFNESS * math.exp(x[0]), START_OFFSET * float(x[1]) if offset else 0.0
 
 
-@functools.cache
-def _fitted(but: str, offset: bool) -> tuple[float, float]:
-    """The fit to all tests but one."""
-    return fit([test for name, test in knee_tests().items() if name != but], offset=offset)
-
-
 def of_test(told: Mapping[str, Any]) -> dict[str, Any]:
     """A test's torque: "rigid", "measured" (length, arm), or the others' "stiffness" (and "offset")."""
     test, how = knee_tests()[told["test"]], told["torque"]
     known: dict[str, Any] = {"count": len(test)}
     if how in ("rigid", "measured"):
-        found = (rigid_torque if how == "rigid" else torque_as_measured)(test)
+        found = rigid_torque(test, measured=how == "measured")
     else:
-        stiffness, offset = _fitted(test.name, "offset" in how)
+        others = tuple(each for each in knee_tests().values() if each is not test)
+        stiffness, offset = fit(others, "offset" in how)
         found = torque(test, stiffness, offset)
         known |= {"stiffness": 1e-3 * stiffness, "offset": 1e3 * offset}
     known |= {"errors": found - test.torque, "rms": rms(found - test.torque)}
@@ -167,9 +159,9 @@ def muscles(told: Mapping[str, Any]) -> np.ndarray:
     """Errors of all torques by a law, through the simulator's own muscle at rest [N·m]."""
     errors = []
     for test in knee_tests().values():
-        muscle = test.muscle.using(law=told["law"])
-        kappa, arm = contraction_on_path(test), path(test.angle)[1]
-        if told.get("measured"):
-            kappa, arm = 1.0 - test.length / muscle.nominal_length, test.moment_arm
+        muscle, (kappa, arm) = (
+            test.muscle.using(law=told["law"]),
+            posture(test, measured=told.get("measured", False)),
+        )
         errors.append(-muscle.force(test.pressure, contraction=kappa) * arm - test.torque)
     return np.concatenate(errors)

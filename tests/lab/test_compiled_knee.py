@@ -6,7 +6,7 @@ import pytest
 
 from afo_sim import native
 from afo_sim.lab import FEMUR_ANCHOR, FITTINGS, PIN, TIBIA_ANCHOR, KneeTest, knee_tests
-from afo_sim.lab.validation_knee import contraction_on_path, path, torque
+from afo_sim.lab.validation_knee import path, posture, torque
 
 SOFT = 12.9e3  # fitted to the measured torques [N/m]
 DEFAULT = 1e6  # of a muscle's cable [N/m]
@@ -18,7 +18,7 @@ DURATION, TIMESTEP = 10.0, 1e-3  # [s]
 def some(test: KneeTest, stiffness: float) -> list[int]:
     """Four of a test's points at which the muscle shortens and pulls."""
     tension = np.abs(torque(test, stiffness) / path(test.angle)[1])
-    good = np.flatnonzero((contraction_on_path(test) > 0.01) & (tension > 20.0))
+    good = np.flatnonzero((posture(test)[0] > 0.01) & (tension > 20.0))
     return [int(k) for k in good[np.linspace(0, len(good) - 1, 4).astype(int)]]
 
 

@@ -8,12 +8,11 @@ from scipy.optimize import brentq
 
 from afo_sim.lab import FITTINGS, KneeTest, knee_tests, paper_values, validation_knee
 from afo_sim.lab.validation_knee import (
-    contraction_on_path,
     law_force,
     path,
+    posture,
     rigid_torque,
     torque,
-    torque_as_measured,
 )
 from afo_sim.lab.validation_row import Row
 
@@ -85,7 +84,7 @@ def test_points_are_those_that_were_read() -> None:
 
 def test_force_is_the_printed_formula() -> None:
     for test in knee_tests().values():
-        kappa = contraction_on_path(test)
+        kappa = posture(test)[0]
         expected = [printed_force(test, k, p) for k, p in zip(kappa, test.pressure, strict=True)]
         assert law_force(test, kappa) == pytest.approx(np.maximum(expected, 0.0), rel=1e-12, abs=1e-9)
 
@@ -117,20 +116,20 @@ def test_no_muscle_is_stretched_behind_one_stiffness() -> None:
     """The fit does not hang on what a stretched muscle does."""
     for test in knee_tests().values():
         assert min(balanced(test, k, 12.9e3, 0.0) for k in range(len(test))) > 0.0
-    stretched = [int(np.sum(contraction_on_path(test) < 0.0)) for test in knee_tests().values()]
+    stretched = [int(np.sum(posture(test)[0] < 0.0)) for test in knee_tests().values()]
     assert sum(stretched) == 31
 
 
 def test_a_stiff_spring_is_rigid_and_a_long_path_pulls_no_more_than_the_law() -> None:
     for test in knee_tests().values():
-        shortened = contraction_on_path(test) > 0.01
+        shortened = posture(test)[0] > 0.01
         stiff = torque(test, 1e9)[shortened]
         assert stiff == pytest.approx(rigid_torque(test)[shortened], abs=2e-3)
         assert np.all(np.abs(torque(test, 12.9e3)) <= np.abs(rigid_torque(test)) + 1e-9)
 
 
 def test_one_stiffness_errs_as_computed_separately() -> None:
-    stiffness = validation_knee.fit([t for n, t in knee_tests().items() if n != "47"])[0]
+    stiffness = validation_knee.fit(tuple(t for n, t in knee_tests().items() if n != "47"))[0]
     for name, test in knee_tests().items():
         assert rms(torque(test, stiffness) - test.torque) == pytest.approx(ONE_STIFFNESS[name], abs=0.01)
     for kilo, expected in PROFILE.items():
@@ -140,14 +139,14 @@ def test_one_stiffness_errs_as_computed_separately() -> None:
 
 def test_leaving_one_test_out_hardly_moves_the_stiffness() -> None:
     for name, expected in LEFT_OUT.items():
-        stiffness, offset = validation_knee.fit([t for n, t in knee_tests().items() if n != name])
+        stiffness, offset = validation_knee.fit(tuple(t for n, t in knee_tests().items() if n != name))
         assert 1e-3 * stiffness == pytest.approx(expected, abs=0.05)
         assert offset == 0.0
 
 
 def test_offset_and_stiffness_are_not_told_apart() -> None:
     """Two pairs of numbers that differ by far predict alike."""
-    four = [t for n, t in knee_tests().items() if n != "47"]
+    four = tuple(t for n, t in knee_tests().items() if n != "47")
     stiffness, offset = validation_knee.fit(four, offset=True)
     assert 1e-3 * stiffness == pytest.approx(21.6, abs=0.05)
     assert 1e3 * offset == pytest.approx(7.5, abs=0.05)
@@ -159,7 +158,7 @@ def test_offset_and_stiffness_are_not_told_apart() -> None:
 
 def test_the_law_is_right_where_its_muscle_was_measured() -> None:
     for test in knee_tests().values():
-        assert rms(torque_as_measured(test) - test.torque) < 2.2
+        assert rms(rigid_torque(test, measured=True) - test.torque) < 2.2
         assert np.mean(test.moment_arm - path(test.angle)[1]) > 8e-3  # the bracket bends away from the pin
 
 
