@@ -42,7 +42,6 @@ from .stand_trial import Trial as Trial
 from .stand_trial import static as static
 from .stand_trial import static_load as static_load
 from .torque_data import Readings as Readings
-from .torque_device import Change as Change
 from .torque_device import paths as paths
 from .torque_device import statics as statics
 from .torque_fit import TorqueFit as TorqueFit

@@ -10,7 +10,7 @@ from scipy.optimize import OptimizeResult, least_squares
 from scipy.stats import qmc
 
 from afo_sim.common import EXAMPLES, InputError, unknown
-from afo_sim.lab.measured import Measured, level_starts
+from afo_sim.lab.measured import Measured, levels
 from afo_sim.lab.solution import FitParameter, FitProblem
 from afo_sim.physics import LAWS, Braid, Law, LawParameter, contractions, forces
 
@@ -169,17 +169,14 @@ def pose(
         wanted.append("end_length")
     chosen = tuple(dict.fromkeys(name for name in wanted if name not in given))
     settled = _settled(law, data, chosen, given)
-    searched = tuple(_searched(described(law)[name], data) for name in chosen)
-    problem = LawProblem(law, tuple(data), searched, settled, loss)
+    searched = []
+    for p in (described(law)[name] for name in chosen):  # ends are shorter than any muscle
+        upper = 0.8 * min(d.facts["total_length"] for d in data) if p.name == "end_length" else p.upper
+        usual, size = EXAMPLES[p.unit].partition(" ")[2] if p.unit else "", max(map(abs, p.start)) or 1.0
+        searched.append(FitParameter(p.name, p.unit, usual, p.lower, upper, *p.start, size))
+    problem = LawProblem(law, tuple(data), tuple(searched), settled, loss)
     _require_enough(problem)
     return problem
-
-
-def _searched(p: LawParameter, data: Data) -> FitParameter:
-    """A free parameter in a search, whose end length is less than the shortest muscle's own."""
-    upper = 0.8 * min(d.facts["total_length"] for d in data) if p.name == "end_length" else p.upper
-    usual = EXAMPLES[p.unit].partition(" ")[2] if p.unit else ""
-    return FitParameter(p.name, p.unit, usual, p.lower, upper, *p.start, max(map(abs, p.start)) or 1.0)
 
 
 def _require_sensible(law: Law, data: Data, free: Sequence[str], given: Values) -> None:
@@ -254,12 +251,10 @@ def _require_enough(problem: LawProblem) -> None:
 
 def pressure_levels(data: Data) -> list[np.ndarray]:
     """The pressure that each point was meant to be taken at: what a regulator and a sensor scatter is one."""
-    ordered = np.sort(np.concatenate([d.pressure for d in data]))
-    starts = level_starts(ordered, 2e4)
-    blocks = np.split(ordered, starts[1:])
-    means = np.array([round(float(block.mean()) * 1e-5, 3) for block in blocks])
-    edges = ordered[starts]
-    return [means[np.searchsorted(edges, d.pressure, side="right") - 1] for d in data]
+    every = np.concatenate([d.pressure for d in data])
+    level = levels(every, 2e4)
+    means = np.array([round(float(every[level == k].mean()) * 1e-5, 3) for k in np.unique(level)])
+    return np.split(means[level], np.cumsum([len(d) for d in data])[:-1])
 
 
 def predict(problem: LawProblem, values: Values, data: Measured) -> np.ndarray:

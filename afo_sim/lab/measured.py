@@ -82,13 +82,14 @@ class Measured:
         return f"{self.file.parent.name}/{self.file.stem}".removeprefix("/")
 
 
-def level_starts(ordered: np.ndarray, wide: float) -> np.ndarray:
-    """Where levels of rising pressures [Pa] begin; a sweep, with a level wider than `wide`, has five."""
+def levels(pressure: np.ndarray, wide: float) -> np.ndarray:
+    """The number of each pressure's level; a sweep, with a level wider than `wide` [Pa], has five."""
+    ordered = np.sort(pressure)
     span = float(np.ptp(ordered))
     starts = np.flatnonzero(np.diff(ordered, prepend=-np.inf) > max(0.02 * span, 5e3))
     if (len(starts) == 1 and span > wide) or len(starts) > MOST_LEVELS:
         starts = np.linspace(0, len(ordered), 5, endpoint=False).astype(int)
-    return starts
+    return np.searchsorted(np.unique(ordered[starts]), pressure, side="right") - 1
 
 
 def several(data: Any) -> list[Any]:
@@ -179,6 +180,9 @@ def columns_of(
             found[name] = np.array([cells[k] for _, cells in table.rows])
         else:
             found[name] = np.array([number(file, line, name, cells[k]) for line, cells in table.rows]) * scale
+        if name == "time" and len(late := np.flatnonzero(np.diff(found[name]) <= 0.0)):
+            line, at = table.rows[late[0] + 1][0], f"{found[name][late[0] + 1]:g} s"
+            raise InputError(f"line {line}: time does not increase", file=file, field=name, value=at)
         if name.startswith("absolute "):
             found[name] = found[name] - AMBIENT_PRESSURE
     for words, names in (needed or {}).items():

@@ -9,7 +9,6 @@ import numpy as np
 
 from afo_sim.common import (
     InputError,
-    Table,
     format_quantity,
     quantity_at,
     read_facts,
@@ -73,14 +72,6 @@ class Log:
     channels: tuple[Channel, ...]
     facts: dict[str, Any]
 
-    def channel(self, name: str) -> Channel:
-        """A channel by its title or by its column."""
-        for channel in self.channels:
-            if name == channel.title or (name,) == channel.columns:
-                return channel
-        titles = [channel.title for channel in self.channels]
-        raise unknown(name, titles, field="noise", problem="the log has no such channel")
-
 
 def read_log(data: Any, scenario: Scenario) -> Log:
     """A log, read against the scenario that it was taken of."""
@@ -98,8 +89,12 @@ def read_log(data: Any, scenario: Scenario) -> Log:
         raise InputError("lacks anything measured", file=file, field="header", value="time", allowed=EXAMPLE)
     if len(table.rows) < FEWEST:
         raise InputError(f"holds {len(table.rows)} samples", file=file, allowed=f"at least {FEWEST}")
-    _check_time(table, columns["time"], scenario)
-    return Log(file, columns["time"], tuple(channels), read_facts(table, TEXTS))
+    time, early = columns["time"], columns["time"][0] < 0.0
+    if early or time[-1] > scenario.duration:
+        cure = "cut what is before the timer's start" if early else "a longer duration"
+        value, allowed = f"{time[0] if early else time[-1]:g} s", f"0 s to {scenario.duration:g} s; {cure}"
+        raise InputError("is outside the scenario", file=file, field="time", value=value, allowed=allowed)
+    return Log(file, time, tuple(channels), read_facts(table, TEXTS))
 
 
 def _names(scenario: Scenario) -> Iterator[tuple[str, tuple[str, ...]]]:
@@ -122,20 +117,6 @@ def recorded_columns(scenario: Scenario) -> list[str]:
     return [name for name in formulas(build(scenario)) if name != "time" and not name.startswith("qpos/")]
 
 
-def _check_time(table: Table, time: np.ndarray, scenario: Scenario) -> None:
-    late = np.flatnonzero(np.diff(time) <= 0.0)
-    if len(late):
-        line, at = table.rows[late[0] + 1][0], f"{time[late[0] + 1]:g} s"
-        raise InputError(f"line {line}: time does not increase", file=table.file, field="time", value=at)
-    if time[0] < 0.0 or time[-1] > scenario.duration:
-        early = time[0] < 0.0
-        cure = "cut what is before the timer's start" if early else "a longer duration"
-        value, allowed = f"{time[0] if early else time[-1]:g} s", f"0 s to {scenario.duration:g} s; {cure}"
-        raise InputError(
-            "is outside the scenario", file=table.file, field="time", value=value, allowed=allowed
-        )
-
-
 def read_noise(log: Log, texts: dict[str, Any]) -> dict[str, float]:
     """The noise of each channel [SI], by title: as stated ({"angle": "0.5 deg"}), else estimated."""
     for channel in log.channels:
@@ -145,11 +126,13 @@ def read_noise(log: Log, texts: dict[str, Any]) -> dict[str, float]:
             raise InputError(problem, file=log.file, field=channel.title, allowed=allowed)
     noise = {channel.title: channel.noise(log.time) for channel in log.channels}
     for name, text in texts.items():
-        channel = log.channel(name)
-        deviation = quantity_at(f"noise.{name}", text, channel.si)
+        meant = next((c for c in log.channels if name == c.title or (name,) == c.columns), None)
+        if meant is None:
+            raise unknown(name, noise, field="noise", problem="the log has no such channel")
+        deviation = quantity_at(f"noise.{name}", text, meant.si)
         if deviation <= 0.0:
             raise InputError("is out of range", field=f"noise.{name}", value=text, allowed="more than 0")
-        noise[channel.title] = deviation
+        noise[meant.title] = deviation
     return noise
 
 

@@ -133,7 +133,7 @@ def _problems(problem: TorqueProblem) -> Iterator[tuple[str, TorqueProblem, str]
 
 
 def _reread(problem: TorqueProblem, change: Callable[[Readings], Readings]) -> TorqueProblem:
-    return replace(problem, groups=tuple(Group.of(change(g.readings), g.orthosis) for g in problem.groups))
+    return replace(problem, groups=tuple(Group(change(g.readings), g.orthosis) for g in problem.groups))
 
 
 def _held(problem: TorqueProblem) -> dict[str, set[float]]:

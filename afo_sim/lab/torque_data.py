@@ -173,10 +173,6 @@ def _still(file: pathlib.Path, columns: Columns, rates: tuple[float, float]) -> 
     if len(time) < FEWEST_SAMPLES:
         few = f"holds {len(time)} samples"
         raise InputError(few, file=file, field="time", allowed=f"a log of at least {FEWEST_SAMPLES}")
-    late = np.flatnonzero(np.diff(time) <= 0.0)
-    if len(late):
-        at = f"{time[late[0] + 1]:g} s"
-        raise InputError("does not increase", file=file, field="time", value=at)
     (angle, turning), (pressure, filling) = (_line(time, columns[name]) for name in ("angle", "pressure"))
     still = (np.abs(turning) <= rates[0]) & (np.abs(filling) <= rates[1])
     bounds = f"{np.degrees(rates[0]):.3g} deg/s and {rates[1] * 1e-5:.3g} bar/s"
@@ -255,11 +251,12 @@ def _settings(file: pathlib.Path, group: str, columns: Columns) -> Readings:
     order = np.argsort(first)  # of the settings, as they come in the file
     where = np.ravel(where)
     weight = np.bincount(where, columns["weight"])
-    means = {}
-    for name in ("angle", "pressure", "torque", *measured):
-        means[name] = (np.bincount(where, columns["weight"] * columns[name]) / weight)[order]
-    away = columns["torque"] - (np.bincount(where, columns["weight"] * columns["torque"]) / weight)[where]
-    scatter = (np.bincount(where, columns["weight"] * away**2) / weight)[order]
+
+    def mean(values: np.ndarray) -> np.ndarray:
+        return np.bincount(where, columns["weight"] * values) / weight
+
+    means = {name: mean(columns[name])[order] for name in ("angle", "pressure", "torque", *measured)}
+    scatter = mean((columns["torque"] - mean(columns["torque"])[where]) ** 2)[order]
     seen = np.isfinite(columns["cuff"])
     share = np.bincount(where[seen], minlength=len(order))
     with np.errstate(invalid="ignore"):  # where none was read

@@ -29,6 +29,7 @@ FINE = 501  # angles by which they are integrated
 HALVINGS = 50  # of the pull on the anchors, where several groups share them
 # Stiffness [N/m], or 0 and then force [N] and length [m] of one that stiffens.
 Anchor = tuple[float, float, float]
+Values = Mapping[str, float]  # of what a fit searches, by name [SI]
 Tension = Callable[[Sequence[Anchor], np.ndarray | float], np.ndarray]
 ANCHORS = ("cuff_stiffness", "plate_stiffness")  # of the joint's segments, in this order
 CABLE = {"series_stiffness": ("stiffness", "N/m"), "offset": ("offset", "m")}
@@ -44,23 +45,16 @@ class Path:
     count: int
 
 
-@dataclass(frozen=True)
-class Change:
-    """What a fit puts in place of an orthosis' own values, SI; None leaves them."""
-
-    series_stiffness: float | None = None
-    offset: float | None = None
-    cuff: float | None = None
-    plate: float | None = None
-    law: Mapping[str, float] | None = None
-
-
 def paths(
     orthosis: Orthosis, angle: np.ndarray, measured: Mapping[str, np.ndarray] | None = None
 ) -> list[Path]:
     """The paths of an orthosis' muscles, alike ones together."""
     found = []
-    guided, carried = _guided(orthosis, angle), _carried(orthosis, angle)
+    guided, carried = {}, _carried(orthosis, angle)
+    if any(group.path for group in orthosis.muscle.values()):  # over points or surfaces
+        known = paths_of(orthosis)
+        columns = zip(known.lengths(angle).T, known.moment_arms(angle).T, strict=True)
+        guided = dict(zip(known.tendons, columns, strict=True))
     for name, group in orthosis.muscle.items():
         if measured and name in measured:
             length, arm = measured[name]
@@ -74,15 +68,6 @@ def paths(
                 length, arm = guided[f"{name}_{k + 1}"] if group.path else _between(*own)
                 found.append(Path(name, length, arm, group.count if group.alike else 1))
     return found
-
-
-def _guided(orthosis: Orthosis, angle: np.ndarray) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """Length and moment arm of each muscle whose path has points or surfaces, by name."""
-    if not any(group.path for group in orthosis.muscle.values()):
-        return {}
-    known = paths_of(orthosis)
-    lengths, arms = known.lengths(angle), known.moment_arms(angle)
-    return {name: (lengths[:, k], arms[:, k]) for k, name in enumerate(known.tendons)}
 
 
 def _carried(orthosis: Orthosis, angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -121,14 +106,14 @@ def _between(
 
 
 def statics(
-    orthosis: Orthosis, geometry: Sequence[Path], chamber: str, pressure: np.ndarray, change: Change
+    orthosis: Orthosis, geometry: Sequence[Path], chamber: str, pressure: np.ndarray, fitted: Values
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Torque and pull on the anchors at rest."""
-    anchors = _anchors(orthosis, change)
+    """Torque and pull on the anchors at rest, with fitted values in place of the orthosis' own."""
+    anchors = _anchors(orthosis, fitted)
     pulling, torque, pull = [], np.zeros(len(pressure)), np.zeros(len(pressure))
     for path in geometry:
         tension, anchored = (
-            _of_path(orthosis, path, chamber, pressure, change),
+            _of_path(orthosis, path, chamber, pressure, fitted),
             orthosis.muscle[path.group].pulley is None,
         )
         alone = tension((), 0.0)
@@ -143,13 +128,13 @@ def statics(
     return torque, pull
 
 
-def _anchors(orthosis: Orthosis, change: Change) -> tuple[Anchor, ...]:
+def _anchors(orthosis: Orthosis, fitted: Values) -> tuple[Anchor, ...]:
     """The anchors that give: as described, or with the stiffness of a fit."""
     found: list[Anchor] = []
-    for segment, fitted in zip(orthosis.words.segments, (change.cuff, change.plate), strict=True):
+    for segment, name in zip(orthosis.words.segments, ANCHORS, strict=True):
         described: Mounting | None = orthosis.anchor.get(segment)
-        if fitted is not None:
-            found.append((fitted, 0.0, 0.0))
+        if name in fitted:
+            found.append((fitted[name], 0.0, 0.0))
         elif described is not None and described.stiffening is not None:
             found.append((0.0, described.stiffening.force, described.stiffening.length))
         elif described is not None and described.stiffness is not None:
@@ -157,18 +142,17 @@ def _anchors(orthosis: Orthosis, change: Change) -> tuple[Anchor, ...]:
     return tuple(found)
 
 
-def _of_path(orthosis: Orthosis, path: Path, chamber: str, pressure: np.ndarray, change: Change) -> Tension:
+def _of_path(orthosis: Orthosis, path: Path, chamber: str, pressure: np.ndarray, fitted: Values) -> Tension:
     """The tension of a path's muscle [N]: alone on anchors, or on ones that have given a length [m]."""
     group = orthosis.muscle[path.group]
     filled = (group.chamber or path.group) == chamber
-    law = dict(change.law or {}) if filled else {}
-    bare, cable, series = at_rest(group.type, law), group.cable.stiffness, group.series_length
-    if filled and change.series_stiffness is not None:
-        cable = change.series_stiffness
-    if filled and change.offset is not None:
-        series += change.offset - group.cable.offset
+    fitted = fitted if filled else {}
+    law = {name: value for name, value in fitted.items() if name not in (*CABLE, *ANCHORS)}
+    bare, cable = at_rest(group.type, law), fitted.get("series_stiffness", group.cable.stiffness)
+    more = fitted.get("offset", group.cable.offset) - group.cable.offset
+    left = group.series_length + more - path.length
     own, nominal = row(bare, cable, path.count), group.type.nominal_length
-    room, gauge = 1.0 + (series - path.length) / nominal, pressure if filled else np.zeros(len(pressure))
+    room, gauge = 1.0 + left / nominal, pressure if filled else np.zeros(len(pressure))
     return lambda anchors, given: tensions(room + given / nominal, gauge, on_anchors(own, anchors))
 
 

@@ -224,38 +224,29 @@ def fit_torque(
 
 def _held(hold_out: Any) -> tuple[tuple[str, ...], list[Any]]:
     """The kinds of parts to leave out, and further data to predict."""
-    given, kinds = several(hold_out), list[str]()
-    unseen = []
-    for each in given:
-        if each == "all":
-            kinds += KINDS
-        elif isinstance(each, str) and each in KINDS:
-            kinds.append(each)
-        elif isinstance(each, str) and each != "none" and not pathlib.Path(each).is_file():
+    given = several(hold_out)
+    kinds = [each for each in given if isinstance(each, str) and each in HOLD_OUT]
+    unseen = [each for each in given if not (isinstance(each, str) and each in HOLD_OUT)]
+    for each in unseen:
+        if isinstance(each, str) and not pathlib.Path(each).is_file():
             problem, near = "is neither something to leave out nor a file", nearest_name(each, HOLD_OUT)
             allowed = f"{', '.join(HOLD_OUT)}, or a CSV"
             raise InputError(problem, field="hold_out", value=each, allowed=allowed, nearest=near)
-        elif each != "none":
-            unseen.append(each)
-    if unseen and not kinds and "none" not in [e for e in given if isinstance(e, str)]:
-        kinds = list(KINDS)
-    return tuple(dict.fromkeys(kinds)), unseen
+    every = "all" in kinds or (unseen and not kinds)
+    return KINDS if every else tuple(dict.fromkeys(kind for kind in kinds if kind != "none")), unseen
 
 
 def _orthoses(orthosis: Any) -> dict[str, Orthosis]:
     """The orthosis of every group, under its name; under "" the one of all."""
     by_group = isinstance(orthosis, Mapping) and not ({"muscle", "range_of_motion"} & set(orthosis))
-    if not by_group:
-        return {"": _orthosis(orthosis)}
-    if not orthosis:
+    found = {}
+    for group, source in (orthosis if by_group else {"": orthosis}).items():
+        own: Orthosis = source if isinstance(source, Orthosis) else reader.load("orthosis", source)
+        if not own.muscle:
+            raise InputError("has no muscle", field="orthosis", value=own.name)
+        found[str(group)] = own
+    if not found:
         raise InputError("names no orthosis", field="orthosis")
-    return {str(group): _orthosis(each) for group, each in orthosis.items()}
-
-
-def _orthosis(source: Any) -> Orthosis:
-    found: Orthosis = source if isinstance(source, Orthosis) else reader.load("orthosis", source)
-    if not found.muscle:
-        raise InputError("has no muscle", field="orthosis", value=found.name)
     return found
 
 
@@ -292,7 +283,7 @@ def _groups(read: Torques, orthoses: Mapping[str, Orthosis], chamber: str) -> tu
             problem = "no orthosis is given for this group"
             raise unknown(name, orthoses, field="group", file=readings.file, problem=problem)
         orthosis = orthoses[name if name in orthoses else ""]
-        found.append(Group.of(on_muscles(readings, orthosis, chamber), orthosis))
+        found.append(Group(on_muscles(readings, orthosis, chamber), orthosis))
     return tuple(found)
 
 

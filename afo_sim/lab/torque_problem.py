@@ -1,5 +1,6 @@
 """A torque fit as it is posed: readings, the orthosis of each group, parameters, and its predictions."""
 
+import functools
 import itertools
 import re
 from collections.abc import Iterator, Mapping, Sequence
@@ -12,11 +13,11 @@ from scipy.optimize import OptimizeResult
 
 from afo_sim.common import EXAMPLES, InputError, Notice, unknown
 from afo_sim.description import Orthosis
-from afo_sim.lab.identifiability import rms
-from afo_sim.lab.measured import level_starts
+from afo_sim.lab.identifiability import memory, rms
+from afo_sim.lab.measured import levels
 from afo_sim.lab.solution import FitParameter, FitProblem
 from afo_sim.lab.torque_data import SAME_ANGLE, Readings
-from afo_sim.lab.torque_device import Change, Path, paths, statics
+from afo_sim.lab.torque_device import ANCHORS, Path, paths, statics
 from afo_sim.physics import LAWS
 
 STIFFEST = 1e7  # no cable of a device is stiffer [N/m]
@@ -78,21 +79,15 @@ def _of_law(orthoses: Sequence[Orthosis], chamber: str) -> dict[str, FitParamete
 
 @dataclass(frozen=True, eq=False)
 class Group:
-    """Readings that belong together, the orthosis that they were taken of, and its paths at their angles."""
+    """Readings that belong together, and the orthosis that they were taken of."""
 
     readings: Readings
     orthosis: Orthosis
-    geometry: tuple[Path, ...]
 
-    @classmethod
-    def of(cls, readings: Readings, orthosis: Orthosis) -> "Group":
-        """With the paths at the readings' angles, or as they were measured."""
-        return cls(readings, orthosis, tuple(paths(orthosis, readings.angle, readings.path)))
-
-    def take(self, keep: np.ndarray) -> "Group":
-        """Some of the readings."""
-        geometry = tuple(replace(p, length=p.length[keep], arm=p.arm[keep]) for p in self.geometry)
-        return Group(self.readings.take(keep), self.orthosis, geometry)
+    @functools.cached_property
+    def geometry(self) -> list[Path]:
+        """The paths at the readings' angles, or as they were measured."""
+        return paths(self.orthosis, self.readings.angle, self.readings.path)
 
     def __len__(self) -> int:
         return len(self.readings)
@@ -145,28 +140,26 @@ class TorqueProblem(FitProblem):
     def memory(self, best: OptimizeResult) -> float:
         """Correlation of the torque errors of neighbouring angles, within a group and a pressure [-]."""
         found = errors(self, self.values(best.x))["torque"]
-        level, angle, group = self.levels, self.column("angle"), self.of_group
-        order = np.lexsort((angle, level, group))
-        e, same = found[order], np.ones(max(len(order) - 1, 0), dtype=bool)
-        for key in (level, group):
-            same &= key[order][1:] == key[order][:-1]
-        square, pairs = float(np.sum(e**2)), int(same.sum())
-        if square == 0.0 or pairs < 5:
+        rising, curve = np.argsort(self.column("angle"), kind="stable"), self.of_curve
+        curves = [found[rising][curve[rising] == k] for k in np.unique(curve)]
+        if (pairs := len(found) - len(curves)) < 5:
             return 0.0
-        return min(max(float(np.sum((e[1:] * e[:-1])[same]) / pairs / (square / len(e))), 0.0), 0.95)
+        return min(max(memory(curves, float(np.sum(found**2))) * len(found) / pairs, 0.0), 0.95)
+
+    @property
+    def of_curve(self) -> np.ndarray:
+        """The number of each reading's curve over the angle, of one group at one pressure level."""
+        return np.unique([self.of_group, self.levels], axis=1, return_inverse=True)[1].ravel()
 
     @property
     def curves(self) -> float:
-        """Over the angle: each is one independent error at least."""
-        return float(len(set(zip(self.of_group.tolist(), self.levels.tolist(), strict=True))))
+        """Each is one independent error at least."""
+        return float(len(np.unique(self.of_curve)))
 
     @property
     def levels(self) -> np.ndarray:
         """The number of each reading's pressure level; pressures nearer than 2 % of their span are one."""
-        pressure = self.column("pressure")
-        ordered = np.sort(pressure)
-        edges = np.unique(ordered[level_starts(ordered, 1e5)])
-        return np.searchsorted(edges, pressure, side="right") - 1
+        return levels(self.column("pressure"), 1e5)
 
     @property
     def telling(self) -> int:
@@ -200,8 +193,9 @@ class TorqueProblem(FitProblem):
     def take(self, keep: np.ndarray) -> "TorqueProblem":
         """Some of the readings, over all groups end to end; groups without any are gone."""
         parts = np.split(keep, np.cumsum([len(g) for g in self.groups])[:-1])
-        kept = [g.take(k) for g, k in zip(self.groups, parts, strict=True) if k.any()]
-        return replace(self, groups=tuple(kept))
+        kept = [(group, some) for group, some in zip(self.groups, parts, strict=True) if some.any()]
+        groups = tuple(replace(group, readings=group.readings.take(some)) for group, some in kept)
+        return replace(self, groups=groups)
 
     def column(self, name: str) -> np.ndarray:
         """A column of the readings, all groups end to end."""
@@ -288,32 +282,25 @@ def predict(
     problem: TorqueProblem, values: Mapping[str, float], groups: Sequence[Group] | None = None
 ) -> dict[str, np.ndarray]:
     """Torque [N·m] and displacement of the cuff [m], all groups end to end."""
-    law = {p.name: values[p.name] for p in problem.free if p.of_law}
-    series, offset, cuff, plate = map({**problem.fixed, **values}.get, OWN)
-    change = Change(series, offset, cuff, plate, law)
+    values = {**problem.fixed, **values}
     found: dict[str, list[np.ndarray]] = {channel: [] for channel in CHANNELS}
     for group in problem.groups if groups is None else groups:
-        torque, pull = _statics(problem, group, group.readings.pressure, change)
+        known = group.orthosis, group.geometry, problem.chamber
+        torque, pull = statics(*known, group.readings.pressure, values)
         if problem.difference:
-            torque = torque - _statics(problem, group, np.zeros(len(group)), change)[0]
+            torque = torque - statics(*known, np.zeros(len(group)), values)[0]
         found["torque"].append(torque)
         described = group.orthosis.anchor.get(group.orthosis.words.segments[0])
         # none of a rigid cuff, or of one that stiffens
-        stiffness = change.cuff or (described.stiffness if described is not None else None)
+        stiffness = values.get(ANCHORS[0]) or (described.stiffness if described is not None else None)
         found["cuff"].append(pull / stiffness if stiffness else np.full(len(group), np.nan))
     return {channel: np.concatenate(parts) for channel, parts in found.items()}
 
 
-def _statics(
-    problem: TorqueProblem, group: Group, pressure: np.ndarray, change: Change
-) -> tuple[np.ndarray, np.ndarray]:
-    return statics(group.orthosis, group.geometry, problem.chamber, pressure, change)
-
-
 def require_possible(problem: TorqueProblem) -> None:
     """Refuse torques that the muscles cannot give at any compliance: of the wrong sign, or far too large."""
-    measured, rigid = problem.column("torque"), Change(np.inf, 0.0, np.inf, np.inf)
-    most = np.concatenate([_statics(problem, g, g.readings.pressure, rigid)[0] for g in problem.groups])
+    rigid = dict.fromkeys(("series_stiffness", *ANCHORS), np.inf) | {"offset": 0.0}
+    measured, most = problem.column("torque"), predict(replace(problem, difference=False), rigid)["torque"]
     file, orthosis = problem.groups[0].readings.file, problem.groups[0].orthosis
     largest, cuff = float(np.abs(measured).max()), problem.column("cuff")
 

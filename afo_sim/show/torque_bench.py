@@ -62,7 +62,7 @@ def _draw_torque(axis: Any, found: TorqueFit, group: Group, level: np.ndarray) -
         own = readings.take(level == k)
         pressure = float(own.pressure.mean())
         colour = _colour(pressure, found)
-        line = Group.of(_at(readings, grid, pressure), group.orthosis)
+        line = Group(_at(readings, grid, pressure), group.orthosis)
         fitted = predict(found.problem, found.parameters, [line])["torque"]
         stiff = predict(found.problem, found.parameters | rigid, [line])["torque"]
         axis.plot(np.degrees(grid), stiff, ":", color=colour, lw=1.0)

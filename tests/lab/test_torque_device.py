@@ -5,11 +5,12 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
+from devices import device
 from knee import knee_orthosis
 
 from afo_sim import native
 from afo_sim.description import Orthosis, reader
-from afo_sim.lab import Change, paths, statics
+from afo_sim.lab import paths, statics
 from afo_sim.lab import validation_knee as pin_knee
 from afo_sim.model import Built, muscle_names, sweep_ankle
 from afo_sim.model.build import build
@@ -73,7 +74,7 @@ def test_torque_is_the_simulated_one_at_rest(name: str, sets: dict[str, Any], ch
     of = built(name, sets)
     orthosis = of.scenario.orthosis
     for gauge in (0.0, 1e5, 3e5):
-        found, _ = statics(orthosis, paths(orthosis, ANGLES), chamber, np.full(7, gauge), Change())
+        found, _ = statics(orthosis, paths(orthosis, ANGLES), chamber, np.full(7, gauge), device())
         assert found == pytest.approx(simulated(of, chamber, gauge), abs=1e-8)
         assert gauge < 3e5 or np.abs(found).max() > 1.0
 
@@ -81,7 +82,7 @@ def test_torque_is_the_simulated_one_at_rest(name: str, sets: dict[str, Any], ch
 def test_a_pulleys_torque_is_tension_times_radius() -> None:
     orthosis: Orthosis = reader.load("orthosis", "arm_s1")
     angle = np.radians([-10.0, 0.0, 10.0])
-    found, pull = statics(orthosis, paths(orthosis, angle), "flexor", np.full(3, 3e5), Change(np.inf, 2e-3))
+    found, pull = statics(orthosis, paths(orthosis, angle), "flexor", np.full(3, 3e5), device(np.inf, 2e-3))
     group = orthosis.muscle["flexor"]
     assert group.pulley is not None
     length, radius = group.type.nominal_length, group.pulley.radius
@@ -101,7 +102,7 @@ def test_the_pin_knees_torque_is_its_own_roots(name: str, stiffness: float, offs
     length, arm = pin_knee.path(test.angle)
     assert path.length == pytest.approx(length, abs=1e-12)
     assert path.arm == pytest.approx(arm, abs=1e-12)
-    found, _ = statics(orthosis, geometry, "flexor", test.pressure, Change(stiffness, offset))
+    found, _ = statics(orthosis, geometry, "flexor", test.pressure, device(stiffness, offset))
     assert -found == pytest.approx(pin_knee.torque(test, stiffness, offset), abs=1e-6)
 
 
@@ -110,7 +111,7 @@ def test_a_change_of_the_law_is_the_muscles_own() -> None:
     orthosis = knee_orthosis(test)
     other = reader.with_keys(orthosis, {"muscle.flexor.type.laws.bolen_2026.contraction_620": 0.2})
     geometry = paths(orthosis, -test.angle)
-    found = statics(orthosis, geometry, "flexor", test.pressure, Change(law={"contraction_620": 0.2}))[0]
-    expected = statics(other, geometry, "flexor", test.pressure, Change())[0]
+    found = statics(orthosis, geometry, "flexor", test.pressure, device(contraction_620=0.2))[0]
+    expected = statics(other, geometry, "flexor", test.pressure, device())[0]
     assert found == pytest.approx(expected, rel=1e-12)
-    assert np.abs(found - statics(orthosis, geometry, "flexor", test.pressure, Change())[0]).max() > 0.1
+    assert np.abs(found - statics(orthosis, geometry, "flexor", test.pressure, device())[0]).max() > 0.1

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from campaign import nightly, size
+from devices import device
 from knee import knee_data, knee_orthosis
 from scipy.stats import binomtest, chi2
 from scipy.stats import t as student
@@ -14,18 +15,18 @@ from scipy.stats import t as student
 import afo_sim
 from afo_sim.common import InputError
 from afo_sim.description import reader
-from afo_sim.lab import Change, TorqueFit, fit_torque, paths, statics
+from afo_sim.lab import TorqueFit, fit_torque, paths, statics
 from afo_sim.lab.torque_report import tables
 
 STIFFNESS, OFFSET = 20e3, 4e-3
 ANGLE = np.tile(np.radians(np.linspace(-25.0, 15.0, 9)), 3)
 GAUGE = np.repeat([2e5, 3e5, 4e5], 9)
 TRIALS = size(16, 60)
-DEVICE = Change(STIFFNESS, OFFSET)
+DEVICE = device(STIFFNESS, OFFSET)
 KNEE = nightly("fits of all of its tests take 24 s")
 
 
-def torques(change: Change, name: str = "arm_s1", chamber: str = "flexor") -> np.ndarray:
+def torques(change: dict[str, float], name: str = "arm_s1", chamber: str = "flexor") -> np.ndarray:
     orthosis = reader.load("orthosis", name)
     return statics(orthosis, paths(orthosis, ANGLE), chamber, GAUGE, change)[0]
 
@@ -34,7 +35,7 @@ def data_of(torque: np.ndarray, **more: Any) -> dict[str, Any]:
     return {"angle [rad]": ANGLE, "pressure [Pa]": GAUGE, "torque [N*m]": torque, **more}
 
 
-def planted(noise: float, seed: int, change: Change = DEVICE) -> dict[str, Any]:
+def planted(noise: float, seed: int, change: dict[str, float] = DEVICE) -> dict[str, Any]:
     exact = torques(change)
     return data_of(exact + np.random.default_rng(seed).normal(0.0, noise, len(exact)))
 
@@ -111,7 +112,7 @@ def test_a_fit_by_the_library_tells_everything_of_a_told_device() -> None:
 def test_an_offset_that_is_not_there_is_bounded_and_the_stiffness_told() -> None:
     """A bound near zero is told even though nothing needs an offset."""
     for seed in range(size(2, 6)):
-        found = fit_torque(planted(0.1, seed, Change(STIFFNESS, 0.0)), "arm_s1", chamber="flexor")
+        found = fit_torque(planted(0.1, seed, device(STIFFNESS, 0.0)), "arm_s1", chamber="flexor")
         interval = found.intervals["series_stiffness"]
         assert interval is not None and interval[0] < STIFFNESS < interval[1]
         offset = found.intervals["offset"]
@@ -125,7 +126,7 @@ def test_a_parameter_of_the_law_comes_back_beside_the_stiffness() -> None:
     orthosis = reader.load("orthosis", "arm_s1")
     law = orthosis.muscle["flexor"].type.law_set.parameters
     name = next(iter(law))
-    change = Change(STIFFNESS, 0.0, law={name: 1.15 * law[name]})
+    change = device(STIFFNESS, 0.0, **{name: 1.15 * law[name]})
     found = fit_torque(
         planted(0.01, 3, change), "arm_s1", ("series_stiffness", name), chamber="flexor", hold_out="none"
     )
@@ -136,7 +137,7 @@ def test_a_parameter_of_the_law_comes_back_beside_the_stiffness() -> None:
 def test_a_cuffs_displacement_tells_its_stiffness() -> None:
     orthosis, rng = reader.load("orthosis", "s1"), np.random.default_rng(5)
     torque, pull = statics(
-        orthosis, paths(orthosis, ANGLE), "dorsiflexor", GAUGE, Change(offset=2e-3, cuff=6e3)
+        orthosis, paths(orthosis, ANGLE), "dorsiflexor", GAUGE, device(offset=2e-3, cuff_stiffness=6e3)
     )
     data = data_of(torque + rng.normal(0.0, 0.05, 27))
     data["cuff [mm]"] = 1e3 * pull / 6e3 + rng.normal(0.0, 0.3, 27)
@@ -151,7 +152,7 @@ def test_a_cuffs_displacement_tells_its_stiffness() -> None:
 
 def test_torque_alone_does_not_tell_a_cuff_from_cables() -> None:
     """Three muscles on one cuff: F/k + 3 F/k_cuff is all that can be seen."""
-    torque = torques(Change(series_stiffness=30e3, cuff=6e3), "s1_short_links", "dorsiflexor")
+    torque = torques(device(series_stiffness=30e3, cuff_stiffness=6e3), "s1_short_links", "dorsiflexor")
     noise = np.random.default_rng(0).normal(0.0, 0.02, 27)
     names = ("series_stiffness", "cuff_stiffness")
     found = fit_torque(data_of(torque + noise), "s1_short_links", names, hold_out="none")
@@ -162,7 +163,7 @@ def test_torque_alone_does_not_tell_a_cuff_from_cables() -> None:
 @pytest.mark.parametrize(("cuff", "said"), [(16e3, True), (3e3, False)])
 def test_a_held_cuff_that_is_too_soft_is_told(cuff: float, said: bool) -> None:
     """S1's cuff is described with 4 kN/m; the planted one is stiffer, or softer, and is not asked for."""
-    torque = torques(Change(cuff=cuff), "s1_short_links", "dorsiflexor")
+    torque = torques(device(cuff_stiffness=cuff), "s1_short_links", "dorsiflexor")
     found = fit_torque(data_of(torque), "s1_short_links", hold_out="none")
     assert any("try --fit cuff_stiffness" in warning for warning in found.warnings) is said
     assert not any(
@@ -173,7 +174,7 @@ def test_a_held_cuff_that_is_too_soft_is_told(cuff: float, said: bool) -> None:
 def test_a_difference_to_the_unpressurised_takes_a_taut_strap_and_the_limb_away() -> None:
     """Links so short that the muscle pulls without air, on a limb whose own torque is any curve."""
     orthosis = reader.load("orthosis", "s1_short_links")
-    change, geometry = Change(series_stiffness=15e3, offset=1e-3), paths(orthosis, ANGLE)
+    change, geometry = device(series_stiffness=15e3, offset=1e-3), paths(orthosis, ANGLE)
     limb = 3.0 * np.sin(2.0 * ANGLE) - 1.0
     filled, empty = (statics(orthosis, geometry, "dorsiflexor", p, change)[0] for p in (GAUGE, 0.0 * GAUGE))
     assert np.abs(empty).max() > 1.0
@@ -250,7 +251,7 @@ def test_the_chance_that_small_groups_agree_is_that_of_their_standard_errors() -
     """Cochran's test by hand, from fits of each group alone: few readings have wide t quantiles."""
     groups = {}
     for name, seed in (("a", 1), ("b", 2), ("c", 3)):
-        data = planted(0.3, seed, Change(20e3, 0.0))
+        data = planted(0.3, seed, device(20e3, 0.0))
         groups[name] = {title: values[::5] for title, values in data.items()}
     joint = {title: np.concatenate([part[title] for part in groups.values()]) for title in groups["a"]}
     count = len(groups["a"]["torque [N*m]"])
@@ -270,7 +271,7 @@ def test_the_chance_that_small_groups_agree_is_that_of_their_standard_errors() -
 
 def test_a_groups_contradiction_widens_the_interval() -> None:
     """Two devices, one with twice the stiffness, given as one."""
-    parts = [planted(0.02, seed, Change(k, 0.0)) for seed, k in enumerate((10e3, 20e3, 40e3))]
+    parts = [planted(0.02, seed, device(k, 0.0)) for seed, k in enumerate((10e3, 20e3, 40e3))]
     data = {title: np.concatenate([part[title] for part in parts]) for title in parts[0]}
     data["group"] = np.repeat(["a", "b", "c"], len(ANGLE))
     found = fit_torque(data, "arm_s1", ("series_stiffness",), chamber="flexor", hold_out="none")
@@ -282,7 +283,7 @@ def test_a_groups_contradiction_widens_the_interval() -> None:
 def test_the_written_orthosis_runs(tmp_path: pathlib.Path) -> None:
     from afo_sim.lab import torque_report
 
-    torque = torques(Change(offset=3e-3), "s1", "dorsiflexor")
+    torque = torques(device(offset=3e-3), "s1", "dorsiflexor")
     found = fit_torque(data_of(torque), "s1", ("offset",), hold_out="none")
     torque_report.write(found, tmp_path, tmp_path)
     run = afo_sim.run("seated", {"orthosis": str(tmp_path), "duration": "0.2 s"})
@@ -299,8 +300,8 @@ WEAK = data_of(np.linspace(1.0, 9.0, len(ANGLE)))
 @pytest.mark.parametrize(
     ("data", "options", "says"),
     [
-        (data_of(3.0 * torques(Change())), {}, "is 3 times what the muscles give"),
-        (data_of(-torques(Change())), {}, "wrong sign"),
+        (data_of(3.0 * torques(device())), {}, "is 3 times what the muscles give"),
+        (data_of(-torques(device())), {}, "wrong sign"),
         (data_of(0.0 * ANGLE), {}, "zero at every reading"),
         (WEAK, {"fit": ("series_stifness",)}, "did you mean 'series_stiffness'"),
         (WEAK, {"fit": ("offset", "offset")}, "stands there twice"),

@@ -8,12 +8,13 @@ from typing import Any
 import numpy as np
 import pytest
 from campaign import size
+from devices import device
 from knee import knee_data, knee_orthosis
 from scipy.stats import f
 
 from afo_sim.common import with_code
 from afo_sim.description import Orthosis, reader
-from afo_sim.lab import Change, TorqueFit, fit_torque, knee_tests, paths, statics, torque_report
+from afo_sim.lab import TorqueFit, fit_torque, knee_tests, paths, statics, torque_report
 
 PLANTED = 20e3
 ANGLE = np.tile(np.radians(np.linspace(-25.0, 15.0, 9)), 3)
@@ -33,7 +34,7 @@ def by(law: str, *others: str) -> Orthosis:
 
 def readings(law: str, noise: float, seed: int, gauge: np.ndarray = GAUGE) -> dict[str, np.ndarray]:
     orthosis = by(law)
-    torque = statics(orthosis, paths(orthosis, ANGLE), "flexor", gauge, Change(PLANTED, 4e-3))[0]
+    torque = statics(orthosis, paths(orthosis, ANGLE), "flexor", gauge, device(PLANTED, 4e-3))[0]
     scatter = np.random.default_rng(seed).normal(0.0, noise, len(torque))
     return {"angle [rad]": ANGLE, "pressure [Pa]": gauge, "torque [N*m]": torque + scatter}
 

@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 from campaign import size
 from command import call
+from devices import device
 from knee import knee_data, knee_orthosis
 from matplotlib.figure import Figure
 
 from afo_sim.description import reader, toml_text
-from afo_sim.lab import Change, fit_torque, knee_tests, paths, statics
+from afo_sim.lab import fit_torque, knee_tests, paths, statics
 from afo_sim.show import write_torque_figure
 
 NAMES = {"fit_torque.json", "fit_torque.png", "fit_torque.pdf", "orthosis.toml"}
@@ -24,7 +25,7 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> pathlib.Path:
     """S1's torques with 3 mm of offset and links of 30 kN/m on a known cuff, as a CSV."""
     orthosis = reader.load("orthosis", "s1")
     torque, _ = statics(
-        orthosis, paths(orthosis, np.radians(ANGLE)), "dorsiflexor", 1e5 * BAR, Change(30e3, 3e-3)
+        orthosis, paths(orthosis, np.radians(ANGLE)), "dorsiflexor", 1e5 * BAR, device(30e3, 3e-3)
     )
     file = tmp_path_factory.mktemp("bench") / "bench.csv"
     rows = [f"{a},{p},{m:.5f}" for a, p, m in zip(ANGLE, BAR, torque, strict=True)]
