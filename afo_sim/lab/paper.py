@@ -9,7 +9,6 @@ Each file of `models/papers` is a paper. A `row` is a system, formula, table, ex
 
 import functools
 from collections import Counter
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -144,19 +143,16 @@ def _claim(told: dict[str, Any]) -> Claim:
 
 def markdown(of: Paper) -> str:
     """The page of a paper, as the command prints it and the documentation shows it."""
-    return "\n".join(_lines(of)) + "\n"
-
-
-def _lines(of: Paper) -> Iterator[str]:
-    yield f"{of.title}. {of.source}."
-    yield from ("", of.reading, "", f"Outcomes of {len(of.claims)} rows: {of.verdict}. {OUTCOMES}")
+    lines = [f"{of.title}. {of.source}.", "", of.reading, ""]
+    lines.append(f"Outcomes of {len(of.claims)} rows: {of.verdict}. {OUTCOMES}")
     for kind, title in KINDS.items():
         if claims := of.of(kind):
-            yield from ("", f"## {title}", "")
+            lines += ["", f"## {title}", ""]
         for claim in claims:
-            yield f"- **{claim.number} · {claim.place}: {claim.outcome}.** {claim.says}."
+            lines.append(f"- **{claim.number} · {claim.place}: {claim.outcome}.** {claim.says}.")
             numbers = "; ".join(claim.numbers)
             if text := " ".join(f"{part}." for part in (numbers, claim.why) if part):
-                yield f"  {text}"
+                lines.append(f"  {text}")
             if claim.command:
-                yield f"  `{claim.command}`"
+                lines.append(f"  `{claim.command}`")
+    return "\n".join(lines) + "\n"

@@ -16,7 +16,7 @@ from scipy.optimize import OptimizeResult
 from afo_sim.common import InputError, Notice, Shown, SimulationError
 from afo_sim.description import Scenario, load
 from afo_sim.lab.identifiability import Believed, memory, refused, rms, unidentified
-from afo_sim.lab.run_problem import HELD_OUT, RunProblem, Values, differences, pose, run_at, sets_of
+from afo_sim.lab.run_problem import HELD_OUT, RunProblem, differences, pose, run_at, sets_of
 from afo_sim.lab.solution import FitParameter, FitProblem, Progress, believed, verdict
 from afo_sim.simulation import Recording
 
@@ -42,7 +42,6 @@ CLEAR, LONGEST = 10.0, 5.0  # in units of the noise, how far the last difference
 ROUGH = 0.3  # where they differ by more than this share from shorter ones, a run changes by jumps
 SETTLED = 0.1  # share of what noise alone would explain that a further step may still explain
 MOST_RUNS = 40  # beside those of the finite differences
-Differences = Mapping[str, np.ndarray]
 
 
 @dataclass(frozen=True)
@@ -56,6 +55,14 @@ class Errors:
     samples_held_out: int = 0  # the following are of the part held out
     before_held_out: float | None = None
     held_out: float | None = None  # with the values fitted to the rest
+
+    @classmethod
+    def of(
+        cls, noise: float, first: np.ndarray, last: np.ndarray, unseen: np.ndarray | None, rest: np.ndarray
+    ) -> "Errors":
+        """From differences over the log; the `unseen` are of a fit without the `rest`."""
+        parts = () if unseen is None else (int(rest.sum()), rms(first[rest]), rms(unseen[rest]))
+        return cls(noise, len(first), rms(first), rms(last), *parts)
 
     @property
     def chi_squared(self) -> float:
@@ -100,8 +107,9 @@ class FitRun(Believed, Shown):
         """Each channel's errors [SI]."""
         problem = self.problem
         first, last = differences(problem, {}, self.before), differences(problem, self.values, self.after)
-        unseen = None if self.forecast is None else differences(problem, *self.forecast)
-        return channel_errors(problem.noise, first, last, unseen, ~problem.seen)
+        unseen = {} if self.forecast is None else differences(problem, *self.forecast)
+        noise, rest = problem.noise, ~problem.seen
+        return {t: Errors.of(noise[t], first[t], last[t], unseen.get(t), rest) for t in first}
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -288,20 +296,6 @@ class RunSearch(FitProblem):
         step = np.linalg.lstsq(jacobian, best.fun, rcond=1e-10)[0]
         explained = float(np.sum((jacobian @ step) ** 2))
         return explained <= SETTLED * int(away.sum()) * float(np.mean(best.fun**2))
-
-
-def channel_errors(
-    noise: Values, first: Differences, last: Differences, unseen: Differences | None, rest: np.ndarray
-) -> dict[str, Errors]:
-    """Each channel's errors."""
-    found = {}
-    for title in first:
-        whole = (noise[title], len(first[title]), rms(first[title]), rms(last[title]))
-        parts: tuple[Any, ...] = ()
-        if unseen is not None:
-            parts = int(rest.sum()), rms(first[title][rest]), rms(unseen[title][rest])
-        found[title] = Errors(*whole, *parts)
-    return found
 
 
 def doubts(errors: Mapping[str, Errors], columns: Mapping[str, str]) -> Iterator[Notice]:

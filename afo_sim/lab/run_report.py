@@ -15,19 +15,12 @@ def write(fit: FitRun, folder: pathlib.Path) -> None:
     """Write fit_run.json and, if a search has settled, scenario.toml."""
     write_json(folder / NUMBERS, _as_json(fit), "run fit")
     if fit.values and fit.converged:
-        write_sealed(folder / SCENARIO, scenario_toml(fit, folder), "scenario", folder)
+        comments = [f"# Fitted to {fit.problem.log.file.name}; what it does not say is as it was before."]
+        for p in (p for p in fit.problem.free if not p.keys):
+            comments.append(f"# {p.name} = {fit.value_text(p)}, of the log: {fit.belief(p)}")
+        text = "\n".join([*comments, toml_text(portable(fit.scenario.resolved(), folder))])
+        write_sealed(folder / SCENARIO, text, "scenario", folder)
         reader.load("scenario", folder / SCENARIO)  # it must be one
-
-
-def scenario_toml(fit: FitRun, folder: pathlib.Path) -> str:
-    """The fitted scenario as it stands in a folder; what belongs to the log as a comment."""
-    comments = [f"# Fitted to {fit.problem.log.file.name}; what it does not say is as it was before."]
-    for parameter in fit.problem.free:
-        if not parameter.keys:
-            value, belief = fit.value_text(parameter), fit.belief(parameter)
-            comments.append(f"# {parameter.name} = {value}, of the log: {belief}")
-    scenario = portable(fit.scenario.resolved(), folder)
-    return "\n".join(comments) + "\n" + toml_text(scenario)
 
 
 def _as_json(fit: FitRun) -> dict[str, Any]:

@@ -62,6 +62,12 @@ class FitProblem:
     inside = 0.0  # share of it by which a search begins off its bounds
     least_size = 1.0  # of a coordinate, which half its interval is held against
     counted = "independent errors"
+    residuals: Callable[[np.ndarray], np.ndarray]  # what the search makes small
+    # what is left out, and predicted from the rest: some of the data; which are left out together, by a name
+    # for people, or none; errors [SI], weights, and mean squares within them
+    take: Callable[[np.ndarray], Self]
+    parts: Callable[[str], dict[str, np.ndarray]]
+    missed: Callable[[Mapping[str, float]], tuple[np.ndarray, np.ndarray, np.ndarray]]
 
     @property
     def options(self) -> Mapping[str, Any]:
@@ -90,10 +96,6 @@ class FitProblem:
     def at(self, values: Mapping[str, float]) -> np.ndarray:
         """The coordinates of values [SI]."""
         return np.array([p.coordinate(values[p.name]) for p in self.free])
-
-    def residuals(self, x: np.ndarray) -> np.ndarray:
-        """What the search makes small."""
-        raise NotImplementedError
 
     def search(self, x: np.ndarray) -> OptimizeResult:
         """Where a search from `x` ends."""
@@ -132,23 +134,9 @@ class FitProblem:
         """Whether a search came to its end."""
         return bool(best.status > 0)
 
-    # what is left out, and predicted from the rest
-
-    def take(self, keep: np.ndarray) -> Self:
-        """Some of the data."""
-        raise NotImplementedError
-
-    def parts(self, kind: str) -> dict[str, np.ndarray]:
-        """Which data are left out together, by a name for people; none where that cannot be done."""
-        raise NotImplementedError
-
     @property
     def telling(self) -> int:
         """The number of data that tell something."""
-        raise NotImplementedError
-
-    def missed(self, values: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Errors [SI] of the data, their weights, and mean squares within them."""
         raise NotImplementedError
 
 

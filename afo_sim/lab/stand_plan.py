@@ -288,7 +288,12 @@ def _until_slack(muscle: Muscle, pressure: float) -> float:
 
 def _slow(muscle: Muscle, pressure: float, way: float) -> float:
     """Time in which dampers add at most `LOSS` of the strength over a contraction of `way` [s]."""
-    mean = _damping(muscle, pressure) * way / (LOSS * force_at(muscle, 0.0, pressure))
+    largest = muscle.damping * (pressure + AMBIENT_PRESSURE)  # dF/dκ̇ [N·s]
+    if muscle.damper is not None:
+        above = muscle.damper.relaxing_above or muscle.damper.relaxing
+        lines = (muscle.damper.contracting, muscle.damper.relaxing, above)
+        largest += muscle.nominal_length * max(b0 + b1 * pressure for b0, b1 in lines)
+    mean = largest * way / (LOSS * force_at(muscle, 0.0, pressure))
     return float(math.ceil(max(mean, SHORTEST_SWEEP)))
 
 
@@ -374,16 +379,6 @@ def hanging(muscle: Muscle, load: float, pressure: float, spring: float = 0.0) -
 def _lifting(muscle: Muscle, load: float, contraction: float, highest: float) -> float:
     """Lowest gauge pressure, up to `highest` [Pa], that carries a load [N] at a contraction [-]."""
     return _crossing(lambda p: load - force_at(muscle, contraction, p), 0.0, highest)
-
-
-def _damping(muscle: Muscle, pressure: float) -> float:
-    """Largest dF/dκ̇ of a muscle's dampers at a gauge pressure [N·s]."""
-    total = muscle.damping * (pressure + AMBIENT_PRESSURE)
-    if muscle.damper is not None:
-        above = muscle.damper.relaxing_above or muscle.damper.relaxing
-        lines = (muscle.damper.contracting, muscle.damper.relaxing, above)
-        total += muscle.nominal_length * max(b0 + b1 * pressure for b0, b1 in lines)
-    return total
 
 
 def _crossing(falling: Callable[[float], float], low: float, high: float) -> float:

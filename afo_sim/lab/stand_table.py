@@ -135,15 +135,12 @@ def _labels(trial: Trial, curve: int) -> list[str]:
 
 def write_csv(trials: Sequence[Trial], path: pathlib.Path) -> None:
     """Write one row per sample, SI, with the units in the titles; whole or not at all."""
-    table = table_of(trials)
     units = titles({name: unit for name, (unit, _) in COLUMNS.items()}).values()
-    texts = [table[name] for name in LABELS]
-    numbers = [table[name] for name in COLUMNS]
     with replacing(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file)
         writer.writerow([*LABELS, *units])
-        for words, values in zip(zip(*texts, strict=True), zip(*numbers, strict=True), strict=True):
-            writer.writerow([*words, *(f"{value:.9g}" for value in values)])
+        for row in zip(*table_of(trials).values(), strict=True):
+            writer.writerow([cell if isinstance(cell, str) else f"{cell:.9g}" for cell in row])
 
 
 def write_parquet(trials: Sequence[Trial], path: pathlib.Path) -> None:

@@ -82,7 +82,8 @@ def brief(row: Row, first: Row) -> str:
     alike = row is not first and len(words) == len(others) and len(differ) < 3
     quantity = " ".join(differ if alike else words).strip(",")
     theirs = f"{published(row)} → " if row.published is not None or row.expected else ""
-    numbers = _error(row)
+    small = row.tolerance is not None and abs(row.error or 0.0) < 0.01 * row.tolerance
+    numbers = "" if row.error is None else "0" if small else f"{row.error:.3g}"
     if row.simulated is not None:
         digits = 3 if row.error is None and abs(row.simulated) < 1e3 else 4
         numbers = theirs + ("0" if abs(row.simulated) < EXACT else f"{row.simulated:.{digits}g}")
@@ -101,10 +102,3 @@ def published(row: Row) -> str:
     if row.expected is not None:
         parts.append(f"({row.expected:.4g})")
     return " ".join(parts)
-
-
-def _error(row: Row) -> str:
-    if row.error is None:
-        return ""
-    small = row.tolerance is not None and abs(row.error) < 0.01 * row.tolerance
-    return "0" if small else f"{row.error:.3g}"

@@ -15,7 +15,7 @@ import afo_sim
 from afo_sim.common import InputError, assets
 from afo_sim.description import load
 from afo_sim.lab import FitRun, differences, fit_run
-from afo_sim.lab.run_fit import channel_errors, doubts
+from afo_sim.lab.run_fit import Errors, doubts
 from afo_sim.lab.run_problem import find_parameters, pose, run_at
 from afo_sim.lab.run_report import remarks, write
 from afo_sim.show import write_log_figure
@@ -258,14 +258,18 @@ def test_channels_are_judged_one_by_one() -> None:
         "pressure flexor": "chamber/flexor/pressure",
         "force flexor": "muscle/flexor_1/force",
     }
-    pressure, force = doubts(channel_errors(noise, good, last, unseen, rest), columns)
+
+    def errors(last: dict[str, Any], unseen: dict[str, Any]) -> dict[str, Errors]:
+        return {t: Errors.of(noise[t], good[t], last[t], unseen[t], rest) for t in noise}
+
+    pressure, force = doubts(errors(last, unseen), columns)
     assert pressure.startswith("pressure flexor: its errors are 6.")
     assert "held out" in pressure
     assert "after the fit" not in pressure
     assert "a leak" in pressure
     assert force.startswith("force flexor: its errors are 2")
     assert "the muscle's law" in force
-    assert not list(doubts(channel_errors(noise, good, good, good, rest), columns))
+    assert not list(doubts(errors(good, good), columns))
 
 
 def test_fitted_scenario_runs_where_its_folder_was_moved(found: FitRun, tmp_path: pathlib.Path) -> None:
