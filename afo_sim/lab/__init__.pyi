@@ -26,7 +26,6 @@ from .run_fit import FitRun as FitRun
 from .run_fit import fit_run as fit_run
 from .run_problem import Channel as Channel
 from .run_problem import differences as differences
-from .run_report import SCENARIO as SCENARIO
 from .stand import Stand as Stand
 from .stand_table import SET as SET
 from .stand_table import Comparison as Comparison
@@ -34,7 +33,6 @@ from .stand_table import printed as printed
 from .stand_table import set_point_text as set_point_text
 from .stand_table import write_csv as write_csv
 from .stand_table import write_parquet as write_parquet
-from .stand_table import write_summary as write_summary
 from .stand_trial import AXES as AXES
 from .stand_trial import COLUMNS as COLUMNS
 from .stand_trial import FURTHER as FURTHER
@@ -47,8 +45,6 @@ from .torque_device import statics as statics
 from .torque_fit import TorqueFit as TorqueFit
 from .torque_fit import fit_torque as fit_torque
 from .torque_problem import Group as Group
-from .torque_report import FILES as FILES
-from .torque_report import folders as folders
 from .torque_solution import Profile as Profile
 from .torque_solution import profile as profile
 from .validation import summary as summary

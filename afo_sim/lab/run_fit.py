@@ -158,7 +158,7 @@ def fit_run(
     ----------
     scenario : a shipped name, a path, or a description
     log : path to a CSV, {title with unit: array}, or a pandas DataFrame of such titles
-    names : parameters, of `run_parameter.KINDS`; without any the log is only laid over the run
+    names : parameters, of `run_problem.KINDS`; without any the log is only laid over the run
     sets : dotted keys and values laid over the scenario
     noise : by channel, for example {"angle": "0.5 deg"}; estimated from the log by default
     hold_out : share of the log's time, from its end, that is held out once; 0 for none

@@ -26,7 +26,6 @@ def write(fit: FitRun, folder: pathlib.Path) -> None:
 def _as_json(fit: FitRun) -> dict[str, Any]:
     """The fit as plain data, SI."""
     problem = fit.problem
-    channels = {c.title: c for c in problem.log.channels}
     return {
         "log": problem.log.file.name,
         "scenario": problem.scenario["name"],
@@ -44,10 +43,10 @@ def _as_json(fit: FitRun) -> dict[str, Any]:
         "correlation": fit.correlation.tolist(),
         "verdict": list(fit.verdict),
         "channels": {
-            title: {
-                "columns": list(channels[title].columns),
-                "unit": channels[title].si,
-                "noise": problem.noise[title],
+            channel.title: {
+                "columns": list(channel.columns),
+                "unit": channel.si,
+                "noise": problem.noise[channel.title],
                 "rms_before": errors.before,
                 "rms_after": errors.after,
                 "rms_before_held_out": errors.before_held_out,
@@ -55,7 +54,7 @@ def _as_json(fit: FitRun) -> dict[str, Any]:
                 "chi_squared": errors.chi_squared,
                 "chi_squared_held_out": errors.chi_squared_held_out,
             }
-            for title, errors in fit.errors.items()
+            for channel, errors in zip(problem.log.channels, fit.errors.values(), strict=True)
         },
         "warnings": list(fit.warnings),
         "held_out_share": problem.hold_out,

@@ -235,22 +235,23 @@ def _too_few(solution: Solution, points: int) -> Iterator[Notice]:
 
 @dataclass(frozen=True)
 class HeldOut:
-    """Errors [SI] of data when they were left out, by what was left out."""
+    """Data when they were left out, by what was: errors [SI], readings, mean squares about their means."""
 
-    errors: dict[str, np.ndarray] = field(default_factory=dict)
-    weight: dict[str, np.ndarray] = field(default_factory=dict)  # readings
-    scatter: dict[str, np.ndarray] = field(default_factory=dict)  # mean square about their mean [N²·m²]
+    parts: dict[str, tuple[np.ndarray, np.ndarray, np.ndarray]]
+
+    @property
+    def errors(self) -> dict[str, np.ndarray]:
+        """Of each part [SI]."""
+        return {name: errors for name, (errors, _, _) in self.parts.items()}
 
     @property
     def rms(self) -> float:
         """Over all data."""
-        return of_readings(
-            *(np.concatenate([*each.values()]) for each in (self.errors, self.weight, self.scatter))
-        )
+        return of_readings(*map(np.concatenate, zip(*self.parts.values(), strict=True)))
 
     def of(self, name: str) -> float:
         """RMS over one part."""
-        return of_readings(self.errors[name], self.weight[name], self.scatter[name])
+        return of_readings(*self.parts[name])
 
 
 def of_readings(missed: np.ndarray, weight: np.ndarray, scatter: np.ndarray) -> float:
@@ -260,10 +261,7 @@ def of_readings(missed: np.ndarray, weight: np.ndarray, scatter: np.ndarray) -> 
 
 def unseen(fitted: Sequence[tuple[str, FitProblem, Mapping[str, float]]]) -> HeldOut:
     """The errors of data that no fit saw: (name, the data, values of a fit to others)."""
-    found = HeldOut()
-    for name, problem, values in fitted:
-        found.errors[name], found.weight[name], found.scatter[name] = problem.missed(values)
-    return found
+    return HeldOut({name: problem.missed(values) for name, problem, values in fitted})
 
 
 def left_out(problem: FitProblem, masks: Mapping[str, np.ndarray], refit: Refit) -> HeldOut:

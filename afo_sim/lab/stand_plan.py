@@ -183,12 +183,15 @@ def _filled(
     """Of a test whose pressure is moved, held, under loads or against springs."""
     low, high = span or (None, None)
     high = highest(muscle, laboratory) if high is None else high
-    _check_span(muscle, low or 0.0, high, laboratory.supply)
+    least, supply = low or 0.0, laboratory.supply
+    _check_pressures(muscle, np.array([least]), supply, pulls=False)
+    _check_pressures(muscle, np.array([high]), supply, pulls=True)
+    _check_rise("pressure", least, high, f"{least * 1e-5:g} bar to {high * 1e-5:g} bar")
     strength, way = force_at(muscle, 0.0, high), _until_slack(muscle, high)
     if kind == "isometric":
         points = _points(given, np.arange(0.0, way - 0.01, 0.05))
         _check_contractions(muscle, points, high)
-        return points, (low or 0.0, high), (points, points), SHORTEST_SWEEP, np.nan, 0.0
+        return points, (least, high), (points, points), SHORTEST_SWEEP, np.nan, 0.0
     size, shares = strength, (0.05, 0.1, 0.2, 0.4, 0.6)
     if kind == "auxotonic":
         size, shares = strength / (muscle.nominal_length * way), (0.1, 0.3, 1.0, 3.0, 10.0)
@@ -203,7 +206,7 @@ def _filled(
     limit, usual, lows, starts = muscle.limits.contraction_min, SHORTEST_SWEEP, [], []
     for hung, spring in zip(loads, springs, strict=True):
         lifts = kind == "isotonic" and low is None
-        first = _lifting(muscle, hung, limit, high) if lifts else low or 0.0
+        first = _lifting(muscle, hung, limit, high) if lifts else least
         lows.append(0.0 if first < 1.0 else first)
         starts.append(hanging(muscle, hung, lows[-1], spring))
         if starts[-1] <= muscle.braid.lock:
@@ -346,13 +349,6 @@ def _check_pressures(muscle: Muscle, pressures: np.ndarray, supply: float | None
         if pulls and force_at(muscle, 0.0, pressure) < PULLING:
             enough = _lifting(muscle, PULLING, 0.0, top)
             raise refused("is too little for this muscle to pull", pressure, enough)
-
-
-def _check_span(muscle: Muscle, low: float, high: float, supply: float | None) -> None:
-    """Refuse a span of gauge pressures [Pa] that does not rise, or that supply or muscle do not bear."""
-    _check_pressures(muscle, np.array([low]), supply, pulls=False)
-    _check_pressures(muscle, np.array([high]), supply, pulls=True)
-    _check_rise("pressure", low, high, f"{low * 1e-5:g} bar to {high * 1e-5:g} bar")
 
 
 def _check_rise(name: str, low: float, high: float, shown: str) -> None:

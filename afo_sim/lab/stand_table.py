@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common import InputError, parquet_writer, replacing, titles, write_json
+from afo_sim.common import InputError, parquet_writer, replacing, titles
 from afo_sim.common.versions import versions
 from afo_sim.description import Muscle
 from afo_sim.lab.measured import Measured
@@ -156,11 +156,6 @@ def write_parquet(trials: Sequence[Trial], path: pathlib.Path) -> None:
     arrays = [pa.array(column) for column in table_of(trials).values()]
     with replacing(path) as temporary, parquet_writer(temporary, schema, "stand") as writer:
         writer.write_table(pa.table(arrays, schema=schema))
-
-
-def write_summary(trials: Sequence[Trial], compared: Sequence[Comparison], path: pathlib.Path) -> None:
-    """Write the summary as JSON, whole or not at all."""
-    write_json(path, summary(trials, compared), "stand summary")
 
 
 def summary(trials: Sequence[Trial], compared: Sequence[Comparison]) -> dict[str, Any]:

@@ -130,14 +130,13 @@ def _of_chamber(file: pathlib.Path, columns: Columns, chamber: str) -> tuple[Col
     """The rows of one chamber, and the chambers that the file names."""
     named = columns.pop("chamber")
     chambers = tuple(dict.fromkeys(name for name in named.tolist() if name))
-    if chamber and chambers:
-        if chamber not in chambers:
-            problem = "the file's rows are of other chambers"
-            raise unknown(chamber, chambers, field="chamber", file=file, problem=problem)
-        keep = (named == chamber) | (columns["pressure"] <= WITHOUT_AIR)
-        columns = {name: values[keep] for name, values in columns.items()}
-        return columns, (chamber,)
-    return columns, chambers
+    if not (chamber and chambers):
+        return columns, chambers
+    if chamber not in chambers:
+        problem = "the file's rows are of other chambers"
+        raise unknown(chamber, chambers, field="chamber", file=file, problem=problem)
+    keep = (named == chamber) | (columns["pressure"] <= WITHOUT_AIR)
+    return {name: values[keep] for name, values in columns.items()}, (chamber,)
 
 
 def _check(file: pathlib.Path, columns: Columns) -> None:

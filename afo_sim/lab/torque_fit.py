@@ -279,10 +279,10 @@ def _groups(read: Torques, orthoses: Mapping[str, Orthosis], chamber: str) -> tu
     """The readings with their orthoses."""
     found = []
     for name, readings in read.groups.items():
-        if "" not in orthoses and name not in orthoses:
+        orthosis = orthoses.get(name) or orthoses.get("")
+        if orthosis is None:
             problem = "no orthosis is given for this group"
             raise unknown(name, orthoses, field="group", file=readings.file, problem=problem)
-        orthosis = orthoses[name if name in orthoses else ""]
         found.append(Group(on_muscles(readings, orthosis, chamber), orthosis))
     return tuple(found)
 

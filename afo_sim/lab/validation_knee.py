@@ -74,9 +74,13 @@ def knee_tests() -> dict[str, KneeTest]:
     table = read_table(assets.folder("models") / "muscles" / "dmsp_10" / "pin_knee.csv", EXAMPLE)
     columns, _ = columns_of(table, COLUMNS, EXAMPLE)
     of_test, found = columns.pop("test"), {}
-    for name, (*lengths, tendon) in MUSCLES.items():
-        own = {key.replace(" ", "_"): x[of_test == name] for key, x in columns.items()}
-        found[name] = KneeTest(name, _muscle(*lengths), tendon, **own)
+    muscle = reader.load("muscle", "dmsp_10").using(law=LAW)
+    for name, (length, shortest, tendon) in MUSCLES.items():
+        parameters = muscle.law_set.parameters | {"contraction_620": (length - shortest) / length}
+        laws = muscle.laws | {LAW: muscle.law_set.with_values(parameters=parameters)}
+        own = muscle.with_values(total_length=length, end_length=0.0, laws=laws)
+        read = {key.replace(" ", "_"): x[of_test == name] for key, x in columns.items()}
+        found[name] = KneeTest(name, own, tendon, **read)
     return found
 
 
@@ -117,14 +121,6 @@ def torque(test: KneeTest, stiffness: float, offset: float = 0.0) -> np.ndarray:
 
 def _room(test: KneeTest) -> np.ndarray:
     return path(test.angle)[0] - FITTINGS - test.tendon
-
-
-def _muscle(nominal_length: float, length_620: float) -> Muscle:
-    """The 10 mm muscle with a test's length and its contraction at 620 kPa."""
-    muscle = reader.load("muscle", "dmsp_10").using(law=LAW)
-    own = {"contraction_620": (nominal_length - length_620) / nominal_length}
-    law_set = muscle.law_set.with_values(parameters=muscle.law_set.parameters | own)
-    return muscle.with_values(total_length=nominal_length, end_length=0.0, laws=muscle.laws | {LAW: law_set})
 
 
 @functools.cache

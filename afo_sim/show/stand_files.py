@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from afo_sim.common import InputError, titles, together
-from afo_sim.lab import COLUMNS, Replay, Stand, write_csv, write_parquet, write_summary
+from afo_sim.common import InputError, titles, together, write_json
+from afo_sim.lab import COLUMNS, Replay, Stand, write_csv, write_parquet
+from afo_sim.lab.stand_table import summary
 from afo_sim.show.stand_figure import draw_replay, draw_trials
 
 _TABLES = {".csv": write_csv, ".parquet": write_parquet}
@@ -51,7 +52,7 @@ def write_stand_files(tests: Stand, place: _Target, *, rrd: bool = True) -> list
             _TABLES[suffix](trials, new.path(suffix))
         for suffix in (".png", ".pdf"):
             draw_trials(trials, compared, new.path(suffix))
-        write_summary(trials, compared, new.path(".json"))
+        write_json(new.path(".json"), summary(trials, compared), "stand summary")
         if ".rrd" in suffixes:
             from afo_sim.show.rerun.stand_recording import write_stand
 

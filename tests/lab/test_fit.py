@@ -373,10 +373,11 @@ def test_two_pressures_do_not_rank_laws_and_that_is_said() -> None:
 
 def test_orders_that_contradict_each_other_are_told(characteristic: dict[int, Measured]) -> None:
     near, far = (fit_law(pose(law, [characteristic[20]])) for law in ("sarosi_2012", "tondu_lopez_2000"))
-    one, none = (dict.fromkeys(("1 bar", "2 bar", "3 bar"), value * np.ones(5)) for value in (1.0, 0.0))
-    nine = {name: 9.0 * each for name, each in one.items()}
-    near = dataclasses.replace(near, held_out={"pressure": HeldOut(nine, one, none)})
-    far = dataclasses.replace(far, held_out={"pressure": HeldOut(one, one, none)})
+    one, none, bars = np.ones(5), np.zeros(5), ("1 bar", "2 bar", "3 bar")
+    near = dataclasses.replace(
+        near, held_out={"pressure": HeldOut(dict.fromkeys(bars, (9.0 * one, one, none)))}
+    )
+    far = dataclasses.replace(far, held_out={"pressure": HeldOut(dict.fromkeys(bars, (one, one, none)))})
     ranked = rank([near, far])
     assert [f.problem.law.name for f in ranked] == ["tondu_lopez_2000", "sarosi_2012"]
     assert "contradict" in doubts(ranked)[0]
