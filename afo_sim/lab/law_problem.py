@@ -66,7 +66,8 @@ class LawProblem(FitProblem):
 
     def residuals(self, x: np.ndarray) -> np.ndarray:
         """Errors over the range of the measurements."""
-        return errors(self, self.values(x), self.data) / (float(np.ptp(measurements(self.data))) or 1.0)
+        measured = np.concatenate([d.response for d in self.data])
+        return errors(self, self.values(x), self.data) / (float(np.ptp(measured)) or 1.0)
 
     def search(self, x: np.ndarray) -> OptimizeResult:
         """Where a search from `x` ends."""
@@ -271,17 +272,12 @@ def predict(problem: LawProblem, values: Values, data: Measured) -> np.ndarray:
     return forces(problem.law.native_id, coefficients, kappa, data.pressure)
 
 
-def measurements(data: Data) -> np.ndarray:
-    """The measured forces [N], or changes of length [m], of all data end to end."""
-    return np.concatenate([_measurement(d) for d in data])
-
-
 def errors(problem: LawProblem, values: Values, data: Data) -> np.ndarray:
     """Prediction less measurement over several data sets [N or m]."""
     parts = []
     for d in data:
         found, slack = predict(problem, values, d), False if d.slack is None else d.slack
-        parts.append(np.where(slack & (found < 0.0), 0.0, found) - _measurement(d))
+        parts.append(np.where(slack & (found < 0.0), 0.0, found) - d.response)
     return np.concatenate(parts)
 
 
@@ -292,11 +288,3 @@ def agreed_slack(problem: LawProblem, values: Values, data: Data) -> np.ndarray:
         for d in data
     ]
     return np.concatenate(parts)
-
-
-def _measurement(data: Measured) -> np.ndarray:
-    if not data.loaded:
-        return data.force
-    found = data.change if data.contraction is None else data.contraction
-    assert found is not None
-    return found

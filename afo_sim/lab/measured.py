@@ -77,6 +77,12 @@ class Measured:
         return len(self.pressure)
 
     @property
+    def response(self) -> np.ndarray:
+        """What a law is held against: forces, or under set loads changes of length or contractions."""
+        moved = self.change if self.contraction is None else self.contraction
+        return self.force if moved is None or not self.loaded else moved
+
+    @property
     def name(self) -> str:
         """The file's name with its folder's, which is often the muscle's."""
         return f"{self.file.parent.name}/{self.file.stem}".removeprefix("/")
