@@ -246,13 +246,13 @@ def _arguments(
     if kind in ("step", "release"):
         held = {key: _one(key, si[key]) for key in ("load", "contraction")}
         return {"given": si["pressure"] or None, **held}
-    points, start = points_of(kind, data, muscle) if data is not None else (None, None)
+    name, _, _ = SET[kind]
+    points, start = (None, None) if data is None else points_of(kind, data, muscle, named=bool(si[name]))
     if kind not in ("isobaric", "sealed"):
         span = _span(si["pressure"], None)
     else:
         span = _span(si["contraction"], 0.0) if ends else None
         span = span if span or start is None else (start, None)
-    name, _, _ = SET[kind]
     hung = {"load": _one("load", si["load"])} if kind == "auxotonic" else {}
     return {"given": si[name] or points, "span": span} | hung
 

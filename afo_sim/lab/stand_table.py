@@ -198,7 +198,7 @@ def printed(trial: Trial) -> tuple[str, list[str], list[list[str]]]:
     return f"{trial.name}: {trial.plan.kind}", header, rows
 
 
-def points_of(kind: str, data: Measured, muscle: Muscle) -> tuple[list[float], float]:
+def points_of(kind: str, data: Measured, muscle: Muscle, *, named: bool) -> tuple[list[float], float]:
     """The curves that measured points ask for: set points, and the contraction at which isobars begin."""
     columns = _columns(data, muscle)
     digits = {"isobaric": -3, "isotonic": 1, "isometric": 3}[kind]
@@ -208,7 +208,7 @@ def points_of(kind: str, data: Measured, muscle: Muscle) -> tuple[list[float], f
         values = [p for p in values if p <= top and force_at(muscle, 0.0, p) > 10.0]
     elif kind == "isotonic":
         values = [f for f in values if 1.0 <= f < 0.999 * force_at(muscle, 0.0, float(data.pressure.max()))]
-    if not 0 < len(values) <= MANY:
+    if not (named or 0 < len(values) <= MANY):
         allowed = f"1 to {MANY}, or name the curves with `pressure`, `load` or `contraction`"
         problem = f"its points lie on {len(values)} {kind} curves of this muscle"
         raise InputError(problem, file=data.file, allowed=allowed)

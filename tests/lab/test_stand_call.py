@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from stand_tests import isobaric
 
-from afo_sim.common import GRAVITY, InputError, find
+from afo_sim.common import GRAVITY, InputError, assets, find
 from afo_sim.description import load
-from afo_sim.lab import COLUMNS
+from afo_sim.lab import COLUMNS, read_measured
 from afo_sim.lab.stand import stand
 
 SHORT = {"static": True}
@@ -104,3 +104,12 @@ def test_a_law_is_doubted_below_its_contraction_and_not_where_the_braid_carries(
         (trial,) = stand(test, muscle).trials
         assert trial.curves[0]["contraction"].min() < 0.05
         assert ("law-contraction" in {notice.code for notice in trial.warnings}) is doubted
+
+
+def test_points_on_many_curves_are_compared_with_the_one_that_is_named() -> None:
+    data = read_measured(assets.folder("models") / "muscles" / "dmsp_20" / "characteristic.csv")
+    load = float(data.force[np.argmin(np.abs(data.force - 300.0))])
+    with pytest.raises(InputError, match="isotonic curves of this muscle"):
+        stand("isotonic", "dmsp_20", static=True, compare=data)
+    (found,) = stand("isotonic", "dmsp_20", load=load, static=True, compare=data).compared
+    assert len(found.x) == np.sum(np.abs(data.force - load) <= 0.5)
