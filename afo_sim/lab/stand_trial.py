@@ -133,10 +133,12 @@ def complete(plan: StandPlan, k: int, rows: Rows) -> Rows:
 
 
 def _trial(plan: StandPlan, curves: tuple[Rows, ...], *, static: bool, wall: float) -> Trial:
-    strongest = force_at(plan.muscle, 0.0, float(plan.pressure.max()))
     bare = Trial(plan, curves, (), static)
-    measures = {"step": _step, "release": _release}.get(plan.kind, _sweep)
-    found = tuple(measures(plan, k, bare.loop(k), strongest) for k in range(len(curves)))
+    loops = enumerate(map(bare.loop, range(len(curves))))
+    if plan.kind in AXES:
+        found = tuple(_sweep(plan, k, loop) for k, loop in loops)
+    else:
+        found = tuple((_step if plan.kind == "step" else _release)(plan, loop) for _, loop in loops)
     return Trial(plan, curves, found, static, tuple(limits_left(plan, curves)), wall)
 
 
@@ -180,11 +182,12 @@ def limits_left(plan: StandPlan, curves: tuple[Rows, ...]) -> Iterator[Notice]:
         yield Notice("length", text, subject=muscle.name, problem=muscle.length_warning)
 
 
-def _sweep(plan: StandPlan, curve: int, columns: Rows, strongest: float) -> dict[str, Metric]:
+def _sweep(plan: StandPlan, curve: int, columns: Rows) -> dict[str, Metric]:
     abscissa, _, ordinate, unit = AXES[plan.kind]
     x, y = columns["length" if plan.kind == "sealed" else abscissa], columns[ordinate]  # rises on the way up
     carried = columns["force"] if plan.held else columns["load"]
     off = float(np.abs(carried - columns["static_force"]).max(where=columns["force"] > 0.0, initial=0.0))
+    strongest = force_at(plan.muscle, 0.0, float(plan.pressure.max()))
     # what the dampers and friction took: the formula alone gives back all that it takes
     lost = np.trapezoid(columns["static_force"] - columns["force"], -columns["length"])
     found = {
@@ -221,7 +224,7 @@ def loop_height(x: np.ndarray, y: np.ndarray, down: np.ndarray) -> float:
     return float(np.abs(np.interp(grid, up_x, up_y) - np.interp(grid, down_x, down_y)).max())
 
 
-def _step(plan: StandPlan, curve: int, columns: Rows, strongest: float) -> dict[str, Metric]:
+def _step(plan: StandPlan, columns: Rows) -> dict[str, Metric]:
     found = {}
     response = "force" if plan.held else "contraction"
     unit = {"force": "N", "contraction": ""}[response]
@@ -257,7 +260,7 @@ def time_to(share: float, time: np.ndarray, values: np.ndarray) -> float:
     return float(time[k - 1] + part * (time[k] - time[k - 1]))
 
 
-def _release(plan: StandPlan, curve: int, columns: Rows, strongest: float) -> dict[str, Metric]:
+def _release(plan: StandPlan, columns: Rows) -> dict[str, Metric]:
     speed, contraction = -columns["velocity"], columns["contraction"]
     fastest = int(np.argmax(speed))
     way = contraction[-1] - contraction[0]
