@@ -112,10 +112,8 @@ def statics(
     anchors = _anchors(orthosis, fitted)
     pulling, torque, pull = [], np.zeros(len(pressure)), np.zeros(len(pressure))
     for path in geometry:
-        tension, anchored = (
-            _of_path(orthosis, path, chamber, pressure, fitted),
-            orthosis.muscle[path.group].pulley is None,
-        )
+        tension = _of_path(orthosis, path, chamber, pressure, fitted)
+        anchored = orthosis.muscle[path.group].pulley is None
         alone = tension((), 0.0)
         if anchors and anchored and alone.any():  # slack on rigid anchors is slack on any
             pulling.append((path, tension))
