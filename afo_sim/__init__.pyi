@@ -4,6 +4,7 @@ from .common.errors import SimulationError as SimulationError
 from .description.reader import Muscle as Muscle
 from .description.reader import Scenario as Scenario
 from .description.reader import load as load
+from .lab.credibility import credibility as credibility
 from .lab.law_result import fit as fit
 from .lab.paper import paper as paper
 from .lab.run_fit import fit_run as fit_run

@@ -1,0 +1,316 @@
+"""May a run decide a question? Factors of ASME V&V 40, graded by the rules of `models/credibility`."""
+
+import functools
+import math
+import pathlib
+import re
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from afo_sim.common import InputError, Shown, SimulationError, assets, digest, json_text, shown, unknown
+from afo_sim.description import load
+from afo_sim.lab.ledger import read_device
+from afo_sim.metrics import coverage, decides
+from afo_sim.simulation import Progress, Recording, found_step_errors, limits_of
+from afo_sim.simulation.run import run
+
+Numbers = dict[str, Any]
+_KINDS = ("user", "published", "fitted", "derived", "assumed", "set")  # of numbers; by hand for this run
+_MUSCLES = "DCBA"  # grades of muscles, the worst first
+_NOTICED = 0.01  # share of a band's width, below which a measurement is not planned [-]
+
+
+@dataclass(frozen=True)
+class Factor:
+    """A factor with its grade and the required one, and the grade of each number that it rests on."""
+
+    name: str
+    part: str
+    categories: list[int]  # of FDA's evidence, from 1
+    grade: int
+    required: int
+    says: str
+    needs: str
+    numbers: dict[str, int]
+
+
+@dataclass(frozen=True, repr=False)
+class Credibility(Shown):
+    """Whether a run may decide a question: all but the `recording` is in `to_json()`."""
+
+    asked: dict[str, str]  # question, context, metric, influence and consequence
+    risk: str
+    answer: Numbers
+    evidence: Numbers
+    factors: tuple[Factor, ...]
+    plan: tuple[Numbers, ...]
+    comparators: tuple[Numbers, ...]
+    recording: Recording
+
+    @property
+    def short(self) -> list[Factor]:
+        """Factors that fall short, the worst first."""
+        below = [each for each in self.factors if each.grade < each.required]
+        return sorted(below, key=lambda each: each.grade - each.required)
+
+    @property
+    def judgement(self) -> str:
+        """Sufficient where no factor falls short and the draws decide the answer; else insufficient."""
+        return "insufficient" if self.short or self.answer["answer"] == "undecided" else "sufficient"
+
+    @property
+    def because(self) -> list[str]:
+        """Why it is judged so: factors that fall short, whether the draws decide, what to measure next."""
+        a, below = self.answer, ", ".join(f"{each.name} ({each.grade})" for each in self.short)
+        needed = f"grade {self.factors[0].required}, which {self.risk} risk requires"
+        found = [f"{len(self.short)} of {len(self.factors)} factors miss {needed}: {below}"] if below else []
+        found = found or [f"all {len(self.factors)} factors reach {needed}"]
+        wanted = "" if a["wanted"] is None else f"; {a['good']} {a['wanted']:.3g} {a['unit']} is wanted"
+        band = f"5 to 95 % of {a['draws']} draws: {a['low']:.3g} to {a['high']:.3g} {a['unit']}"
+        found.append(f"the answer is {a['answer']}, {a['status']} by the verdict; {band}{wanted}")
+        return found + [f"measure next: {one['what']}: {one['measure']}" for one in self.plan[:1]]
+
+    def to_json(self) -> Numbers:
+        """All of it as plain data, without the run."""
+        rules, run = rules_of(), self.recording
+        # a digest that is the same on every machine
+        described = json_text(run.scenario).replace(str(assets.folder("models")), "models").encode()
+        found = {"scenario": run.scenario["name"], "scenario_digest": digest(described)} | self.asked
+        found |= {"risk": self.risk, "required": rules["required"][self.risk], "judgement": self.judgement}
+        found |= {"because": self.because, "short": [each.name for each in self.short]}
+        found |= {key: getattr(self, key) for key in ("answer", "plan", "comparators", "evidence")}
+        found |= {"factors": [asdict(each) for each in self.factors], "versions": run.versions}
+        return found | {"categories": rules["categories"], "sources": rules["sources"]}
+
+    def __repr__(self) -> str:
+        return f"<Credibility of {self.recording.scenario['name']!r}: {self.judgement}>"
+
+    def save(self, folder: Any) -> Any:
+        """Write credibility.html and credibility.json into a folder: the files."""
+        return shown().credibility(self, pathlib.Path(folder))
+
+
+def credibility(
+    scenario: Any,
+    sets: Mapping[str, Any] | None = None,
+    *,
+    question: str,
+    context: str,
+    influence: str,
+    consequence: str,
+    metric: str = "toe_clearance",
+    draws: int = 200,
+    progress: Progress | None = None,
+) -> Credibility:
+    """Whether a walk may decide a question, after ASME V&V 40-2018 and FDA's guidance of 2023.
+
+    Parameters
+    ----------
+    scenario : a shipped name, a path, a dict or a Scenario, of walking
+    sets : dotted keys and values laid over it
+    question : that is to be decided, in your words
+    context : of use: what the run is for beside other evidence, in your words
+    influence, consequence : of the run on the decision, of a wrong decision: "low", "medium" or "high"
+    metric : the number that answers: toe_clearance, foot_pitch_at_contact, torque_against_push_off_per_mass,
+        work_against_push_off or air_per_stride
+    draws : of what is not known, at least 20
+    progress : called with (steps or draws done, in all)
+
+    Returns
+    -------
+    Credibility: `judgement`, "sufficient" or "insufficient"; `answer` with its band; `factors` with `grade`
+    and `required` [0 to 3]; `plan`, what to measure; `recording`; `to_json()`; `save(folder)` writes a page
+
+    Raises
+    ------
+    InputError
+        Nobody walks, there is no such metric or level, a text is empty, or the description is wrong.
+    SimulationError
+        The walk stopped early.
+
+    Examples
+    --------
+    >>> found = credibility("walk-dropfoot-afo", {"duration": "4 s"}, question="Does it lift the toe?",
+    ...                     context="a choice between two springs", influence="low", consequence="low",
+    ...                     draws=20)
+    >>> found.judgement, found.risk, len(found.factors)
+    ('insufficient', 'low', 13)
+    """
+    asked = {"question": question, "context": context, "metric": metric}
+    asked |= {"influence": influence, "consequence": consequence}
+    choices = rules_of() | dict.fromkeys(("influence", "consequence"), rules_of()["required"])
+    for field, given in asked.items():
+        if field in choices and given not in choices[field]:
+            raise unknown(given, choices[field], field=field)
+        if not given.strip():
+            raise InputError("is empty", field=field, allowed="a sentence in your own words")
+    description = load("scenario", scenario, sets)
+    if not description.walking:
+        problem, allowed = (
+            "nobody walks here, and what is assessed is a walk",
+            "a scenario with a gait: `afo-sim list scenarios`",
+        )
+        raise InputError(problem, field="scenario", value=description.name, allowed=allowed)
+    recording = run(description, uncertainty=draws, progress=progress, step="controlled")
+    if not recording.ok:
+        raise SimulationError(recording.status)
+    return assess(recording, asked)
+
+
+def assess(recording: Recording, asked: dict[str, str]) -> Credibility:
+    """A run with bands, assessed."""
+    metric, study = asked["metric"], recording.studies["uncertainty"]
+    risk = rules_of()["risk"][asked["influence"]][asked["consequence"]]
+    answer, comparators = _answer(recording, metric), _comparators(metric)
+    evidence = _evidence(recording, metric, answer, comparators) | _inputs(recording.scenario)
+    factors = graded(evidence, rules_of()["required"][risk])
+    plan = _plan(study, metric, evidence, factors)
+    return Credibility(asked, risk, answer, evidence, factors, plan, comparators, recording)
+
+
+def graded(evidence: Numbers, required: int) -> tuple[Factor, ...]:
+    """The factors, each graded by the worst of its rules."""
+    said = {name: f"{x:.3g}" if isinstance(x, float) else x for name, x in evidence.items()}
+    said |= {name: "not known" for name, x in evidence.items() if x is None}
+    found = []
+    for told in rules_of()["factor"]:
+        rules = [rule for rule in told["rules"] if rule["number"] in evidence]
+        grades = {rule["number"]: _grade(rule, evidence[rule["number"]]) for rule in rules}
+        says = "; ".join(rule["says"].format_map(said) for rule in rules)
+        names, worst = (told["name"], told["part"], told["categories"]), min(grades.values(), default=0)
+        found.append(Factor(*names, worst, required, says, told["needs"], grades))
+    return tuple(found)
+
+
+def _grade(rule: Numbers, value: float | None) -> int:
+    if value is None:
+        return 0
+    steps = [[value >= x for x in rule.get("at_least", ())], [value <= x for x in rule.get("at_most", ())]]
+    return min(sum(step) for step in steps if step)
+
+
+def _answer(recording: Recording, metric: str) -> Numbers:
+    """The number with band and limits, and whether the draws decide: yes, no or undecided."""
+    rule, study = rules_of()["metric"][metric], recording.studies["uncertainty"]
+    if metric not in study["metrics"]:
+        there = ", ".join(name for name in rules_of()["metric"] if name in study["metrics"])
+        raise InputError("this walk has no such number", field="metric", value=metric, allowed=there)
+    band, of = study["metrics"][metric], next(o for o in recording.verdict if o.name == rule["answer"])
+    limits = getattr(limits_of(recording), rule["limit"], None)
+    wanted, bad = (None, None) if limits is None else (rule["times"] * limit for limit in limits)
+    (low, median, high), above = band["quantiles"], rule["good"] == "above"
+    tried = of.status == "good" and of.kept is not None
+    yes = tried and (wanted is None or (low >= wanted if above else high <= wanted))
+    no = of.status == "bad" and bad is not None and (high < bad if above else low > bad)
+    found: Numbers = {"answer": "yes" if yes else "no" if no else "undecided", "value": band["own"]}
+    found |= {"unit": band["unit"], "low": low, "median": median, "high": high, "good": rule["good"]}
+    found |= {"wanted": wanted, "bad": bad, "status": of.status, "kept": of.kept}
+    found |= {"draws": study["draws"] - study["failed"]["count"], "asked": of.question, "text": of.text}
+    return found | ({"wrong": study["wrong"]} if metric == "toe_clearance" and "wrong" in study else {})
+
+
+def _evidence(recording: Recording, metric: str, answer: Numbers, others: Sequence[Numbers]) -> Numbers:
+    """What rules and sentences take of run and ledger; None is not known, what cannot be is left out."""
+    study, metrics = recording.studies["uncertainty"], recording.metrics
+    errors, counted = found_step_errors(recording), rules_of()["metric"][metric]["counted"]
+    own, known = errors.get(metric), coverage(counted)
+    found = _tests() | {"version": recording.versions["afo-sim"], "unit": answer["unit"]}
+    shares = ("energy_error", "law_mismatch_share")
+    found |= {name: abs(metrics[name].value) for name in shares if name in metrics}
+    found |= {"step_error": own and own.error, "step_error_times": own and own.times}
+    found["step_ms"] = 1e3 * recording.studies["time_step"]["step"]
+    found["metrics_beyond_step"] = sum(each.times > 1.0 for name, each in errors.items() if name != metric)
+    changes = rules_of()["change"].items()
+    parts = [abs(metrics[name].value) / most for name, most in changes if name in metrics]
+    found |= {"stride_change_times": max(parts, default=None), "warnings": len(recording.warnings)}
+    found["draws_failed_share"] = study["failed"]["count"] / study["draws"]
+    found["warnings_that_decide"] = sum(map(decides, recording.warnings))
+    left, scale = study.get("rest", {}).get(counted), abs(answer["wanted"] or answer["median"])
+    found |= {"draws": answer["draws"], "explained": None if left is None else 1.0 - left}
+    found["band_by_limit"] = (answer["high"] - answer["low"]) / scale if scale else None
+    found |= {name: getattr(known, name, 0) for name in ("values", "inside", "benches", "worn")}
+    found["inside_share"] = found["inside"] / found["values"] if found["values"] else None
+    drawn, given = (sum(each[key] for each in others) for key in ("drawn", "given"))
+    found |= {"same_values": len(others), "drawn_inputs": drawn / (drawn + given) if drawn else None}
+    if others:
+        largest = max(float(each["measured"].split()[0]) for each in others)
+        found["times_measured"] = max(abs(answer["low"]), abs(answer["high"])) / largest
+    return found | {"limit_stated": int(answer["wanted"] is not None)}
+
+
+def _inputs(scenario: Mapping[str, Any]) -> Numbers:
+    """Kinds of a scenario's numbers, grades and fits of its muscles, its tissue beside the usual."""
+    kinds = _kinds({key: part for key, part in scenario.items() if key != "limits"})  # of the verdict
+    found: Numbers = {f"numbers_{kind}": kinds[kind] for kind in _KINDS} | {"numbers": kinds.total()}
+    found["unsourced_share"] = (kinds["assumed"] + kinds["set"]) / max(kinds.total(), 1)
+    found["own_walk"] = int(scenario["gait"].get("walker") == "patient")
+    muscles = [group["type"] for group in scenario["orthosis"].get("muscle", {}).values()]
+    if muscles:
+        found["muscle_grade"] = worst = min(_MUSCLES.index(muscle["grade"]) for muscle in muscles)
+        found |= {"muscle_letter": _MUSCLES[worst], "muscles": len(muscles)}
+        found["muscles_with_covariance"] = sum(bool(muscle.get("covariance")) for muscle in muscles)
+        found["laws_known"] = min(len(muscle.get("laws", {})) for muscle in muscles)
+    patient = scenario.get("patient") or {}
+    tissue = (scenario["leg"].get("passive") or {}).get("scale", 1.0)
+    tissue *= patient.get("stiffness", 1.0) * patient.get("passive_scale", 1.0)
+    return found | {"tissue": tissue}
+
+
+def _kinds(node: Mapping[str, Any]) -> Counter[str]:
+    """How many numbers of a table, and of those below, are of which kind; of laws that which is in use."""
+    sources = (node.get("provenance") or {}).values()
+    found = Counter("set" if told["source"] == "set for this run" else told["kind"] for told in sources)
+    for key, below in node.items():
+        if isinstance(below, Mapping) and key != "provenance":
+            used = {"laws": "law", "frictions": "friction"}.get(key)
+            found += _kinds(below if used is None else below.get(node.get(used), {}))
+    return found
+
+
+def _comparators(metric: str) -> tuple[Numbers, ...]:
+    """What the ledger has of this very number, and how many conditions were given and drawn for it."""
+    files = sorted((assets.folder("models") / "ledger").glob("*.toml"))
+    return tuple(
+        {"device": of.device, "quantity": each.quantity, "measured": each.value, "error": each.error}
+        | {"source": of.source, "given": len(of.given), "drawn": len(of.unknown)}
+        for of in map(read_device, files)
+        for each in of.measured
+        if each.at.get("metric") == metric
+    )
+
+
+def _plan(study: Numbers, metric: str, evidence: Numbers, factors: Sequence[Factor]) -> tuple[Numbers, ...]:
+    """What to measure: a comparison first, where the comparator falls short; then what narrows the band."""
+    found, counted = [], rules_of()["metric"][metric]["counted"]
+    for group in study["groups"]:
+        told = {"what": group["name"].replace("_", " "), "measure": group["measure"]}
+        told["explained"] = share = group["explained"].get(counted, 0.0)
+        left = math.sqrt(1.0 - min(max(share, 0.0), 1.0))
+        told["band_left"] = group.get("band_left", {}).get(counted, left)
+        told |= {key: group[key] for key in ("wrong_left",) if metric == "toe_clearance" and key in group}
+        if group["measure"] and 1.0 - told["band_left"] >= _NOTICED:
+            found.append(told)
+    found.sort(key=lambda one: (one.get("wrong_left", 0.0), one["band_left"]))
+    if any(each.grade < each.required for each in factors if each.part == "validation: comparator"):
+        measure = f"record the wearer with the device, and compare {metric.replace('_', ' ')}"
+        seen = {name: evidence[name] for name in ("values", "worn")}
+        found.insert(0, {"what": "comparison", "measure": measure} | seen)
+    return tuple(found)
+
+
+@functools.cache
+def _tests() -> Numbers:
+    """How many tests stand beside this version: in an installed package none."""
+    root = pathlib.Path(__file__).parents[2]  # of a checkout
+    files = [*(root / "tests").rglob("test_*.py")] if (root / "models").is_dir() else []
+    counts = [(f.parent.name, len(re.findall(r"\n *def test_", f.read_text("utf-8")))) for f in files]
+    laws = sum(count for folder, count in counts if folder == "laws_of_nature")
+    return {"test_files": len(files), "test_functions": sum(n for _, n in counts), "law_tests": laws}
+
+
+@functools.cache
+def rules_of() -> dict[str, Any]:
+    """Factors, rules, risk and sources, as `models/credibility` states them."""
+    return assets.read_toml(assets.folder("models") / "credibility" / "rules.toml")
