@@ -68,6 +68,9 @@ class _Show:
     def both(self, legs: Any, path: Any) -> None:
         _room("show.compared_figures").draw_both(legs, path)
 
+    def credibility(self, found: Any, folder: Any) -> Any:
+        return _room("show.credibility_page").write_credibility(found, folder)
+
     def export(self, recording: Any, out: Any, to: Any, rate: Any, columns: Any, force: bool) -> Any:
         exported = _room("export.exported").export(
             recording, out, to, rate=rate, columns=columns, force=force

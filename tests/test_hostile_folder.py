@@ -44,6 +44,7 @@ COMMANDS = {
     "calibrate": "nothing",
     "fit-torque": "nothing --orthosis s1",
     "paper": "nothing",
+    "credibility": "seated --question q --context c --influence low --consequence low",
     "validate": "--nothing",
     "sweep": "sweep.toml --workers 2 --out s",
     "replay": "s 0",

@@ -1,4 +1,4 @@
-"""Commands of the laboratory: stand, fit, fit-run, fit-torque, calibrate, paper, validate."""
+"""Commands of the laboratory: stand, fit, fit-run, fit-torque, calibrate, paper, validate, credibility."""
 
 import json
 import sys
@@ -11,6 +11,7 @@ from typer import Argument, Option
 
 from afo_sim.cli.common import (
     RecordingOption,
+    Scenario,
     Sets,
     app,
     drawn,
@@ -443,3 +444,43 @@ def _ledger(
         print_table("predicted and measured", list(lab.HEADER), lab.table(rows))
     sources = dict.fromkeys(f"{row.device}: {row.source}" for row in rows if row.source)
     print("\n".join([*(lab.summary(rows) if worn else ()), "", *sources]))
+
+
+@dataclass(frozen=True)
+class _Question:
+    """Options of `credibility`."""
+
+    scenario: Scenario
+    question: Annotated[str, Option(help="that is to be decided, in your words")]
+    context: Annotated[str, Option(help="what the run is for, beside other evidence, in your words")]
+    influence: Annotated[str, Option(help="of the run on the decision: low|medium|high")]
+    consequence: Annotated[str, Option(help="of a wrong decision: low|medium|high")]
+    metric: Annotated[str, Option(help="the number that answers")] = "toe_clearance"
+    draws: Annotated[int, Option(help="of what is not known")] = 200
+    out: Annotated[Path | None, Option(help="folder; runs/<scenario>-credibility by default")] = None
+    sets: Sets = None
+    as_json: Annotated[bool, Option("--json", help="all of it as JSON; no files")] = False
+
+
+@app.command("credibility")
+@one_group
+def credibility_command(asked: _Question) -> None:
+    """May this walk decide? Each factor of ASME V&V 40 graded, and what to measure; no approval."""
+    folder = asked.out or Path("runs") / f"{Path(asked.scenario).stem}-credibility"
+    options = picked(asked, "question", "context", "influence", "consequence", "metric", "draws")
+    with progress("reading, compiling the muscles") as report:
+        from afo_sim.common import json_text
+        from afo_sim.lab.credibility import credibility
+
+        if not asked.as_json:
+            check_folder(folder, "credibility assessment")
+        options["progress"] = lambda done, total: report(done, total, "walking and drawing")
+        found = credibility(asked.scenario, read_sets(asked.sets), **options)
+        files = [] if asked.as_json else found.save(folder)
+    if asked.as_json:
+        print(json_text(found.to_json()))
+        return
+    rows = [[each.name, f"{each.grade} of {each.required}"] for each in found.factors]
+    print_table(asked.question, ["", "grade"], rows, whole_names=True)
+    print("\n".join([found.judgement.upper(), *found.because]))
+    print(f"written: {', '.join(map(str, files))}")

@@ -16,6 +16,7 @@ KNOWN_BY = {
     "differences.csv": "comparison of laws",
     "bode.json": "frequency response",
     "size.json": "sizing",
+    "credibility.json": "credibility assessment",
     "electronics.json": "export for a board",
     "fit_run.json": "fit to a log",
     "fit_torque.json": "fit to static torques",

@@ -11,6 +11,7 @@ from documents import ROOT
 MINE = "orthosis.muscle.dorsiflexor"
 WALK = "walk walk-dropfoot-afo"
 BANDS = "run walk-dropfoot-afo --uncertainty"
+ASSESSED = "credibility --question q --context c --consequence low"
 SIZE = "size pressure seated --limit 'peak_dorsiflexion_angle >= 2 deg'"
 LEG = f"attach {ROOT}/models/legs/adult_75kg/leg.xml"
 MOT = "gait import x.mot --walker healthy --out x.csv"
@@ -48,6 +49,12 @@ REFUSED = [
     (f"{BANDS} 20 --spreads usal", "did you mean 'usual'"),
     (f"{BANDS} 20 --spreads .", "--spreads"),
     ("run walk-dropfoot-afo --spreads usal", "--spreads = 'usal': goes with --uncertainty"),
+    # an assessment
+    (f"{ASSESSED} seated --influence low", "nobody walks"),
+    (f"{ASSESSED} walk-dropfoot --influence lo", "--influence = 'lo': is not a valid choice"),
+    (f"{ASSESSED} walk-dropfoot --influence low --metric toe_clearence", "did you mean 'toe_clearance'"),
+    (f"{ASSESSED} walk-dropfoot --influence low --context ' '", "--context: is empty"),
+    (f"{ASSESSED} walk-dropfoot --influence low --draws 5", "20 to 100000"),
     # options that stand for the library's arguments
     (f"{MOT} --mass '3 bar'", "afo-sim: --mass = '3 bar'"),
     (f"{MOT} --ankle-zero up", "afo-sim: --ankle-zero = 'up'"),
