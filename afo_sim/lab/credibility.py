@@ -283,16 +283,17 @@ def _comparators(metric: str) -> tuple[Numbers, ...]:
 
 def _plan(study: Numbers, metric: str, evidence: Numbers, factors: Sequence[Factor]) -> tuple[Numbers, ...]:
     """What to measure: a comparison first, where the comparator falls short; then what narrows the band."""
-    found, counted = [], rules_of()["metric"][metric]["counted"]
+    ranked, counted = [], rules_of()["metric"][metric]["counted"]
     for group in study["groups"]:
+        share, gain = group["explained"].get(counted, 0.0), 0.0
+        left = group.get("band_left", {}).get(counted, math.sqrt(1.0 - min(max(share, 0.0), 1.0)))
         told = {"what": group["name"].replace("_", " "), "measure": group["measure"]}
-        told["explained"] = share = group["explained"].get(counted, 0.0)
-        left = math.sqrt(1.0 - min(max(share, 0.0), 1.0))
-        told["band_left"] = group.get("band_left", {}).get(counted, left)
-        told |= {key: group[key] for key in ("wrong_left",) if metric == "toe_clearance" and key in group}
-        if group["measure"] and 1.0 - told["band_left"] >= _NOTICED:
-            found.append(told)
-    found.sort(key=lambda one: (one.get("wrong_left", 0.0), one["band_left"]))
+        told |= {"explained": share, "band_left": left}
+        if metric == "toe_clearance" and "wrong_left" in group:
+            gain, told["wrong_left"] = study["wrong"] - group["wrong_left"], group["wrong_left"]
+        if group["measure"] and 1.0 - left >= _NOTICED:
+            ranked.append((-gain if gain > group.get("wrong_left_error", 0.0) else 0.0, left, told))
+    found = [told for *_, told in sorted(ranked, key=lambda each: each[:2])]
     if any(each.grade < each.required for each in factors if each.part == "validation: comparator"):
         measure = f"record the wearer with the device, and compare {metric.replace('_', ' ')}"
         seen = {name: evidence[name] for name in ("values", "worn")}
