@@ -289,7 +289,7 @@ def _plan(study: Numbers, metric: str, evidence: Numbers, factors: Sequence[Fact
         left = group.get("band_left", {}).get(counted, math.sqrt(1.0 - min(max(share, 0.0), 1.0)))
         told = {"what": group["name"].replace("_", " "), "measure": group["measure"]}
         told |= {"explained": share, "band_left": left}
-        if metric == "toe_clearance" and "wrong_left" in group:
+        if metric == "toe_clearance" and "wrong" in study and "wrong_left" in group:
             gain, told["wrong_left"] = study["wrong"] - group["wrong_left"], group["wrong_left"]
         if group["measure"] and 1.0 - left >= _NOTICED:
             ranked.append((-gain if gain > group.get("wrong_left_error", 0.0) else 0.0, left, told))
