@@ -12,6 +12,7 @@ from typing import Any
 from afo_sim.common import InputError, Shown, SimulationError, assets, digest, json_text, shown, unknown
 from afo_sim.description import load
 from afo_sim.lab.ledger import read_device
+from afo_sim.lab.ledger_predictions import si
 from afo_sim.metrics import coverage, decides
 from afo_sim.simulation import Progress, Recording, found_step_errors, limits_of
 from afo_sim.simulation.run import run
@@ -235,7 +236,7 @@ def _evidence(recording: Recording, metric: str, answer: Numbers, others: Sequen
     drawn, given = (sum(each[key] for each in others) for key in ("drawn", "given"))
     found |= {"same_values": len(others), "drawn_inputs": drawn / (drawn + given) if drawn else None}
     if others:
-        largest = max(float(each["measured"].split()[0]) for each in others)
+        largest = max(si(each["measured"]) for each in others) / si(f"1 {answer['unit']}")
         found["times_measured"] = max(abs(answer["low"]), abs(answer["high"])) / largest
     return found | {"limit_stated": int(answer["wanted"] is not None)}
 

@@ -201,7 +201,7 @@ def test_evidence_is_found_again_in_the_run(name: str, request: pytest.FixtureRe
     assert evidence["explained"] == 1.0 - study["rest"]["toe_clearance"]
     if "energy_error" in told["metrics"]:
         assert evidence["energy_error"] == abs(told["metrics"]["energy_error"]["value"])
-    coverage = tomllib.loads((ROOT / "models" / "validation" / "coverage.toml").read_text("utf-8"))
+    coverage = tomllib.loads((ROOT / "models" / "coverage.toml").read_text("utf-8"))
     assert {key: evidence[key] for key in coverage["toe clearance"]} == coverage["toe clearance"]
     # kinds, counted in the text: but for friction, which no muscle here has in use, and the verdict's limits
     scenario = {key: part for key, part in told["scenario"].items() if key != "limits"}
