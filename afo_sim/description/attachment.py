@@ -9,7 +9,8 @@ from typing import Annotated, Literal, Self
 from pydantic import model_validator
 
 from afo_sim.description.joint import Segment as Segment
-from afo_sim.description.muscle import Contraction, Distance, PositiveLength
+from afo_sim.description.law_set import Contraction
+from afo_sim.description.muscle import Distance, PositiveLength
 from afo_sim.description.quantity import Described, Quantity, refusal
 
 Side = Literal["right", "left"]

@@ -10,7 +10,7 @@ from typing import Any, Literal, get_args, get_origin
 from pydantic import TypeAdapter, ValidationError
 
 from afo_sim.common import EXAMPLES, InputError, assets, nearest_name, unknown
-from afo_sim.description.muscle import FrictionSet, LawSet
+from afo_sim.description.law_set import FrictionSet, LawSet
 from afo_sim.description.quantity import Provenance, Whole
 from afo_sim.description.reader import Reading, load, read
 from afo_sim.description.scenario import Scenario

@@ -1,15 +1,15 @@
 """A muscle as it is described: braid, laws and frictions with their parameters, damper, limits."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, ValidationInfo, field_validator, model_serializer, model_validator
-from pydantic_core import PydanticCustomError
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-from afo_sim.common import format_quantity, nearest_name, parse_quantity, unknown
+from afo_sim.common import nearest_name, unknown
 from afo_sim.description.covariance import Draws, FitCovariance
+from afo_sim.description.law_set import FrictionSet, GaugePressure, LawSet, named
 from afo_sim.description.lengths import BraidLength, Lengths, amounts
 from afo_sim.description.quantity import (
     Described,
@@ -17,9 +17,7 @@ from afo_sim.description.quantity import (
     Quantity,
     amount,
     refusal,
-    refuse_all,
     refused_name,
-    split_sources,
 )
 from afo_sim.description.rest_curves import RestCurves, at_rest
 from afo_sim.physics import (
@@ -27,7 +25,6 @@ from afo_sim.physics import (
     LAWS,
     RETIRED_FRICTIONS,
     Braid,
-    LawParameter,
     LawVolume,
     law_volume,
     returning,
@@ -37,8 +34,6 @@ from afo_sim.physics import (
 PositiveLength = Annotated[float, Quantity("m", above=0.0, at_most=2.0)]
 Distance = Annotated[float, Quantity("m", at_least=0.0, at_most=2.0)]
 Pressure = Annotated[float, Quantity("Pa", above=0.0, at_most=2e6)]
-GaugePressure = Annotated[float, Quantity("Pa", at_least=0.0, at_most=2e6)]
-Contraction = Annotated[float, Quantity("", at_least=-0.5, at_most=0.9)]
 _Damping = Annotated[float, Quantity("N*s/m", at_least=-1e6, at_most=1e6)]
 _DampingSlope = Annotated[float, Quantity("N*s/(m*Pa)", at_least=-1.0, at_most=1.0)]
 
@@ -54,77 +49,6 @@ class Limits(Described):
     """Furthest stretch, as a negative contraction ratio."""
     contraction_max: Annotated[float, Quantity("", above=0.0, at_most=0.6)]
     """Highest contraction ratio."""
-
-
-class LawSet(Described):
-    """One law's parameters for one muscle, SI, and where they hold."""
-
-    law: str
-    """Name of the law."""
-    parameters: dict[str, float]
-    """Parameters of the law."""
-    pressure_range: tuple[GaugePressure, GaugePressure]
-    """Lowest and highest gauge pressure at which the parameters hold; the law's by default."""
-    contraction_range: tuple[Contraction, Contraction]
-    """Lowest and highest contraction ratio at which the parameters hold; the law's by default."""
-
-    @model_validator(mode="before")
-    @classmethod
-    def _read_flat(cls, table: Any) -> Any:
-        """A flat table of parameters and ranges, as it stands under [laws.NAME], to fields."""
-        if not isinstance(table, Mapping) or "parameters" in table:
-            return table
-        read = _split_flat(table, "law", LAWS, ("pressure_range", "contraction_range"))
-        law = LAWS[read["law"]]
-        read.setdefault("pressure_range", [f"{p!r} Pa" for p in law.pressure_range])
-        read.setdefault("contraction_range", list(law.contraction_range))
-        return read
-
-    @field_validator("parameters", mode="before")
-    @classmethod
-    def _are_the_laws(cls, values: Any, info: ValidationInfo) -> Any:
-        return _read_parameters(LAWS.get(info.data.get("law", "")), values, info)
-
-    @model_validator(mode="after")
-    def _ranges_rise(self) -> Self:
-        for key in ("pressure_range", "contraction_range"):
-            lower, upper = getattr(self, key)
-            if not lower < upper:
-                raise refusal("the first value is not below the second", "", key)
-        return self
-
-    @model_serializer(mode="wrap")
-    def _write(self, handler: Any) -> dict[str, Any]:
-        kept = handler(self)
-        written = _written(LAWS[self.law].parameters, self.parameters)
-        return written | {key: kept[key] for key in ("pressure_range", "contraction_range", "provenance")}
-
-
-class FrictionSet(Described):
-    """One friction's parameters for one muscle, SI."""
-
-    friction: str
-    """Name of the friction."""
-    parameters: dict[str, float]
-    """Parameters of the friction."""
-
-    @model_validator(mode="before")
-    @classmethod
-    def _read_flat(cls, table: Any) -> Any:
-        """A flat table of parameters, as it stands under [frictions.NAME], to fields."""
-        if not isinstance(table, Mapping) or "parameters" in table:
-            return table
-        return _split_flat(table, "friction", FRICTIONS, ())
-
-    @field_validator("parameters", mode="before")
-    @classmethod
-    def _are_the_frictions(cls, values: Any, info: ValidationInfo) -> Any:
-        return _read_parameters(FRICTIONS.get(info.data.get("friction", "")), values, info)
-
-    @model_serializer(mode="wrap")
-    def _write(self, handler: Any) -> dict[str, Any]:
-        written = _written(FRICTIONS[self.friction].parameters, self.parameters)
-        return written | {"provenance": handler(self)["provenance"]}
 
 
 class ThreeElementDamper(Described):
@@ -229,7 +153,7 @@ class Muscle(Named, RestCurves, Draws):
     def _read_sets(cls, table: Any) -> Any:
         if not isinstance(table, dict):
             return table
-        laws, frictions = _named(table, "law"), _named(table, "friction")
+        laws, frictions = named(table, "law"), named(table, "friction")
         frictions = {name: own for name, own in frictions.items() if name not in RETIRED_FRICTIONS}
         return table | {"laws": laws, "frictions": frictions}
 
@@ -513,77 +437,3 @@ class Muscle(Named, RestCurves, Draws):
     def piece(self) -> Braid:
         """The braid of one of its pieces."""
         return replace(self.braid, nominal_length=self.nominal_length / self.pieces)
-
-
-def _named(table: dict[str, Any], kind: str) -> Any:
-    """The tables [laws.NAME] or [frictions.NAME], each with its name."""
-    given = table.get(f"{kind}s", {})
-    if not isinstance(given, Mapping):
-        raise refusal("is not a table", f"a table [{kind}s.NAME] for each {kind}", f"{kind}s")
-    return {
-        name: parameters | {kind: name}
-        if isinstance(parameters, dict)
-        else parameters
-        if isinstance(parameters, Described)
-        else {kind: name, "parameters": parameters}
-        for name, parameters in given.items()
-    }
-
-
-def _split_flat(
-    table: Mapping[str, Any], kind: str, known: Mapping[str, Any], others: Sequence[str]
-) -> dict[str, Any]:
-    """A flat table as fields: the law's name, its parameters, what else stands there, and the sources."""
-    values, sources = split_sources(table)
-    name = str(values.get(kind))
-    if name not in known:
-        raise refused_name(f"{name!r} is an unknown {kind}", name, known)
-    kept = {key: value for key, value in values.items() if key in (kind, *others)}
-    rest = {key: value for key, value in values.items() if key not in (*kept, "provenance")}
-    return kept | {"parameters": rest, "provenance": sources}
-
-
-def _read_parameters(owner: Any, values: Any, info: ValidationInfo) -> Any:
-    """A law's or friction's parameters in SI; refuses all that are missing, unknown or out of range."""
-    if owner is None:
-        return values
-    names = [parameter.name for parameter in owner.parameters]
-    if not isinstance(values, Mapping):
-        raise refusal("is not a table", f"a table with {', '.join(names)}")
-    if info.context and info.context.get("si"):
-        return dict(values)  # a perturbed set may leave the bounds of a fit
-    read, problems = {}, []
-    for parameter in owner.parameters:
-        try:
-            if parameter.name in values:
-                read[parameter.name] = _read_parameter(parameter, values[parameter.name])
-            elif parameter.default is not None:
-                read[parameter.name] = parameter.default
-            else:
-                span = Quantity(parameter.unit, at_least=parameter.lower, at_most=parameter.upper).span
-                allowed = f"{span} ({parameter.meaning})"
-                raise refusal(f"is missing; {owner.name} needs it", allowed, parameter.name)
-        except PydanticCustomError as problem:
-            problems.append(problem)
-    for key in values:
-        if key not in names:
-            problems.append(refused_name(f"is not a parameter of {owner.name}", key, names, key))
-    refuse_all(problems)
-    return read
-
-
-def _read_parameter(parameter: LawParameter, text: Any) -> float:
-    try:
-        number = parse_quantity(text, parameter.unit)
-    except ValueError as error:
-        raise refusal(str(error), "", parameter.name) from None
-    if not parameter.lower <= number <= parameter.upper:
-        allowed = f"{parameter.lower:g} to {parameter.upper:g} {parameter.unit}".strip()
-        raise refusal(f"{text!r} is out of range", allowed, parameter.name)
-    return number
-
-
-def _written(parameters: Sequence[LawParameter], values: dict[str, float]) -> dict[str, Any]:
-    """SI values as text that reads again."""
-    units = {parameter.name: parameter.unit for parameter in parameters}
-    return {name: format_quantity(value, units[name]) for name, value in values.items()}

@@ -25,8 +25,9 @@ from afo_sim.description.air.regulator import Regulator
 from afo_sim.description.air.source import Source
 from afo_sim.description.air.tube import Tube
 from afo_sim.description.control.sensor import SensorType
+from afo_sim.description.law_set import FrictionSet, LawSet
 from afo_sim.description.leg import Leg, Shoe
-from afo_sim.description.muscle import FrictionSet, LawSet, Muscle
+from afo_sim.description.muscle import Muscle
 from afo_sim.description.orthosis import Orthosis, Valve
 from afo_sim.description.quantity import OfChambers, Quantity, amount
 from afo_sim.description.scenario import Scenario

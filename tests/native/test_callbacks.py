@@ -11,7 +11,7 @@ from rig import BRAID, LAW, charged, hanging_mass
 from afo_sim import native
 from afo_sim.common import AMBIENT_PRESSURE, CallbackError, assets
 from afo_sim.description import load
-from afo_sim.description.muscle import LawSet
+from afo_sim.description.law_set import LawSet
 from afo_sim.model.build import build
 from afo_sim.native import slots, struct_layout
 from afo_sim.native.callbacks import define

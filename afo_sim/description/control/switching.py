@@ -14,7 +14,7 @@ from pydantic import Field, ValidationInfo, model_validator
 from pydantic_core import CoreSchema, core_schema
 
 from afo_sim.common import format_quantity, parse_quantity, read_any_quantity
-from afo_sim.description.muscle import GaugePressure
+from afo_sim.description.law_set import GaugePressure
 from afo_sim.description.quantity import Described, OfChambers, Quantity, refusal, refused_name
 from afo_sim.description.walking import Phase
 
