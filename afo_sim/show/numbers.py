@@ -33,7 +33,7 @@ _WHICH_STRIDES = "which-strides"  # code of the note of which strides the number
 FIRST = 8  # strides of a run whose toe clearance is told
 # of the recorded walker and the patient, as a share; beyond it the two are told
 _SAME_MASS, _SAME_HEIGHT = 0.05, 0.01
-_IDEAL = ("chou_hannaford_1996", "tondu_lopez_2000")  # laws of the braid's geometry, without a bladder
+_IDEAL = ("chou_hannaford_1996", "tondu_lopez_2000")  # laws of the braid's geometry, without rubber
 _BRIEF = {
     "filled-first": "starts with filled muscles",
     "cuff-assumed": "the assumed cuff compliance decides",
@@ -170,7 +170,7 @@ def _of_muscles(scenario: Mapping[str, Any]) -> list[Notice]:
         law = muscle["law"]
         numbers = (muscle.get("laws", {}).get(law) or {}).get("provenance") or {}
         kinds = {told["kind"] for told in numbers.values()}
-        if law in _IDEAL and not kinds & {"fitted", "published", "measured"}:
+        if law in _IDEAL and not muscle.get("tube") and not kinds & {"fitted", "published", "measured"}:
             words = (
                 "the {subject}'s law {law} is the braid's geometry alone, an upper bound that nobody has "
                 "measured on this muscle: test it on a stand (afo-sim fit), and expect less"

@@ -258,7 +258,7 @@ def doubt_of(muscle: Muscle) -> str:
         return ""
     if "derived" in kinds:
         return DERIVED
-    return UPPER_BOUND if muscle.law in _IDEAL else _NOT_MEASURED
+    return UPPER_BOUND if muscle.law in _IDEAL and muscle.tube is None else _NOT_MEASURED
 
 
 def link_for(now: MuscleGroup, muscle: Muscle) -> float | None:
