@@ -45,15 +45,28 @@ def test_every_scenario_runs_a_second(name: str) -> None:
 @pytest.mark.parametrize("name", assets.names("muscle"))
 def test_every_number_of_a_muscle_says_where_it_comes_from(name: str) -> None:
     muscle = load("muscle", name)
-    words = {"name", "description", "law", "limits", "provenance", "laws", "friction", "frictions", "damper"}
+    words = {
+        "name",
+        "description",
+        "law",
+        "limits",
+        "provenance",
+        "laws",
+        "friction",
+        "frictions",
+        "damper",
+        "tube",
+    }
     numbers = set(type(muscle).model_fields) - words - {"grade", "covariance", "lengths", "pieces"}
-    ends = {"free_contraction", "blocked_force", "test_pressure"}  # of a muscle that was measured itself
-    assert numbers - (ends - muscle.model_fields_set) == set(muscle.provenance)
+    own = {"free_contraction", "blocked_force", "test_pressure"}  # of a muscle that was measured itself
+    own |= {"force_factor", "contraction_factor", "end_loss"}  # by which it differs
+    assert numbers - (own - muscle.model_fields_set) == set(muscle.provenance)
     for told in (*muscle.laws.values(), *muscle.frictions.values()):
         assert set(told.parameters) - set(told.provenance) == set()
     if muscle.damper is not None:
         assert muscle.damper.model_fields_set - {"provenance"} == set(muscle.damper.provenance)
-    assert set(muscle.limits.provenance) == set(type(muscle.limits).model_fields) - {"provenance"}
+    for told in filter(None, (muscle.limits, muscle.tube)):
+        assert set(told.provenance) == set(type(told).model_fields) - {"provenance"}
     for told in filter(None, (muscle.lengths, muscle.lengths and muscle.lengths.force)):
         assert set(told.provenance) == set(type(told).model_fields) - {"provenance", "force"}
     assert (MODELS / "muscles" / name / "README.md").is_file()
