@@ -59,7 +59,8 @@ def without(device: Device, changes: Iterable[str]) -> Device:
         measured = tuple(m.model_copy(update={"at": own}) for m, own in zip(measured, at, strict=True))
     if "rubber" in changes and "tube.modulus" in unknown:
         del unknown["tube.modulus"], unknown["tube.wall_thickness"]
-        given["law"] = given["law"].model_copy(update={"value": BARE})
+        law = given["law"]  # no number is None, which takes the template's tube away: a copy is not checked
+        given |= {key: law.model_copy(update={"value": x}) for key, x in (("law", BARE), ("tube", None))}
         unknown[f"laws.{BARE}.wall_thickness"] = WALL
     return device.model_copy(update={"given": given, "unknown": unknown, "measured": measured})
 

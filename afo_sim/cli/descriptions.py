@@ -125,7 +125,7 @@ class _New:
     end_length: Annotated[
         str | None, Option(help="of its clamps together, which do not contract; two bores by default")
     ] = None
-    wall_thickness: Annotated[str | None, Option(help="of its rubber tube; without one by default")] = None
+    wall_thickness: Annotated[str | None, Option(help="of its rubber tube; bore/7 by default")] = None
 
 
 @app.command()

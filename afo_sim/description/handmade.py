@@ -7,8 +7,6 @@ from collections.abc import Iterator, Mapping, MutableMapping
 from dataclasses import dataclass
 from typing import Any
 
-import tomlkit
-
 from afo_sim.common import (
     AMBIENT_PRESSURE,
     AMBIENT_TEMPERATURE,
@@ -23,7 +21,7 @@ from afo_sim.physics import Braid
 
 # argument: (unit, text of its range, lowest, highest, whether the lowest itself is allowed)
 _RANGES: dict[str, tuple[str, str, float, float, bool]] = {
-    "bore": ("m", "above 0 mm, to 200 mm", 0.0, 0.2, False),
+    "bore": ("m", "0.7 mm to 200 mm", 0.699e-3, 0.2, True),
     "braid_angle": ("rad", "5 deg to 49.9 deg", math.radians(5.01), math.radians(49.95), True),
     "length": ("m", "above 0 cm, to 1000 cm", 0.0, 10.0, False),
     "end_length": ("m", "at least 0 cm, and less than the length", 0.0, 2.0, True),
@@ -42,12 +40,8 @@ _PLACE = {
     "end_length": "end_length",
     "bore": "bore",
     "braid_angle": "braid_angle",
+    "wall_thickness": "tube.wall_thickness",
 }
-_TUBE = """
-[tube]
-modulus = {{ value = "1 MPa", kind = "assumed", source = "silicone, latex: 0.5 to 3 MPa; stretch yours" }}
-wall_thickness = {{ value = "{}", kind = "user", source = "given to afo-sim new" }}
-"""
 
 
 def fill_braid(muscle: MutableMapping[str, Any], given: Mapping[str, str]) -> None:
@@ -61,7 +55,7 @@ def fill_braid(muscle: MutableMapping[str, Any], given: Mapping[str, str]) -> No
     highest = parse_quantity(muscle["limits"]["pressure"]["value"], "Pa")
     rubber = "laws.tondu_lopez_2000_bladder.bladder"
     numbers: dict[str, str | float] = {
-        **{place: given.get(key, f"{1e3 * q[key]:.6g} mm") for key, place in _PLACE.items()},
+        **{place: given.get(key, f"{1e3 * q[key]:.3g} mm") for key, place in _PLACE.items()},
         "damping": f"{2e-4 * area:.3g} m^2*s",
         "braid_stiffness": f"{20.0 * bore / 11.5e-3:.3g} kN",
         "dead_volume": f"{max(1e6 * math.pi * bore**2 / 4.0 * end, 0.1):.3g} ml",
@@ -72,13 +66,10 @@ def fill_braid(muscle: MutableMapping[str, Any], given: Mapping[str, str]) -> No
         "limits.contraction_min": -min(0.03, math.floor(-500.0 * braid.lock) * 1e-3),
         "limits.contraction_max": most,
     }
+    own = {_PLACE[key]: {"kind": "user", "source": "given to afo-sim new"} for key in given}
     for place, number in numbers.items():
-        functools.reduce(operator.getitem, place.split("."), muscle)["value"] = number
-    for key in given:
-        if key == "wall_thickness":
-            muscle["tube"] = tomlkit.parse(_TUBE.format(given[key]))["tube"]
-        else:
-            muscle[_PLACE[key]].update(kind="user", source="given to afo-sim new")
+        entry = functools.reduce(operator.getitem, place.split("."), muscle)
+        entry.update(value=number, **own.get(place, {}))
     for law in muscle["laws"].values():
         law["contraction_range"] = [0.0, most]
 
@@ -104,9 +95,9 @@ class BraidFacts:
     blocked_force: float
     """Force at no contraction [N]."""
     volume: tuple[float, float]
-    """Volume of air at no and at the maximum contraction, with the dead volume [m³]."""
+    """Volume of air at no and at the maximum contraction, with the dead volume, less its tube [m³]."""
     free_air: float
-    """Air of one filling from ambient pressure, while the muscle shortens all it can [m³ ANR]."""
+    """Air of one filling from ambient pressure, to the maximum contraction [m³ ANR]."""
 
     @classmethod
     def of(cls, muscle: Muscle, pressure: float | None = None) -> "BraidFacts":
@@ -125,10 +116,10 @@ class BraidFacts:
         yield "ideal braid, contraction at most", f"{100.0 * self.maximum_contraction:.3g} %"
         yield f"ideal braid, force {bar} and no contraction", f"{self.blocked_force:.4g} N"
         yield (
-            "air volume at rest, and at most contraction",
+            f"air volume at rest, and at {100.0 * self.maximum_contraction:.3g} %",
             f"{1e6 * self.volume[0]:.4g} ml, {1e6 * self.volume[1]:.4g} ml",
         )
-        yield f"air of one filling {bar}", f"{1e3 * self.free_air:.3g} l (ANR)"
+        yield f"air of one filling to there {bar}", f"{1e3 * self.free_air:.3g} l (ANR)"
 
 
 def new_braid_facts(muscle: Muscle) -> list[tuple[str, str]]:
@@ -140,7 +131,7 @@ def new_braid_facts(muscle: Muscle) -> list[tuple[str, str]]:
         other = muscle.using(law=law)
         force = other.force(facts.pressure, contraction=0.0)
         most = other.contraction(facts.pressure, force=0.0)
-        beside = "in use" if law == muscle.law else f"{100.0 * (force / in_use - 1.0):+.0f} %"
+        beside = "in use" if law == muscle.law else f"{100.0 * (force / in_use - 1.0):+z.0f} %"
         said = f"{force:.4g} N ({beside}), contraction at most {100.0 * most:.3g} %"
         found.append((f"by the law {law} at {facts.pressure * 1e-5:.4g} bar", said))
     return found
@@ -157,7 +148,7 @@ def _read(given: Mapping[str, str]) -> dict[str, float]:
             needs = "a braid needs `bore`, `braid_angle` and `length`"
             raise InputError("is missing", field=name, allowed=f"{_RANGES[name][1]}; {needs}")
     q = {name: _quantity(name, text) for name, text in given.items()}
-    q.setdefault("end_length", 2.0 * q["bore"])
+    q = {"end_length": 2.0 * q["bore"], "wall_thickness": q["bore"] / 7.0} | q
     active, longer = q["length"] - q["end_length"], f"more than {1e3 * (q['bore'] + q['end_length']):g} mm"
     if active <= q["bore"]:
         problem = (
@@ -167,7 +158,7 @@ def _read(given: Mapping[str, str]) -> dict[str, float]:
         if active <= 0.0:
             problem = f"no braid is left between the ends, {1e3 * q['end_length']:g} mm in all"
         raise InputError(problem, field="length", value=given["length"], allowed=longer)
-    if 2.0 * q.get("wall_thickness", 0.0) >= q["bore"]:
+    if 2.0 * q["wall_thickness"] >= q["bore"]:
         problem, allowed = "leaves no air in the bore", f"less than {5e2 * q['bore']:g} mm"
         raise InputError(problem, field="wall_thickness", value=given["wall_thickness"], allowed=allowed)
     strength = blocked_force(Braid(active, q["bore"] / 2.0, q["braid_angle"]), _PRESSURE)

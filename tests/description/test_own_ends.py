@@ -132,11 +132,11 @@ def test_ends_weaken_short_muscles_more() -> None:
     """By hand: F ∝ 1 − d/L0 of one piece, whose L0 is the braid between the fittings."""
     ends = {"end_loss": "15 mm"}
     for total, length in (("20 cm", 180.0), ("12 cm", 100.0)):  # 2 cm are clamps
-        sets = {"law": "tondu_lopez_2000", "total_length": total}
+        sets = {"tube": None, "total_length": total}  # which takes the same newtons of any length
         share = _pull("handmade_10mm", **sets, **ends) / _pull("handmade_10mm", **sets)
         assert share == pytest.approx(1.0 - 15.0 / length, rel=1e-12)
     # three pieces of 60 mm
-    sets = {"law": "tondu_lopez_2000", "pieces": 3}
+    sets = {"tube": None, "pieces": 3}
     share = _pull("handmade_10mm", **sets, **ends) / _pull("handmade_10mm", **sets)
     assert share == pytest.approx(0.75, rel=1e-12)
     # laws of muscles of many lengths belong to the reference length, 30 cm, with its ends

@@ -181,8 +181,7 @@ def test_every_shipped_muscle_says_what_brings_it_back() -> None:
     for name in assets.names("muscle"):
         muscle = load("muscle", name)
         assert muscle.provenance["return_stiffness"].kind == "assumed"
-        bladder = muscle.law.endswith("_bladder") and name != "handmade_10mm"  # which has laws without, too
-        assert muscle.return_stiffness == (0.0 if bladder else 20.0), name
+        assert muscle.return_stiffness == (0.0 if muscle.law.endswith("_bladder") else 20.0), name
 
 
 def test_a_chamber_of_pulleys_and_anchors_is_refused_where_the_anchors_give() -> None:

@@ -11,6 +11,7 @@ from afo_sim.physics import LAWS, AtRest, rubber_force, turning
 
 ANGLES = (6.0, 15.0, 22.0, 30.0, 45.0)  # [deg]
 TUBE = {"tube": {"modulus": "1.2 MPa", "wall_thickness": "0.8 mm"}}
+BARE = {"tube": None}
 
 
 def b_of(degrees: float) -> float:
@@ -75,7 +76,7 @@ SETS = [(name, law) for name in NAMES for law in load("muscle", name).laws]
 @pytest.mark.parametrize(("name", "law"), SETS)
 def test_every_law_falls_with_a_tube_that_it_does_not_know(name: str, law: str) -> None:
     """Laws with a rubber of their own, or without a braid, are what they are without one."""
-    with_tube, bare = (load("muscle", name, sets).using(law=law) for sets in (TUBE, {}))
+    with_tube, bare = (load("muscle", name, sets).using(law=law) for sets in (TUBE, BARE))
     forces = [at_rest(each).signed for each in (with_tube, bare)]
     if LAWS[law].rubber:
         assert law in ("tondu_lopez_2000_bladder", "martens_boblan_2017", "daerden_lefeber_2001")
@@ -93,8 +94,7 @@ def test_every_law_falls_with_a_tube_that_it_does_not_know(name: str, law: str) 
 
 def test_a_law_that_is_fitted_in_a_device_is_fitted_with_the_rubber() -> None:
     """`at_rest` with other parameters, as fits of devices ask it: the tube takes what it took."""
-    sets = {"law": "tondu_lopez_2000"}
-    with_tube, bare = (at_rest(load("muscle", "handmade_10mm", sets | s), {"k": 1.3}) for s in (TUBE, {}))
+    with_tube, bare = (at_rest(load("muscle", "handmade_10mm", s), {"k": 1.3}) for s in (TUBE, BARE))
     taken = rubber_force(0.1, *_of(with_tube))[0]
     assert with_tube.signed(0.1, 3e5) - bare.signed(0.1, 3e5) == pytest.approx(taken, rel=1e-9)
     assert taken < -10.0
@@ -108,17 +108,17 @@ def test_a_soft_thin_tube_is_none() -> None:
     """The least that can be described, 0.1 mm of 0.05 MPa, takes next to nothing, in proportion."""
     found = []
     for modulus in ("0.05 MPa", "0.1 MPa"):
-        tube = {"tube": {"modulus": modulus, "wall_thickness": "0.1 mm"}, "law": "tondu_lopez_2000"}
+        tube = {"tube": {"modulus": modulus, "wall_thickness": "0.1 mm"}}
         found.append(load("muscle", "handmade_10mm", tube).force("2 bar", contraction=0.1))
-    bare = load("muscle", "handmade_10mm", {"law": "tondu_lopez_2000"}).force("2 bar", contraction=0.1)
+    bare = load("muscle", "handmade_10mm", BARE).force("2 bar", contraction=0.1)
     assert 0.0 < bare - found[0] < 0.5
     assert bare - found[1] == pytest.approx(2.0 * (bare - found[0]), rel=1e-9)
 
 
 def test_the_measured_free_contraction_includes_the_tube() -> None:
     """The whole muscle goes slack at its own free contraction, at the pressure of its test."""
-    sets = {"law": "tondu_lopez_2000", "free_contraction": 0.25, "test_pressure": "3 bar"}
-    for tube in ({}, TUBE):
+    sets = {"free_contraction": 0.25, "test_pressure": "3 bar"}
+    for tube in (BARE, TUBE):
         muscle = load("muscle", "handmade_10mm", sets | tube)
         assert muscle.contraction("3 bar", force=0.0) == pytest.approx(0.25, abs=1e-9)
     stiff = {"tube": {"modulus": "20 MPa", "wall_thickness": "3 mm"}}

@@ -163,7 +163,10 @@ def test_a_muscle_that_nobody_measured_is_not_crowned_without_a_word() -> None:
         name: doubt_of(load("muscle", name)) for name in ("handmade_10mm", "dmsp_40", "dmsp_10", "s1_215mm")
     }
     assert doubts == {"handmade_10mm": "not measured", "dmsp_40": DERIVED, "dmsp_10": "", "s1_215mm": ""}
-    assert doubt_of(load("muscle", "handmade_10mm", {"law": "chou_hannaford_1996"})) == UPPER_BOUND
+    ideal = {"law": "chou_hannaford_1996"}
+    assert doubt_of(load("muscle", "handmade_10mm", ideal)) == "not measured"
+    for bare in ({"tube": None}, ideal | {"tube": None}):
+        assert doubt_of(load("muscle", "handmade_10mm", bare)) == UPPER_BOUND
     sets = {"supply.pressure": "3.8 bar"}  # at which the hand-made one keeps its own limit
     found = size("muscle", "walk-dropfoot-afo", sets, limits="toe_clearance >= 10 mm", count=1)
     each = {tried.name: tried for tried in found.tried}
