@@ -66,11 +66,16 @@ class Credibility(Shown):
         """Why it is judged so: factors that fall short, whether the draws decide, what to measure next."""
         a, below = self.answer, ", ".join(f"{each.name} ({each.grade})" for each in self.short)
         needed = f"grade {self.factors[0].required}, which {self.risk} risk requires"
-        found = [f"{len(self.short)} of {len(self.factors)} factors miss {needed}: {below}"] if below else []
-        found = found or [f"all {len(self.factors)} factors reach {needed}"]
+        reached = len(self.factors) - len(self.short)
+        graded = f"{reached} of {len(self.factors)} factors reach {needed}" + (
+            f"; not {below}" if below else ""
+        )
         wanted = "" if a["wanted"] is None else f"; {a['good']} {a['wanted']:.3g} {a['unit']} is wanted"
         band = f"5 to 95 % of {a['draws']} draws: {a['low']:.3g} to {a['high']:.3g} {a['unit']}"
-        found.append(f"the answer is {a['answer']}, {a['status']} by the verdict; {band}{wanted}")
+        # no yes or no: the program cannot know how the question is put
+        told = f"{self.asked['metric'].replace('_', ' ')} is {a['answer']} in the draws; {band}{wanted}"
+        told += f"; the verdict of the run is {a['status']}"
+        found = [graded, told] if below else [told, graded]
         return found + [f"measure next: {one['what']}: {one['measure']}" for one in self.plan[:1]]
 
     def to_json(self) -> Numbers:
@@ -193,7 +198,7 @@ def _grade(rule: Numbers, value: float | None) -> int:
 
 
 def _answer(recording: Recording, metric: str) -> Numbers:
-    """The number with band and limits, and whether the draws decide: yes, no or undecided."""
+    """The number with band and limits, and whether the draws decide: good, bad or undecided."""
     rule, study = rules_of()["metric"][metric], recording.studies["uncertainty"]
     if metric not in study["metrics"]:
         there = ", ".join(name for name in rules_of()["metric"] if name in study["metrics"])
@@ -203,9 +208,10 @@ def _answer(recording: Recording, metric: str) -> Numbers:
     wanted, bad = (None, None) if limits is None else (rule["times"] * limit for limit in limits)
     (low, median, high), above = band["quantiles"], rule["good"] == "above"
     tried = of.status == "good" and of.kept is not None
-    yes = tried and (wanted is None or (low >= wanted if above else high <= wanted))
-    no = of.status == "bad" and bad is not None and (high < bad if above else low > bad)
-    found: Numbers = {"answer": "yes" if yes else "no" if no else "undecided", "value": band["own"]}
+    reached = tried and (wanted is None or (low >= wanted if above else high <= wanted))
+    missed = of.status == "bad" and bad is not None and (high < bad if above else low > bad)
+    answer = "good" if reached else "bad" if missed else "undecided"
+    found: Numbers = {"answer": answer, "value": band["own"]}
     found |= {"unit": band["unit"], "low": low, "median": median, "high": high, "good": rule["good"]}
     found |= {"wanted": wanted, "bad": bad, "status": of.status, "kept": of.kept}
     found |= {"draws": study["draws"] - study["failed"]["count"], "asked": of.question, "text": of.text}
@@ -238,15 +244,32 @@ def _evidence(recording: Recording, metric: str, answer: Numbers, others: Sequen
     if others:
         largest = max(si(each["measured"]) for each in others) / si(f"1 {answer['unit']}")
         found["times_measured"] = max(abs(answer["low"]), abs(answer["high"])) / largest
-    return found | {"limit_stated": int(answer["wanted"] is not None)}
+    found["draws_rejected"] = study["rejected"]
+    return found | {"limit_kept": int(answer["wanted"] is not None and _kept(recording, metric))}
+
+
+def _kept(recording: Recording, metric: str) -> bool:
+    """Whether limits of a number and of trips are at least as strict as the usual ones."""
+    rule, own, usual = rules_of()["metric"][metric], limits_of(recording), load("limits", "usual")
+    sides = {rule["limit"]: 1.0 if rule["good"] == "above" else -1.0, "drawn_trips": -1.0}
+    pairs = [
+        (side * x, side * y)
+        for name, side in sides.items()
+        for x, y in zip(getattr(own, name), getattr(usual, name), strict=True)
+    ]
+    return all(x >= y for x, y in pairs)
 
 
 def _inputs(scenario: Mapping[str, Any]) -> Numbers:
     """Kinds of a scenario's numbers, grades and fits of its muscles, its tissue beside the usual."""
     kinds = _kinds({key: part for key, part in scenario.items() if key != "limits"})  # of the verdict
+    kinds["set"] = sum(part.startswith("set ") for part in scenario["description"].split("; "))
     found: Numbers = {f"numbers_{kind}": kinds[kind] for kind in _KINDS} | {"numbers": kinds.total()}
     found["unsourced_share"] = (kinds["assumed"] + kinds["set"]) / max(kinds.total(), 1)
-    found["own_walk"] = int(scenario["gait"].get("walker") == "patient")
+    gait = scenario["gait"]
+    shipped = (assets.folder("gait_data") / f"{gait['cycle']}.csv").is_file()
+    found["own_walk"] = int(gait.get("walker") == "patient" and not shipped)
+    found["friction"] = si(scenario["leg"].get("friction") or "0 N*m")
     muscles = [group["type"] for group in scenario["orthosis"].get("muscle", {}).values()]
     if muscles:
         found["muscle_grade"] = worst = min(_MUSCLES.index(muscle["grade"]) for muscle in muscles)

@@ -67,7 +67,7 @@ BEST: Numbers = dict.fromkeys(
     ("metrics_beyond_step", "draws_failed_share", "warnings_that_decide", "numbers_set"), 0
 )
 BEST |= {"test_functions": 900, "law_tests": 50, "step_error_times": 0.01, "stride_change_times": 0.01}
-BEST |= {"own_walk": 1, "unsourced_share": 0.05, "tissue": 1.0, "draws": 1000, "explained": 0.95}
+BEST |= {"own_walk": 1, "friction": 0.1, "draws_rejected": 0, "unsourced_share": 0.05, "tissue": 1.0, "draws": 1000, "explained": 0.95}
 BEST |= {
     "band_by_limit": 1.0,
     "benches": 20,
@@ -76,7 +76,7 @@ BEST |= {
     "same_values": 12,
     "inside_share": 0.95,
 }
-BEST |= {"drawn_inputs": 0.05, "times_measured": 1.1, "limit_stated": 1}
+BEST |= {"drawn_inputs": 0.05, "times_measured": 1.1, "limit_kept": 1}
 ALL: dict[str, int] = dict.fromkeys((each["name"] for each in rules_of()["factor"]), 3)
 ALL |= {"software quality assurance": 2, "numerical code verification": 2, "use error": 2, "model form": 2}
 HELD = ("test samples", "test conditions", "relevance of the validation to the context of use")
@@ -161,7 +161,7 @@ def worn() -> Credibility:
 
 
 def test_a_foot_that_trips_in_every_draw_is_decided_at_low_risk_alone(bare: Credibility) -> None:
-    assert (bare.answer["answer"], bare.judgement, bare.short) == ("no", "sufficient", [])
+    assert (bare.answer["answer"], bare.judgement, bare.short) == ("bad", "sufficient", [])
     assert bare.answer["high"] < 0.0 == bare.answer["bad"]
     for one, other in itertools.product(LEVELS, LEVELS):
         found = assess(bare.recording, ASKED | {"influence": one, "consequence": other})
@@ -279,7 +279,7 @@ def test_a_foot_that_clears_in_every_draw_suffices_at_low_risk(worn: Credibility
         bands["trips"] = study["trips"] | {"touch": study["trips"]["touch"] | {"share": trips}}
         return assess(worn.recording.changed(studies=worn.recording.studies | {"uncertainty": bands}), ASKED)
 
-    assert (found(10.0, 0.0).answer["answer"], found(10.0, 0.0).judgement) == ("yes", "sufficient")
+    assert (found(10.0, 0.0).answer["answer"], found(10.0, 0.0).judgement) == ("good", "sufficient")
     assert found(9.99, 0.0).judgement == found(10.0, 0.2).judgement == "insufficient"
 
 
@@ -326,7 +326,7 @@ def test_numbers_that_are_not_known_grade_nothing(worn: Credibility) -> None:
 
 def test_air_has_no_limit_and_no_measured_value(worn: Credibility, bare: Credibility) -> None:
     found = assess(worn.recording, ASKED | {"metric": "air_per_stride"})
-    assert (found.evidence["values"], found.evidence["limit_stated"], found.judgement) == (
+    assert (found.evidence["values"], found.evidence["limit_kept"], found.judgement) == (
         0,
         0,
         "insufficient",
