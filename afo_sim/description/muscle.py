@@ -12,6 +12,7 @@ from afo_sim.description.covariance import Draws, FitCovariance
 from afo_sim.description.law_set import FrictionSet, GaugePressure, LawSet, named
 from afo_sim.description.lengths import BraidLength, Lengths, amounts
 from afo_sim.description.quantity import (
+    SET_BY_HAND,
     Described,
     Named,
     Quantity,
@@ -133,7 +134,7 @@ class Muscle(Named, RestCurves, Draws):
     contraction_factor: Annotated[float, Quantity("", at_least=0.3, at_most=2.0)] = 1.0
     """Factor on the law's contraction without load, by which another specimen differs."""
     end_loss: Distance = 0.0
-    """Length d by which the ends weaken each piece, F ∝ 1 − d/L0; a blocked_force and some laws have it."""
+    """Length d by which the ends weaken each piece, F ∝ 1 − d/L0; without a blocked_force, which has it."""
     tube: RubberTube | None = None
     """Rubber tube inside the braid; without one no rubber takes force beside the law's."""
     mass: Annotated[float, Quantity("kg", at_least=0.0, at_most=20.0)]
@@ -216,11 +217,9 @@ class Muscle(Named, RestCurves, Draws):
         if self.end_loss >= self.piece.nominal_length:
             least = f"less than the braid of a piece, {amounts(self.piece.nominal_length)}"
             raise refusal("no force would be left", least, "end_loss")
-        if self.end_loss and self.lengths is not None and self.blocked_force is None:
-            if self.end_loss >= self.lengths.reference:
-                raise refusal("no force is left at the reference length", "", "end_loss")
-            if self.lengths.force is not None:
-                raise refusal("lengths.force says what the ends take", "one of the two", "end_loss")
+        told = {"blocked_force": self.blocked_force, "lengths.force": self.lengths and self.lengths.force}
+        for key in (key for key, value in told.items() if self.end_loss and value is not None):
+            raise refusal(f"{key} says what the ends take", "one of the two", "end_loss")
         return self
 
     @model_validator(mode="after")
@@ -310,9 +309,8 @@ class Muscle(Named, RestCurves, Draws):
 
         With `lengths` the force goes with the contraction ratio as at the reference length, times
         `Lengths.factor`. A law that knows the effect of the length itself takes the length instead. The ends
-        weaken it by 1 − end_loss/L0 of a piece, over that at the reference length where there are `lengths`:
-        the law is then that length's, else an endless muscle's. A `blocked_force` has precedence over both,
-        since it was measured with its ends. `force_factor` is on whatever that gives.
+        weaken it by 1 − end_loss/L0 of a piece. A `blocked_force` has precedence. `force_factor` is on
+        whatever that gives.
 
         Parameters
         ----------
@@ -320,9 +318,9 @@ class Muscle(Named, RestCurves, Draws):
         parameters : of the law [SI]
         """
         known, braid = LAWS[law], self.piece
-        factor = 1.0 if known.length == "own" else self._left(braid.nominal_length)
+        factor = 1.0 if known.length == "own" else 1.0 - self.end_loss / braid.nominal_length
         if self.lengths is not None and known.length != "own":
-            factor = factor / self._left(self.lengths.reference) * self.lengths.factor(braid.nominal_length)
+            factor *= self.lengths.factor(braid.nominal_length)
             if known.length == "one":
                 braid = replace(braid, nominal_length=self.lengths.reference)
         found = known.coefficients(braid, parameters)
@@ -330,23 +328,26 @@ class Muscle(Named, RestCurves, Draws):
             factor = self.blocked_force / known.kernel(0.0, self.test_pressure, *found)
         return known.scaled(found, factor * self.force_factor)
 
-    def _left(self, length: float) -> float:
-        """Share of the force that the ends leave of a braid of a nominal length [m]."""
-        return 1.0 - self.end_loss / length
-
     @property
     def measured(self) -> frozenset[str]:
         """What was measured on this very muscle, of "force" and "contraction"."""
-        own = {"force": self.blocked_force, "contraction": self.free_contraction}
-        return frozenset(key for key, value in own.items() if self.grade == "A" or value is not None)
+        known = {
+            name
+            for name, told in self.provenance.items()
+            if told.kind in ("user", "fitted") and told.source != SET_BY_HAND
+        }
+        own = {"force": {"force_factor", "blocked_force"}}
+        own |= {"contraction": {"contraction_factor", "free_contraction"}}
+        return frozenset(key for key, names in own.items() if names & known)
 
     @property
-    def rubber(self) -> tuple[float, float]:
-        """Stiffness [N] and turn [-] of its tube, as `rubber_force` takes them; zero where its law has it."""
+    def rubber(self) -> tuple[float, float, float]:
+        """Stiffness [N], bore and turn [-] of its tube for `rubber_force`; zero where its law has it."""
         if self.tube is None or LAWS[self.law].rubber:
-            return 0.0, 0.0
-        area = self.rubber_volume / self.nominal_length
-        return area * self.tube.modulus / 3.0, turning(self.braid.b)
+            return 0.0, 0.0, 0.0
+        bore = (1.0 - 2.0 * self.tube.wall_thickness / self.bore) ** 2
+        stiffness = math.pi * self.tube.modulus / 3.0 * (self.bore / 2.0) ** 2 / 2.0
+        return stiffness, bore, turning(self.braid.b, bore)
 
     @property
     def rubber_volume(self) -> float:
@@ -394,7 +395,8 @@ class Muscle(Named, RestCurves, Draws):
             "returning": self.returning,
             "contraction_scale": self.contraction_scale,
             "rubber": self.rubber[0],
-            "rubber_turn": self.rubber[1],
+            "rubber_bore": self.rubber[1],
+            "rubber_turn": self.rubber[2],
             "rubber_volume": self.rubber_volume,
         }
 
@@ -402,7 +404,9 @@ class Muscle(Named, RestCurves, Draws):
     def law_volume(self) -> LawVolume:
         """Its volume by the law in use; the braid's, and why, where that is not plausible."""
         ranges = self.law_set.pressure_range, self.contraction_range
-        return law_volume(self.law, self.coefficients, self.braid, *ranges, self.contraction_scale)
+        return law_volume(
+            self.law, self.coefficients, self.braid, *ranges, self.contraction_scale, self.force_factor
+        )
 
     @property
     def returning(self) -> float:

@@ -137,6 +137,9 @@ def refuse_all(problems: Sequence[PydanticCustomError]) -> None:
         raise ValidationError.from_exception_data("refused", lines)
 
 
+SET_BY_HAND = "set for this run"  # source of what a caller lays over a description
+
+
 class Provenance(BaseModel):
     """Source of a number. A derived number is never called published."""
 

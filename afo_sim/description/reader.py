@@ -20,7 +20,7 @@ from afo_sim.description.control.sensor import SensorType
 from afo_sim.description.leg import Leg, Shoe
 from afo_sim.description.muscle import Muscle
 from afo_sim.description.orthosis import Orthosis, Valve
-from afo_sim.description.quantity import Described
+from afo_sim.description.quantity import SET_BY_HAND, Described
 from afo_sim.description.scenario import Scenario
 from afo_sim.description.schema import (
     ALSO_OF_LEG,
@@ -211,7 +211,7 @@ def with_keys(description: D, sets: Mapping[str, Any]) -> D:
         owner = holder(table, path)
         sources = owner.get("provenance") if isinstance(owner, dict) else None
         if sources and path[-1] in sources:
-            sources[path[-1]] = {"kind": "user", "source": "set for this run"}
+            sources[path[-1]] = {"kind": "user", "source": SET_BY_HAND}
     found: D = read(kind, table, sets).description
     return found
 

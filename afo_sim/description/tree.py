@@ -10,6 +10,7 @@ from typing import Any
 
 from afo_sim.common import InputError, assets
 from afo_sim.description.air.valve import CONDUCTANCE, make_room
+from afo_sim.description.quantity import SET_BY_HAND
 from afo_sim.description.schema import (
     ALSO,
     ALSO_OF_LEG,
@@ -118,7 +119,7 @@ class Tree:
             value = _with_item(node.get(path[-1]), items, value, dotted)
         replaces = make_room(node, path[-1]) and path[-1] == CONDUCTANCE
         if replaces or (isinstance(node.get(path[-1]), dict) and "value" in node[path[-1]]):
-            value = {"value": value, "source": "set for this run", "kind": "user"}
+            value = {"value": value, "source": SET_BY_HAND, "kind": "user"}
         node[path[-1]] = value
         self.files = {place: file for place, file in self.files.items() if place[: len(path)] != path}
 

@@ -63,7 +63,7 @@ def muscle_table(fit: LawFit, data: Measured, like: str = LIKE) -> dict[str, Any
         "description": f"{data.file.stem}: {law.name} fitted to {_files(fit)}",
         "grade": grade(fit, data),
         "law": law.name,
-        **_table(_beside_the_law(data, like) | _geometry(fit, data)),
+        **_table(_beside_the_law(data, like) | _geometry(fit, data) | _own(data)),
         "laws": {law.name: _table({p.name: _fitted(fit, p.name) for p in law.parameters}) | measured},
         "limits": _table(limits),
         "covariance": None if covariance is None else covariance.model_dump(mode="json"),
@@ -96,6 +96,12 @@ def _beside_the_law(data: Measured, like: str) -> Sourced:
             stated = _source("user", f"stated with {data.file.name}")
             found[name] = format_quantity(data.facts[name], unit), stated
     return found
+
+
+def _own(data: Measured) -> Sourced:
+    """That its law's force and contraction are its own, and differ from no other laboratory's."""
+    told = _source("fitted", f"measured on this muscle, {data.file.name}")
+    return dict.fromkeys(("force_factor", "contraction_factor"), (1.0, told))
 
 
 def _geometry(fit: LawFit, data: Measured) -> Sourced:

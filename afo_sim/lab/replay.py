@@ -131,7 +131,7 @@ def _compared(plan: ReplayPlan, predicted: Rows) -> dict[str, Comparison]:
 def muscle_of(log: BenchLog, muscle: Any = None, sets: Laid = None) -> Muscle:
     """The muscle, with what the log says of it, and with what is laid over that."""
     bench = log.bench
-    names = ("total_length", "free_contraction", "blocked_force", "end_loss")
+    names = ("total_length", "free_contraction", "blocked_force")
     given = {key: f"{bench[key]!r} {BENCH[key]}".strip() for key in names if key in bench}
     if "law" in bench:
         given["law"] = bench["law"]
@@ -141,10 +141,8 @@ def muscle_of(log: BenchLog, muscle: Any = None, sets: Laid = None) -> Muscle:
     source = _needed(log, "muscle", "dmsp_10") if muscle is None else muscle
     source = source.model_dump(mode="json") if isinstance(source, Muscle) else source
     found: Muscle = load("muscle", source, given | dict(sets or {}))
-    if {"blocked_force", "end_loss"} <= bench.keys():  # one for muscles of all lengths: an endless one's
-        left = 1.0 - found.end_loss / found.piece.nominal_length
-        found = found.with_values(force_factor=left * found.force_factor)
-    return found
+    left = 1.0 - bench.get("end_loss", 0.0) / found.piece.nominal_length  # the bench's muscle has no end
+    return found.with_values(force_factor=left * found.force_factor)
 
 
 def _needed(log: BenchLog, key: str, example: str) -> Any:

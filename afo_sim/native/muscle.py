@@ -25,7 +25,8 @@ def law_slopes(u: Any, k: int, contraction: float, pressure: float) -> Slopes:
         u[k + MUSCLE_ROW.law], contraction, pressure, u[k + MUSCLE_ROW.lowest_pressure],
         u[k + MUSCLE_ROW.return_stiffness], u[k + MUSCLE_ROW.braid_stiffness],
         u[k + MUSCLE_ROW.nominal_radius], u[k + MUSCLE_ROW.b], u[k + MUSCLE_ROW.braids],
-        u[k + MUSCLE_ROW.contraction_scale], u[k + MUSCLE_ROW.rubber], u[k + MUSCLE_ROW.rubber_turn], u,
+        u[k + MUSCLE_ROW.contraction_scale], u[k + MUSCLE_ROW.rubber], u[k + MUSCLE_ROW.rubber_bore],
+        u[k + MUSCLE_ROW.rubber_turn], u,
         k + MUSCLE_ROW.coefficients,
     )  # fmt: skip
 

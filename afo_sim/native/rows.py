@@ -26,7 +26,7 @@ from afo_sim.physics import LAWS, Braid
 # Numbers of a row that may be missing, and are then 0: the compiled model gives them later, or only some
 # parts of the kind have them.
 _LOSSES = {"damper", "friction", "friction_coefficients"}
-_RUBBER = {"rubber", "rubber_turn", "rubber_volume"}
+_RUBBER = {"rubber", "rubber_bore", "rubber_turn", "rubber_volume"}
 _TIMES = {"closing_delay", "closing_ramp", "opening_delay", "opening_ramp"}
 _TIMES |= {"threshold", "hold_decay", "hold_pressure"}
 _SOME = {"bandwidth", "coil", "dead_band", "follows", "law", "parameters", *_TIMES}

@@ -76,7 +76,7 @@ class MuscleRow(NamedTuple):
 
     Units: series_length, nominal_length, nominal_radius [m], cable_stiffness [N/m], damping [N·s/Pa],
     braid_stiffness, return_stiffness, returning, rubber [N], dead_volume, rubber_volume [m³],
-    lowest_pressure [Pa], wrap_friction, contraction_scale, rubber_turn [-].
+    lowest_pressure [Pa], wrap_friction, contraction_scale, rubber_bore, rubber_turn [-].
     """
 
     leader: int
@@ -108,6 +108,7 @@ class MuscleRow(NamedTuple):
     law_volume: int
     contraction_scale: int
     rubber: int
+    rubber_bore: int
     rubber_turn: int
     rubber_volume: int
     coefficients: int

@@ -27,8 +27,8 @@ class AtRest:
 
     `law` is the native id, whose `coefficients` follow; `lowest_pressure` [Pa] is that of the law's range,
     `braid_stiffness` [N] acts when the braid is stretched, `return_stiffness` [N] without air.
-    `contraction_scale` [-] takes the muscle's contraction to its law's. `rubber` is the stiffness [N] and the
-    turn [-] of a tube, as `rubber_force` takes them.
+    `contraction_scale` [-] takes the muscle's contraction to its law's. `rubber` is the stiffness [N], the
+    bore and the turn [-] of a tube, as `rubber_force` takes them.
     """
 
     law: float
@@ -39,7 +39,7 @@ class AtRest:
     braid: Braid
     braids: float
     contraction_scale: float = 1.0
-    rubber: tuple[float, float] = (0.0, 0.0)
+    rubber: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def force(self, contraction: float, pressure: float) -> float:
         """Tension [N], ≥ 0, at a contraction ratio [-] and a gauge pressure [Pa]."""
@@ -74,7 +74,7 @@ class AtRest:
         return crossing(lambda gauge: force - self.force(contraction, gauge), (), 0.0, highest, HALVINGS)
 
 
-_COEFFICIENTS = 19  # place of a row's first coefficient of the law
+_COEFFICIENTS = 20  # place of a row's first coefficient of the law
 OF_ROW = _COEFFICIENTS + MAX_COEFFICIENTS  # numbers of a row
 _SHORTEST = 0.9  # contraction ratio that no muscle reaches
 _RIGID = (math.inf, 0.0, 0.0)  # stiffness, force and length of an anchor that does not give
@@ -95,7 +95,7 @@ def row(
     Returns
     -------
     (OF_ROW,) [SI]: law, lowest pressure, return and braid stiffness, radius, b and
-    braids of the muscle; nominal length, k, n; three numbers of each anchor; contraction_scale; two of the
+    braids of the muscle; nominal length, k, n; three numbers of each anchor; contraction_scale; three of the
     rubber; the law's coefficients
     """
     found = np.zeros(OF_ROW)
@@ -120,7 +120,7 @@ def on_anchors(u: np.ndarray, anchors: Sequence[tuple[float, ...]]) -> np.ndarra
 @register_jitable
 def signed_at(kappa: float, pressure: float, u: Any, m: int) -> float:
     """Signed force of the muscle whose row starts at u[m], at its own κ and a gauge pressure [Pa] [N]."""
-    of_braid = u[m + 2], u[m + 3], u[m + 4], u[m + 5], u[m + 6], u[m + 16], u[m + 17], u[m + 18]
+    of_braid = u[m + 2], u[m + 3], u[m + 4], u[m + 5], u[m + 6], u[m + 16], u[m + 17], u[m + 18], u[m + 19]
     return signed_force(u[m], kappa, pressure, u[m + 1], *of_braid, u, m + _COEFFICIENTS)[0]
 
 

@@ -142,7 +142,7 @@ def _bounded(volume: float, blend: float) -> tuple[float, float]:
 @functools.lru_cache(maxsize=256)
 def law_volume(
     law: str, coefficients: tuple[float, ...], braid: Braid, pressures: tuple[float, float],
-    contractions: tuple[float, float], contraction_scale: float = 1.0,
+    contractions: tuple[float, float], contraction_scale: float = 1.0, force_factor: float = 1.0,
 ) -> LawVolume:  # fmt: skip
     """The volume that follows from a static law, where the braid's geometry does not speak against it.
 
@@ -154,6 +154,7 @@ def law_volume(
     law, coefficients, braid : of the muscle
     pressures, contractions : the law's range, gauge [Pa] and [-]; below 1 bar V is that at 1 bar
     contraction_scale : contraction at which the law is asked over the muscle's, whose volume this is [-]
+    force_factor : of the coefficients' force over the law's, whose volume is to be plausible [-]
 
     Returns
     -------
@@ -191,7 +192,9 @@ def law_volume(
     used, end = min(contractions[1], slack), float(kappas[-1])  # of this fit
     if top < used - 2.0 * used / CONTRACTIONS:
         return LawVolume(GEOMETRIC, f"its volume would fall from a contraction ratio of {top:.2g} on")
-    if not LAWS[law].pleated and (reason := _implausible(braid, forces, slopes, kappas, gauges, used)):
+    if not LAWS[law].pleated and (
+        reason := _implausible(braid, forces / force_factor, slopes / force_factor, kappas, gauges, used)
+    ):
         return LawVolume(GEOMETRIC, reason)
     per_pressure = 2.0 / (high - low) if terms[:, 1:].any() else 0.0
     return LawVolume((end, 0.5 * (high + low), per_pressure, *terms.ravel().tolist()))

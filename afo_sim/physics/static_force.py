@@ -151,7 +151,7 @@ def muscle_static_force(
 def signed_force(
     law: float, contraction: float, pressure: float, lowest_pressure: float, return_stiffness: float,
     braid_stiffness: float, nominal_radius: float, b: float, braids: float, contraction_scale: float,
-    rubber: float, turn: float, u: Sequence[float], c: int,
+    rubber: float, bore: float, turn: float, u: Sequence[float], c: int,
 ) -> Slopes:  # fmt: skip
     """Static force of a muscle at its own length: law, braid, rubber and return force; and its slopes.
 
@@ -177,7 +177,7 @@ def signed_force(
     nominal_radius, b : r0 [m], 1/sin²α0 [-]
     braids : f, 1 for a law that is the braid's own formula, else 0
     contraction_scale : s, the law's free contraction over the muscle's own [-]
-    rubber, turn : of a tube that the law does not know, A μ [N], 0 for none, and its `turning` [-]
+    rubber, bore, turn : of a tube that the law does not know, as `rubber_force` takes them; 0 N for none
     u, c : the law's coefficients start at u[c]
 
     Returns
@@ -206,7 +206,7 @@ def signed_force(
         force += braid_force(contraction, braid_stiffness)
         by_contraction -= braid_stiffness * min(-contraction / BRAID_BLEND, 1.0)
     if rubber != 0.0:
-        tension, slope = rubber_force(contraction, rubber, b, turn)
+        tension, slope = rubber_force(contraction, rubber, bore, b, turn)
         force, by_contraction = force + tension, by_contraction + slope
     if pressure < RETURN_PRESSURE:
         left = 1.0 - pressure / RETURN_PRESSURE

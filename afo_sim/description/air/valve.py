@@ -8,7 +8,15 @@ from pydantic_core import PydanticCustomError
 
 from afo_sim.common import format_quantity, parse_quantity
 from afo_sim.description.air.nominal_flow import HOW, NominalFlow
-from afo_sim.description.quantity import Described, Named, Provenance, Quantity, amount, refusal
+from afo_sim.description.quantity import (
+    SET_BY_HAND,
+    Described,
+    Named,
+    Provenance,
+    Quantity,
+    amount,
+    refusal,
+)
 from afo_sim.physics import (
     conductance_of_cv,
     conductance_of_kv,
@@ -90,7 +98,7 @@ class Rated(Described):
     def with_values(self, **values: Any) -> Self:
         """As `Described.with_values`; a conductance replaces its rating, a rating the conductance."""
         if CONDUCTANCE in values and self.rating is not None:
-            told = Provenance(kind="user", source="set for this run")
+            told = Provenance(kind="user", source=SET_BY_HAND)
             values = {**dict.fromkeys(RATINGS), "provenance": self.provenance | {CONDUCTANCE: told}, **values}
         elif values.keys() & {*RATINGS}:
             values = {CONDUCTANCE: None, **dict.fromkeys(RATINGS), **values}
