@@ -218,6 +218,7 @@ class Muscle(Named, RestCurves, Draws):
             least = f"less than the braid of a piece, {amounts(self.piece.nominal_length)}"
             raise refusal("no force would be left", least, "end_loss")
         told = {"blocked_force": self.blocked_force, "lengths.force": self.lengths and self.lengths.force}
+        told[f"the law {self.law}"] = True if LAWS[self.law].length == "own" else None
         for key in (key for key, value in told.items() if self.end_loss and value is not None):
             raise refusal(f"{key} says what the ends take", "one of the two", "end_loss")
         return self

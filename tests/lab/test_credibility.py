@@ -67,7 +67,15 @@ BEST: Numbers = dict.fromkeys(
     ("metrics_beyond_step", "draws_failed_share", "warnings_that_decide", "numbers_set"), 0
 )
 BEST |= {"test_functions": 900, "law_tests": 50, "step_error_times": 0.01, "stride_change_times": 0.01}
-BEST |= {"own_walk": 1, "friction": 0.1, "draws_rejected": 0, "unsourced_share": 0.05, "tissue": 1.0, "draws": 1000, "explained": 0.95}
+BEST |= {
+    "own_walk": 1,
+    "friction": 0.1,
+    "draws_rejected": 0,
+    "unsourced_share": 0.05,
+    "tissue": 1.0,
+    "draws": 1000,
+    "explained": 0.95,
+}
 BEST |= {
     "band_by_limit": 1.0,
     "benches": 20,

@@ -11,6 +11,7 @@ from spread_tables import spread, spreads_file
 
 from afo_sim.common import InputError, assets, format_quantity
 from afo_sim.description import Scenario, load
+from afo_sim.lab import fit
 from afo_sim.physics import LAWS
 from afo_sim.study import outcomes
 from afo_sim.study.uncertainty.draw import Applied, applied, draw
@@ -116,7 +117,8 @@ FORCE = spread(
 def test_a_measured_muscle_is_drawn_less_widely_and_along_with_the_others(
     tmp_path: pathlib.Path, walk: Scenario
 ) -> None:
-    one = walk.set({"orthosis.muscle.plantarflexor.type.blocked_force": "200 N"})
+    own = {"value": "200 N", "kind": "user", "source": "pulled"}
+    one = walk.set({"orthosis.muscle.plantarflexor.type.blocked_force": own})
     wide = {"dorsiflexor": 0.15, "plantarflexor": 0.15}
     of_contraction = FORCE.replace("force_factor", "contraction_factor")
     for text, scenario, widths in (
@@ -135,10 +137,13 @@ def test_a_measured_muscle_is_drawn_less_widely_and_along_with_the_others(
     assert first == pytest.approx(second)
 
 
-def test_a_muscle_of_grade_a_is_measured(tmp_path: pathlib.Path, walk: Scenario) -> None:
-    graded = walk.set({f"orthosis.muscle.{g}.type.grade": "A" for g in ("dorsiflexor", "plantarflexor")})
+def test_a_muscle_that_was_fitted_is_measured(tmp_path: pathlib.Path, walk: Scenario) -> None:
+    table = assets.folder("models") / "muscles/s1_215mm/table_1.csv"
+    muscle = fit(table, law="tondu_lopez_2000_bladder", hold_out="none").muscle.model_dump(mode="json")
+    groups = ("dorsiflexor", "plantarflexor")
+    fitted = walk.set({f"orthosis.muscle.{group}.type": muscle for group in groups})
     for factor in ("force_factor", "contraction_factor"):
-        (unknown,) = applied_to(tmp_path, FORCE.replace("force_factor", factor), graded).unknowns
+        (unknown,) = applied_to(tmp_path, FORCE.replace("force_factor", factor), fitted).unknowns
         assert [target.distribution.width for target in unknown.targets] == [0.03]
 
 
