@@ -112,8 +112,10 @@ def flow() -> None:
         if device.wanting:
             continue
         print(f"\n{name} ({device.bench}): {device.predict} of {device.of or 'the leg'}")
+        bench = device.bench.split(",")[0]
         for key, number in (device.given | device.unknown).items():
             print(f"  {key}: {number.kind}: {number.source}")
+            wrong += [f"{name}: {key}"] if bench in number.source and number.kind != "published" else []
         if device.others:
             told = ", ".join(f"{bench} {x:+.3f}" for bench, x in device.others.items())
             print(f"  force_factor by ln(measured/predicted) of: {told}")

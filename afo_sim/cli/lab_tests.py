@@ -480,7 +480,7 @@ def credibility_command(asked: _Question) -> None:
     if asked.as_json:
         print(json_text(found.to_json()))
         return
-    rows = [[each.name, f"{each.grade} of {each.required}"] for each in found.factors]
-    print_table(asked.question, ["", "grade"], rows, whole_names=True)
+    rows = [[each.name, str(each.grade), str(each.required)] for each in found.factors]
+    print_table(asked.question, ["", "grade", "needs"], rows, whole_names=True)
     print("\n".join([found.judgement.upper(), *found.because]))
     print(f"written: {', '.join(map(str, files))}")

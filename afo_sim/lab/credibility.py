@@ -11,7 +11,7 @@ from typing import Any
 
 from afo_sim.common import InputError, Shown, SimulationError, assets, digest, json_text, shown, unknown
 from afo_sim.description import load
-from afo_sim.lab.ledger import read_device
+from afo_sim.lab.ledger import devices
 from afo_sim.lab.ledger_predictions import si
 from afo_sim.metrics import coverage, decides
 from afo_sim.simulation import Progress, Recording, found_step_errors, limits_of
@@ -76,6 +76,8 @@ class Credibility(Shown):
         told = f"{self.asked['metric'].replace('_', ' ')} is {a['answer']} in the draws; {band}{wanted}"
         told += f"; the verdict of the run is {a['status']}"
         found = [graded, told] if below else [told, graded]
+        if not self.evidence["worn"]:
+            found.append("no such number of a worn orthosis was compared, and none of this patient")
         return found + [f"measure next: {one['what']}: {one['measure']}" for one in self.plan[:1]]
 
     def to_json(self) -> Numbers:
@@ -159,6 +161,10 @@ def credibility(
             "a scenario with a gait: `afo-sim list scenarios`",
         )
         raise InputError(problem, field="scenario", value=description.name, allowed=allowed)
+    if not draws:
+        raise InputError(
+            "draws nothing, and a band is asked for", field="draws", value=draws, allowed="20 or more"
+        )
     recording = run(description, uncertainty=draws, progress=progress, step="controlled")
     if not recording.ok:
         raise SimulationError(recording.status)
@@ -172,7 +178,7 @@ def assess(recording: Recording, asked: dict[str, str]) -> Credibility:
     answer, comparators = _answer(recording, metric), _comparators(metric)
     evidence = _evidence(recording, metric, answer, comparators) | _inputs(recording.scenario)
     factors = graded(evidence, rules_of()["required"][risk])
-    plan = _plan(study, metric, evidence, factors)
+    plan = _plan(study, metric, evidence, factors, answer["status"])
     return Credibility(asked, risk, answer, evidence, factors, plan, comparators, recording)
 
 
@@ -295,17 +301,18 @@ def _kinds(node: Mapping[str, Any]) -> Counter[str]:
 
 def _comparators(metric: str) -> tuple[Numbers, ...]:
     """What the ledger has of this very number, and how many conditions were given and drawn for it."""
-    files = sorted((assets.folder("models") / "ledger").glob("*.toml"))
     return tuple(
         {"device": of.device, "quantity": each.quantity, "measured": each.value, "error": each.error}
         | {"source": of.source, "given": len(of.given), "drawn": len(of.unknown)}
-        for of in map(read_device, files)
+        for of in devices().values()
         for each in of.measured
         if each.at.get("metric") == metric
     )
 
 
-def _plan(study: Numbers, metric: str, evidence: Numbers, factors: Sequence[Factor]) -> tuple[Numbers, ...]:
+def _plan(
+    study: Numbers, metric: str, evidence: Numbers, factors: Sequence[Factor], status: str
+) -> tuple[Numbers, ...]:
     """What to measure: a comparison first, where the comparator falls short; then what narrows the band."""
     ranked, counted = [], rules_of()["metric"][metric]["counted"]
     for group in study["groups"]:
@@ -318,6 +325,11 @@ def _plan(study: Numbers, metric: str, evidence: Numbers, factors: Sequence[Fact
         if group["measure"] and 1.0 - left >= _NOTICED:
             ranked.append((-gain if gain > group.get("wrong_left_error", 0.0) else 0.0, left, told))
     found = [told for *_, told in sorted(ranked, key=lambda each: each[:2])]
+    if status == "unknown":
+        found.insert(
+            0,
+            {"what": "more draws", "measure": "nothing yet: the draws are too few, repeat with --draws 1000"},
+        )
     if any(each.grade < each.required for each in factors if each.part == "validation: comparator"):
         measure = f"record the wearer with the device, and compare {metric.replace('_', ' ')}"
         seen = {name: evidence[name] for name in ("values", "worn")}

@@ -63,4 +63,6 @@ def worth(metrics: Container[str]) -> str:
     worn = [kind for kind, found in kinds.items() if found.worn]
     told = ", ".join(found.text for found in kinds.values())
     on = f"only {listed(worn)}" if worn else "none"
-    return f"Measured values in a 90 % band: {told}; {on} on a worn orthosis." if kinds else ""
+    return (
+        f"Measured values in a 90 % band (9 in 10 is good): {told}; {on} on a worn orthosis." if kinds else ""
+    )

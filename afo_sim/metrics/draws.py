@@ -71,8 +71,8 @@ def of_draws(share: float, draws: int, one: str, many: str) -> str:
     """How many of some draws do something, and the share that chance in so few draws leaves open."""
     count, (low, high) = round(share * draws), bounds(share, draws)
     if not count:
-        return f"none {one} (more draws: up to {percent(high)})"
-    sure = f"more draws: {percent(low).removesuffix(' %')} to {percent(high)}"
+        return f"none {one} (with more draws up to {percent(high)})"
+    sure = f"with more draws {percent(low).removesuffix(' %')} to {percent(high)}"
     return f"{count} ({percent(share)}) {one if count == 1 else many} ({sure})"
 
 

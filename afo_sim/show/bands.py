@@ -147,7 +147,7 @@ def _measure_next(study: Mapping[str, Any]) -> list[str]:
         told += f"; known, each leaves {left} of the clearance's band"
     if "wrong_left" in groups[0]:  # not of own walks
         wrong = ", ".join(percent(group["wrong_left"]) for group in groups)
-        told += f", and {wrong} wrong guesses for {percent(study['wrong'])}"
+        told += f", and {wrong} wrong guesses, now {percent(study['wrong'])}"
     return [told]
 
 

@@ -24,6 +24,7 @@ _QUANTILES = (0.05, 0.5, 0.95)
 FEWEST, MOST = 20, 100_000  # draws
 _EVERY = 2  # of CYCLE's phases, that are kept
 _MEASURED_NEXT = 3
+_NOTICED = 0.99  # share of a band's width: what leaves more is not worth a measurement [-]
 _CLEARANCE = "toe_clearance"
 _EXPLAINED = (_CLEARANCE, "torque_against_push_off", "air_per_stride")
 _METRICS = (
@@ -311,8 +312,14 @@ def _worth(found: Found, recording: Recording, names: Sequence[str]) -> dict[str
         for k, group in measured:
             _, group["wrong_left"], _, group["wrong_left_error"] = of_toe.left[:, k + 1].tolist()
     first = next(iter(rest), "")
-    next_ = [group for _, group in measured if group["explained"].get(_CLEARANCE, 0.0) > 0.0]
-    next_.sort(key=lambda group: (group.get("wrong_left", 0.0), group["band_left"][_CLEARANCE]))
+    next_ = [group for _, group in measured if group["band_left"].get(_CLEARANCE, 1.0) < _NOTICED]
+
+    def worth_most(group: dict[str, Any]) -> tuple[float, float]:
+        gain = known.get("wrong", 0.0) - group.get("wrong_left", 0.0)
+        sure = gain > group.get("wrong_left_error", np.inf)  # less is noise
+        return -gain if sure else 0.0, group["band_left"][_CLEARANCE]
+
+    next_.sort(key=worth_most)
     return known | {
         "groups": sorted(groups, key=lambda group: -group["explained"].get(first, 0.0)),
         "rest": rest,
