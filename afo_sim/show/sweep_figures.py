@@ -10,7 +10,7 @@ import numpy as np
 
 from afo_sim.common import check_writable, together
 from afo_sim.show.style import COLOURS, plain, wrapped, write_figure
-from afo_sim.study import Better, Findings, Indices, Results, chosen, ranks, scale, spread, varied
+from afo_sim.study import Better, Findings, Indices, Results, chosen, pareto_front, scale, spread, varied
 from afo_sim.study.analysis import Effect
 from afo_sim.study.findings import findings
 
@@ -257,10 +257,10 @@ def _draw_fronts(figure: Any, results: Results, objectives: Mapping[str, Better]
     pairs = list(combinations(objectives, 2))
     axes = figure.subplots(1, len(pairs), squeeze=False)[0]
     for axis, names in zip(axes, pairs, strict=True):
-        lowest = tuple(objectives[name] == "lowest" for name in names)
+        lowest = objectives[names[0]] == "lowest", objectives[names[1]] == "lowest"
         looks = [scale(results, name) for name in names]
         points = np.column_stack([look.factor * results[n] for look, n in zip(looks, names, strict=True)])
-        front = np.flatnonzero(ranks(points, lowest) == 0)
+        front = pareto_front(points, lowest)
         front = front[np.lexsort((points[front, 1], points[front, 0]))]
         rest = np.setdiff1d(_some(len(points)), front)
         axis.plot(*points[rest].T, zorder=1, **_dots(len(rest)))

@@ -96,7 +96,7 @@ def _front_table(found: Findings, count: int) -> _Table:
     two = list(found.effects)[:2]
     ends = [found.objectives[name] for name in two]
     points = np.column_stack([found.results[name] for name in two])
-    front = np.flatnonzero(analysis.ranks(points, tuple(end == "lowest" for end in ends)) == 0)
+    front = analysis.pareto_front(points, (ends[0] == "lowest", ends[1] == "lowest"))
     front = front[np.argsort(points[front, 0], kind="stable")]
     some = front[np.unique(np.linspace(0, len(front) - 1, min(count, len(front))).round().astype(int))]
     title = " and ".join(f"{end} {_lower(found, name)}" for name, end in zip(two, ends, strict=True))

@@ -1,4 +1,4 @@
-from .analysis import ranks as ranks
+from .analysis import pareto_front as pareto_front
 from .analysis import spread as spread
 from .design import Cases as Cases
 from .design import cases_of as cases_of
