@@ -50,6 +50,7 @@ from afo_sim.simulation import Recording, intact_picture, read_recording, recove
 from afo_sim.simulation.files import FORMAT, RUN_KEY
 from afo_sim.studio import Design, Document, opened, save
 from afo_sim.study import SWEEP, read, recover, runner, time_step
+from afo_sim.study.folder import told_in
 from afo_sim.study.results import STEPS
 from afo_sim.study.search import store as search
 from afo_sim.walker import read_gait, save_table, write_gait
@@ -74,8 +75,9 @@ def files(run: pathlib.Path, seated: Recording) -> Files:
     runner.run(sweep_runs.opened(sweep_runs.written(place, sweep_runs.SEATED), place / "part"), part=(1, 3))
     sweep_runs.swept(place / "whole", sweep_runs.SEATED)
     columns = {"x": np.linspace(0.0, 1.0, 50), "word": np.array(["a", "b"] * 25, object)}
-    search.write_generation(place, 0, columns)
-    search.write_designs(place, columns, {"x": "m"}, {"search": "s"})
+    generation = place / "generation.parquet"
+    search.write_table(generation, columns, "generation", {}, {})
+    search.write_table(place / search.DESIGNS, columns, "designs", {"x": "m"}, {"search": "s"})
     write_json(place / search.BEST, {"sets": {"supply.pressure": 3e5}, "feasible": True}, "best design")
     gait_file.write(place / "stride.csv", gait_file.read(find_gait("opensim_walk")))
     write_attached(attach("adult_75kg", "s1"), place / "worn.xml")
@@ -101,7 +103,6 @@ def files(run: pathlib.Path, seated: Recording) -> Files:
     scenario = portable(document.design.scenario.resolved(), best)
     write_sealed(best / "best.toml", toml_text(scenario), "scenario", best)
     chunk = next((place / "part" / "chunks").iterdir())
-    generation = next((place / "generations").iterdir())
     results = place / "whole" / "out"
     return {
         "recording": (run / "recording.parquet", lambda: read_recording(run)),
@@ -111,9 +112,9 @@ def files(run: pathlib.Path, seated: Recording) -> Files:
         "chunk": (chunk, lambda: read(place / "part")),
         "manifest": (results / "sweep.json", lambda: SWEEP.read(results)),
         "time step": (results / STEPS, lambda: time_step.remark(results)),
-        "generation": (generation, lambda: search.read_generation(place, 0)),
-        "designs": (place / "designs.parquet", lambda: search.read_designs(place)),
-        "best design": (place / "best.json", lambda: search.read_best(place)),
+        "generation": (generation, lambda: search.read_table(generation)),
+        "designs": (place / "designs.parquet", lambda: search.read_table(place / search.DESIGNS)),
+        "best design": (place / "best.json", lambda: told_in(place / search.BEST, "")),
         "scenario": (best / "best.toml", lambda: load("scenario", best / "best.toml")),
         "copied by a search": (best / copied, lambda: load("scenario", best / "best.toml")),
         VARIANT: (studio / "variant_A.toml", lambda: opened(str(studio))),

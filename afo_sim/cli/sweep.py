@@ -243,7 +243,7 @@ def optimise(
             best = runner.run(opened, who, report)
         figure = folder / store.FIGURE
         if not opened.finished or not figure.is_file():
-            draw_search(opened.problem, opened.units, store.read_designs(folder), figure)
+            draw_search(opened.problem, opened.units, store.read_table(folder / store.DESIGNS), figure)
     print_tables(tables(best), statement(best))
     for line in unseen(opened.scenario, opened.problem.aim.metrics):
         print(line)

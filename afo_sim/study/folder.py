@@ -48,13 +48,10 @@ class FolderKind:
     def read(self, folder: pathlib.Path) -> dict[str, Any]:
         """The manifest of a folder."""
         path, allowed = folder / self.manifest, "`changed=restart`, which throws the folder's results away"
-        try:
-            manifest = read_json(path)
-        except FileNotFoundError:
+        manifest = told_in(path, allowed)
+        if manifest is None:
             problem = f"there is no {self.name} here ({self.manifest} is missing)"
-            raise InputError(problem, file=folder) from None
-        except (OSError, ValueError) as error:
-            raise InputError(f"is damaged: {error}", file=path, allowed=allowed) from None
+            raise InputError(problem, file=folder)
         whole = isinstance(manifest, dict) and all(
             isinstance(manifest.get(k), kind) for k, kind in self.parts.items()
         )
@@ -126,6 +123,16 @@ class FolderKind:
                     shutil.rmtree(path)
                 else:
                     path.unlink(missing_ok=True)
+
+
+def told_in(path: pathlib.Path, allowed: str) -> Any:
+    """What a JSON file of a folder holds; None where there is none."""
+    try:
+        return read_json(path)
+    except FileNotFoundError:
+        return None
+    except (OSError, ValueError) as error:
+        raise InputError(f"is damaged: {error}", file=path, allowed=allowed) from None
 
 
 def _holds_nothing(folder: pathlib.Path) -> bool:

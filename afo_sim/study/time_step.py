@@ -8,12 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common import InputError, read_json, write_json
+from afo_sim.common import write_json
 from afo_sim.description import load
 from afo_sim.metrics import Metric
 from afo_sim.model import as_run
 from afo_sim.simulation import Asked, StepError, errors_of, step_errors
 from afo_sim.study.engine import OK, Outcome
+from afo_sim.study.folder import told_in
 from afo_sim.study.pool import Pool
 from afo_sim.study.results import STEPS, Results
 
@@ -64,13 +65,9 @@ def longer(scenario: Mapping[str, Any], sets: Mapping[str, Any], times: float) -
 
 def remark(folder: pathlib.Path) -> str:
     """What the sample says about a sweep's time step; "" where none was taken."""
-    path = folder / STEPS
-    if not path.is_file():
+    told = told_in(folder / STEPS, "to delete it")
+    if told is None:
         return ""
-    try:
-        told = read_json(path)
-    except (OSError, ValueError) as error:
-        raise InputError(f"cannot be read: {error}", file=path, allowed="to delete it") from None
     begun = f"time step: of {told['checked']} cases in a sample, "
     if not told["checked"]:
         return "time step: not checked, since no case of a sample runs at another step"

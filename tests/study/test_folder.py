@@ -142,7 +142,7 @@ def test_a_search_of_other_code_goes_on_where_told_and_says_so(
     assert code == 0, err
     assert "more than one version of the code" in printed
     assert json.loads((out / store.BEST).read_text())["mixed"] is True
-    table = store.read_designs(out)
+    table = store.read_table(out / store.DESIGNS)
     assert len(table["design"]) == 34 and np.array_equal(table["design"], np.arange(34))
     assert sorted({*table["start"].tolist()}) == [0, 1]
     assert (table["start"] == 1).sum() == 17

@@ -67,7 +67,7 @@ def solved(
     read = tuple(read_constraint(text, parameters) for text in constraints)
     told = {} if traits is None else {"traits": traits[:, None]}
     problem = Problem(parameters, read, aim, seed, method=method, **told)
-    columns = evolve(problem, folder, generations, evaluate).columns  # type: ignore[arg-type]
+    columns = evolve(problem, folder, generations, evaluate)[0]  # type: ignore[arg-type]
     return columns, best_of(aim, columns), aim
 
 

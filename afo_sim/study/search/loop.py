@@ -8,10 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common import InputError, optional
+from afo_sim.common import InputError, disk, keeping, optional
 from afo_sim.simulation import Asked
 from afo_sim.study.design import Cases
 from afo_sim.study.engine import OK, Jobs
+from afo_sim.study.folder import AGAIN
 from afo_sim.study.pool import Pool, Report
 from afo_sim.study.search import store
 from afo_sim.study.search.aim import LACKING, OUTSIDE, PATIENT, Columns, Problem
@@ -29,15 +30,6 @@ class Answers:
 
     metrics: dict[str, np.ndarray]
     reasons: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class Found:
-    """All designs that were run with all patients; whether nothing is left to find; the number of runs."""
-
-    columns: Columns
-    converged: bool
-    runs: int
 
 
 # {parameter: values (n,) [SI]} and the patient of each design (n,), -1 for all → answers of n designs
@@ -127,8 +119,8 @@ METHODS: dict[str, type[Evolution] | type[Surrogate]] = {"surrogate": Surrogate,
 
 def evolve(
     problem: Problem, folder: pathlib.Path, generations: int, evaluate: Evaluate, report: Report | None = None
-) -> Found:
-    """Search; killed at any time, the next call goes on from the last finished generation."""
+) -> tuple[Columns, bool, int]:
+    """Designs run with all patients, whether nothing is left to find, and runs; a killed search goes on."""
     starts = [METHODS[problem.method](problem, seed) for seed in problem.seeds]
     done: list[Columns] = []
     most, designs = generations * len(starts), 0
@@ -138,13 +130,16 @@ def evolve(
                 continue
             number, (shares, patients) = generation * problem.starts + start, method.ask()
             asked = problem.values(shares) | {PATIENT: patients}
-            columns = store.read_generation(folder, number)
-            if columns is None:
+            path = store.SEARCH.part(folder, number)
+            if not path.is_file():
                 columns = _judged(problem, (generation, start), designs, asked, evaluate)
-                store.write_generation(folder, number, columns)
-            elif not all(np.array_equal(columns.get(n, ""), x) for n, x in asked.items()):
-                seen = f"generation {number} holds other designs than are asked for here"
-                raise InputError(f"{seen}: another processor?", file=folder, allowed="`changed=restart`")
+                with disk(folder, AGAIN), keeping(path) as part:
+                    store.write_table(part, columns, "generation", {}, {})
+            else:
+                columns = store.read_table(path)
+                if not all(np.array_equal(columns.get(n, ""), x) for n, x in asked.items()):
+                    seen = f"generation {number} holds other designs than are asked for here"
+                    raise InputError(f"{seen}: another processor?", file=folder, allowed=store.RESTART)
             method.tell(columns)
             done.append(columns)
             designs += int(np.count_nonzero(patients < 0))
@@ -153,7 +148,7 @@ def evolve(
     columns = {name: np.concatenate([each[name] for each in done]) for name in done[0]}
     whole, found = columns[PATIENT] < 0, [name for name in columns if name != PATIENT and "/" not in name]
     run = np.where(whole, len(problem.traits), 1)[columns[OUTSIDE] == 0.0]
-    return Found({n: columns[n][whole] for n in found}, all(s.converged for s in starts), int(np.sum(run)))
+    return {n: columns[n][whole] for n in found}, all(s.converged for s in starts), int(np.sum(run))
 
 
 def _judged(

@@ -12,7 +12,7 @@ from afo_sim.description import load, toml_text
 from afo_sim.description.portable import portable
 from afo_sim.study.design import Cases
 from afo_sim.study.effect import defined
-from afo_sim.study.folder import AGAIN, Changed
+from afo_sim.study.folder import AGAIN, Changed, told_in
 from afo_sim.study.pool import Pool, Report, pool
 from afo_sim.study.runner import probe
 from afo_sim.study.search import store
@@ -28,7 +28,7 @@ from afo_sim.study.search.aim import (
     row,
 )
 from afo_sim.study.search.best import spread_over_starts
-from afo_sim.study.search.loop import METHODS, Answers, Found, answers, evolve
+from afo_sim.study.search.loop import METHODS, Answers, answers, evolve
 from afo_sim.study.search.plan import CMA_ES, SearchPlan
 from afo_sim.study.time_step import longer
 
@@ -86,7 +86,7 @@ def open_search(search: SearchPlan, folder: pathlib.Path, changed: Changed = "re
         patients=patients,
         problem=search.problem(aim, patients),
         seconds=float(manifest["seconds_per_case"]),
-        best=store.read_best(folder),
+        best=told_in(folder / store.BEST, store.RESTART),
         mixed=bool(manifest.get("mixed")),
     )
 
@@ -105,35 +105,29 @@ def run(opened: Opened, who: Pool, report: Report | None = None) -> dict[str, An
         assert opened.best is not None
         return opened.best
     search, problem = opened.search, opened.problem
+    names = problem.aim.metrics
 
-    def judged(values: Columns, patients: Cases | None, only: np.ndarray | None = None) -> Answers:
-        designs = search.as_cases(values)
-        return answers(opened.scenario, designs, patients, problem.aim.metrics, who, only)
+    def evaluate(values: Columns, only: np.ndarray) -> Answers:
+        return answers(opened.scenario, search.as_cases(values), opened.patients, names, who, only)
 
-    found = evolve(
-        problem, opened.folder, search.generations, lambda v, only: judged(v, opened.patients, only), report
-    )
-    columns = found.columns
+    searched = evolve(problem, opened.folder, search.generations, evaluate, report)
+    columns = searched[0]
     best = row(columns, best_of(problem.aim, columns))
-    summary = _summary(opened, found, best) | {"fresh_patients": None, "half_step": None}
-    fresh = search.fresh()
-    if fresh is not None and best[OUTSIDE][0] == 0.0:  # the best design with patients it has not seen
-        again = judged({p.name: best[p.name] for p in problem.parameters}, fresh)
-        summary["fresh_patients"] = {
-            "patients": len(fresh),
-            "seed": fresh.plan.seed,
-            **_judged_again(opened, again, search.aim(opened.units)),
-        }
+    design = search.as_cases({p.name: best[p.name] for p in problem.parameters})
+    summary = _summary(opened, searched, best, design) | {"fresh_patients": None, "half_step": None}
     if best[OUTSIDE][0] == 0.0:
-        designs = search.as_cases({p.name: best[p.name] for p in problem.parameters})
-        sets = longer(opened.scenario, designs.sets(0), 0.5)
+        if (fresh := search.fresh()) is not None:  # patients that no design has seen
+            again = answers(opened.scenario, design, fresh, names, who)
+            told = {"patients": len(fresh), "seed": fresh.plan.seed}
+            summary["fresh_patients"] = told | _judged_again(opened, again, search.aim(opened.units))
+        sets = longer(opened.scenario, design.sets(0), 0.5)
         half = {key: sets[key] for key in ("timestep", "record_rate")}
         finer, patients = (
             cases and replace(cases, plan=cases.plan.model_copy(update={"set": cases.plan.set | half}))
-            for cases in (designs, opened.patients)  # each sets what the search does
+            for cases in (design, opened.patients)  # each sets what the search does
         )
         assert finer is not None
-        again = answers(opened.scenario, finer, patients, problem.aim.metrics, who)
+        again = answers(opened.scenario, finer, patients, names, who)
         summary["half_step"] = _judged_again(opened, again, problem.aim)
     _write(opened, columns, summary)
     return summary
@@ -150,23 +144,23 @@ def _judged_again(opened: Opened, found: Answers, aim: Aim) -> dict[str, Any]:
     }
 
 
-def _summary(opened: Opened, searched: Found, best: Columns) -> dict[str, Any]:
-    """The result but for the fresh patients, as JSON-able data."""
-    problem, aim, columns = opened.problem, opened.problem.aim, searched.columns
-    simulated = int(np.count_nonzero(columns[OUTSIDE] == 0.0))
-    sets = opened.search.as_cases({p.name: best[p.name] for p in problem.parameters}).sets(0)
+def _summary(
+    opened: Opened, searched: tuple[Columns, bool, int], best: Columns, design: Cases
+) -> dict[str, Any]:
+    """The result but for the best design tried again, as JSON-able data."""
+    problem, aim, (columns, converged, runs) = opened.problem, opened.problem.aim, searched
     found: dict[str, Any] = {
         "search": opened.search.file.stem,
         "scenario": opened.search.designs.scenario_name,
         "feasible": bool(aim.feasible(best)[0]),
         "feasible_designs": int(np.count_nonzero(aim.feasible(columns))),
-        "converged": searched.converged,
+        "converged": converged,
         "method": problem.method,
-        "runs": searched.runs,
+        "runs": runs,
         "starts": _starts(opened, columns),
         "generations": int(columns["generation"][-1]) + 1,
         "designs": len(columns["design"]),
-        "simulated": simulated,
+        "simulated": int(np.count_nonzero(columns[OUTSIDE] == 0.0)),
         "patients": len(opened.patients) if opened.patients else 1,
         "design": int(best["design"][0]),
         "outside": float(best[OUTSIDE][0]),
@@ -185,7 +179,7 @@ def _summary(opened: Opened, searched: Found, best: Columns) -> dict[str, Any]:
             | values
             for limit, values in zip(aim.limits, _found(aim, best), strict=True)
         ],
-        "sets": sets,
+        "sets": design.sets(0),
     }
     return found | ({"mixed": True} if opened.mixed else {})
 
@@ -227,7 +221,7 @@ def _write(opened: Opened, columns: Columns, summary: Mapping[str, Any]) -> None
     judged = {"feasible": aim.feasible(columns), "violation": aim.violation(columns)}
     about = {key: summary[key] for key in ("search", "scenario", "objective", "limits")}
     with together(folder, (store.DESIGNS, store.SCENARIO, store.BEST), AGAIN) as scratch:
-        store.write_designs(scratch, columns | judged, units, about)
+        store.write_table(scratch / store.DESIGNS, columns | judged, "designs", units, about)
         # the files that the scenario needs are copied beside it
         scenario = portable(load("scenario", opened.scenario, summary["sets"]).resolved(), folder, scratch)
         scenario["name"] = f"{opened.search.file.stem}-best"
