@@ -257,5 +257,5 @@ def _plan_text(opened: "Opened", workers: int) -> str:
     time = duration(opened.runs * opened.seconds / workers)
     starts = f"{search.starts} starts, each " if search.starts > 1 else ""
     each = f"up to {search.generations} generations by {method}: {opened.runs} runs; about {time} in all"
-    whole = "" if method == search.stated else f"\n{search.stated} takes no whole numbers: {method} searches"
+    whole = "" if method == search.method else f"\n{search.method} takes no whole numbers: {method} searches"
     return starts + each + whole

@@ -33,14 +33,18 @@ class Objective:
 
 
 @dataclass(frozen=True)
-class StatedLimit:
-    """At least, or at most, `bound` in a `share` of the patients; the bound as it is written."""
+class Limit:
+    """At least, or at most, `bound` in a `share` of the patients; as written, then in the metric's unit.
+
+    Source: Weibull's plotting position: Gumbel 1958, Statistics of Extremes, section 1.2.7
+    """
 
     metric: str
     at_least: bool
     bound: Any
     share: float = 1.0
     number: int = 1
+    sampled: bool = False
 
     @property
     def option(self) -> str:
@@ -51,16 +55,6 @@ class StatedLimit:
     def name(self) -> str:
         """For columns: toe_clearance_at_least, toe_clearance_at_least_2."""
         return f"{self.metric}_{self.option}" + (f"_{self.number}" if self.number > 1 else "")
-
-
-@dataclass(frozen=True)
-class Limit(StatedLimit):
-    """A limit whose bound is in the metric's unit.
-
-    Source: Weibull's plotting position: Gumbel 1958, Statistics of Extremes, section 1.2.7
-    """
-
-    sampled: bool = False
 
     def spare(self, patients: int) -> int:
         """Number of the patients that need not keep it."""

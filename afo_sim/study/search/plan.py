@@ -4,12 +4,13 @@ import os
 import pathlib
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import (
     AfterValidator,
+    InstanceOf,
     StrictFloat,
     StrictInt,
     StrictStr,
@@ -35,7 +36,6 @@ from afo_sim.study.search.aim import (
     Limit,
     Objective,
     Problem,
-    StatedLimit,
 )
 from afo_sim.study.sweep_plan import (
     Plan,
@@ -49,7 +49,8 @@ from afo_sim.study.sweep_plan import (
     planned,
 )
 
-SURROGATE, CMA_ES = "surrogate", "cma-es"
+SURROGATE: Literal["surrogate"] = "surrogate"
+CMA_ES: Literal["cma-es"] = "cma-es"
 _GENERATIONS = 40
 STARTS = 3
 _FRESH = 4  # times as many patients as the designs were judged by, to judge the best one again
@@ -61,54 +62,57 @@ _FIXED_COLUMNS = (
 Metric = Annotated[StrictStr, AfterValidator(known_metric)]
 
 
-@dataclass(frozen=True)
-class SearchPlan:
+class SearchTable(StrictTable):
+    """What a search's file states and its plan keeps."""
+
+    description: StrictStr = ""
+    scenario: StrictStr | dict[str, Any]
+    seed: StrictInt = Option(default=0, ge=0)
+    generations: StrictInt = Option(default=_GENERATIONS, ge=1)
+    population: StrictInt | None = Option(default=None, ge=4)
+    starts: StrictInt = Option(default=STARTS, ge=1, le=100)
+    method: Literal["surrogate", "cma-es"] = SURROGATE
+
+
+class SearchPlan(SearchTable):
     """A design search, checked."""
 
     file: pathlib.Path
-    description: str
     designs: Plan
     patients: Plan | None
-    objective: Objective
-    limits: tuple[StatedLimit, ...]
-    generations: int
-    population: int | None
-    starts: int = STARTS
-    stated: str = SURROGATE
+    objective: InstanceOf[Objective]
+    limits: tuple[InstanceOf[Limit], ...]
 
     @property
-    def method(self) -> str:
-        """How designs are proposed; the surrogate is of numbers that may have any value."""
-        return CMA_ES if any(p.whole for p in self.designs.parameters) else self.stated
+    def proposer(self) -> str:
+        """The method that proposes designs; the surrogate is of numbers that may have any value."""
+        return CMA_ES if any(p.whole for p in self.designs.parameters) else self.method
 
     def walked(self) -> "SearchPlan":
         """The same with settled strides that are walked to, not solved for."""
-        return replace(self, designs=self.designs.walked())
+        return self.model_copy(update={"designs": self.designs.walked()})
 
     def problem(self, aim: Aim, patients: Cases | None) -> Problem:
         """The problem that is solved, with what tells the patients apart."""
         plan = self.designs
-        judged = plan.parameters, plan.constraints, aim, plan.seed, self.population, self.starts, self.method
-        return Problem(*judged, _traits(patients)) if patients else Problem(*judged)
+        judged = plan.parameters, plan.constraints, aim, plan.seed, self.population, self.starts
+        return Problem(*judged, self.proposer, *([_traits(patients)] if patients else []))
 
     def aim(self, units: Mapping[str, str], *, sampled: bool = False) -> Aim:
         """Objective and limits, by the units that the scenario's metrics have."""
-        fields = {"objective.metric": self.objective.metric}
-        fields |= {f"limits[{k}].metric": limit.metric for k, limit in enumerate(self.limits)}
-        for field, name in fields.items():
-            check_metric(self.file, field, name, units)
-        return Aim(self.objective, tuple(self._limit(k, units, sampled) for k in range(len(self.limits))))
-
-    def _limit(self, number: int, units: Mapping[str, str], sampled: bool) -> Limit:
-        written = self.limits[number]
-        bound = written.bound.replace("%", " percent") if isinstance(written.bound, str) else written.bound
-        try:
-            value = parse_quantity(bound, units[written.metric])
-        except ValueError as error:
-            field = f"limits[{number}].{written.option}"
-            raise InputError(str(error), file=self.file, field=field, value=written.bound) from None
+        check_metric(self.file, "objective.metric", self.objective.metric, units)
         drawn = sampled and self.patients is not None and self.patients.cases is not None
-        return Limit(**vars(written) | {"bound": value}, sampled=drawn)
+        limits = []
+        for number, limit in enumerate(self.limits):
+            check_metric(self.file, f"limits[{number}].metric", limit.metric, units)
+            bound = limit.bound.replace("%", " percent") if isinstance(limit.bound, str) else limit.bound
+            try:
+                bound = parse_quantity(bound, units[limit.metric])
+            except ValueError as error:
+                field = f"limits[{number}].{limit.option}"
+                raise InputError(str(error), file=self.file, field=field, value=limit.bound) from None
+            limits.append(replace(limit, bound=bound, sampled=drawn))
+        return Aim(self.objective, tuple(limits))
 
     def judging(self) -> Cases | None:
         """The patients by which every design is judged."""
@@ -135,9 +139,9 @@ class SearchPlan:
             "limits": repr(self.limits),
             "population": self.population,
             "starts": self.starts,
-            "method": self.method,
+            "method": self.proposer,
         }
-        return fingerprint("search", written, "cma" if self.method == CMA_ES else "scipy")
+        return fingerprint("search", written, "cma" if self.proposer == CMA_ES else "scipy")
 
 
 class ObjectiveTable(StrictTable):
@@ -173,16 +177,9 @@ class PatientsTable(StrictTable):
         return one_of(design, _JUDGING, "is not a valid design of patients")
 
 
-class SearchFile(StrictTable):
+class SearchFile(SearchTable):
     """A search's file as it is written."""
 
-    description: StrictStr = ""
-    scenario: StrictStr | dict[str, Any]
-    seed: StrictInt = Option(default=0, ge=0)
-    generations: StrictInt = Option(default=_GENERATIONS, ge=1)
-    population: StrictInt | None = Option(default=None, ge=4)
-    starts: StrictInt = Option(default=STARTS, ge=1, le=100)
-    method: Literal["surrogate", "cma-es"] = "surrogate"
     constraints: tuple[StrictStr, ...] = ()
     set: dict[str, Any] = Option(default_factory=dict)
     parameters: dict[str, ParameterTable] = Option(min_length=1)
@@ -243,32 +240,24 @@ def _of_table(file: pathlib.Path, table: Mapping[str, Any]) -> SearchPlan:
     for parameter in designs.parameters:
         _check_searched(file, parameter, written.parameters[parameter.name], limits)
     patients = None if written.patients is None else _patients(file, base, written.patients, designs)
-    return SearchPlan(
-        file=file,
-        description=written.description,
-        designs=designs,
-        patients=patients,
-        objective=Objective(**written.objective.model_dump()),
-        limits=limits,
-        generations=written.generations,
-        population=written.population,
-        starts=written.starts,
-        stated=written.method,
-    )
+    stated = {name: getattr(written, name) for name in SearchTable.model_fields}
+    objective = Objective(**written.objective.model_dump())
+    planned_with = {"file": file, "designs": designs, "patients": patients}
+    return SearchPlan(**stated, **planned_with, objective=objective, limits=limits)
 
 
-def _limits(tables: Sequence[LimitTable]) -> tuple[StatedLimit, ...]:
-    found: list[StatedLimit] = []
+def _limits(tables: Sequence[LimitTable]) -> tuple[Limit, ...]:
+    found: list[Limit] = []
     for written in tables:
         at_least = written.at_least is not None
         bound = written.at_least if at_least else written.at_most
         number = 1 + sum((limit.metric, limit.at_least) == (written.metric, at_least) for limit in found)
-        found.append(StatedLimit(written.metric, at_least, bound, float(written.share), number))
+        found.append(Limit(written.metric, at_least, bound, float(written.share), number))
     return tuple(found)
 
 
 def _check_searched(
-    file: pathlib.Path, parameter: Parameter, written: ParameterTable, limits: tuple[StatedLimit, ...]
+    file: pathlib.Path, parameter: Parameter, written: ParameterTable, limits: tuple[Limit, ...]
 ) -> None:
     """Refuse what is not a range, and names that the designs' table has itself."""
     if not isinstance(parameter.spread, Range):

@@ -66,7 +66,7 @@ def open_search(search: SearchPlan, folder: pathlib.Path, changed: Changed = "re
     patients = search.judging()
     search.fresh()  # says now what would be wrong with them at the end
     plan = search.designs
-    if search.method == CMA_ES:
+    if search.proposer == CMA_ES:
         optional("cma")  # says so at once if it is missing
 
     def first(scenario: dict[str, Any]) -> dict[str, Any]:
