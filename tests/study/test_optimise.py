@@ -473,7 +473,7 @@ def test_whole_numbers_are_searched_by_cma_es(tmp_path: pathlib.Path, call: Call
     count = '[parameters.count]\nkey = "orthosis.muscle.dorsiflexor.count"\nfrom = 1\nto = 3\n'
     for more, method in (("", "surrogate"), (count, "cma-es")):
         text = SMALL.replace('"cma-es"', '"surrogate"').replace(OBJECTIVE_TABLE, more + OBJECTIVE_TABLE)
-        assert plan.read(written(tmp_path, text)).method == method
+        assert plan.read(written(tmp_path, text)).proposer == method
     code, out, err = call("optimise", tmp_path / "small.toml", "--out", tmp_path / "out", "--dry-run")
     assert code == 0 and "surrogate takes no whole numbers: cma-es searches" in out, err
 
