@@ -16,7 +16,7 @@ from afo_sim.description import Scenario, load, refusal
 from afo_sim.description.reader import split_key
 from afo_sim.metrics import OTHER, WORDS, instead, no_metric, told, words
 from afo_sim.study.constraint import Constraint, read_constraint
-from afo_sim.study.parameter import Choice, Joint, Parameter, Span
+from afo_sim.study.parameter import Choice, Parameter, Span
 from afo_sim.study.parameter_table import (
     ParameterReader,
     ParameterTable,
@@ -129,21 +129,11 @@ class Plan(SweepTable):
         }
 
     def _canonical_parameter(self, parameter: Parameter) -> dict[str, Any]:
-        spread = {
-            key: repr(value) if isinstance(value, float) else value
-            for key, value in asdict(parameter.spread).items()
-        }
-        written = {
-            "name": parameter.name,
-            "keys": list(parameter.keys),
-            "unit": parameter.unit,
-            "spread": type(parameter.spread).__name__,
-        }
-        if parameter.words:
-            spread["content"] = [_digest_of_word(parameter, word) for word in spread["values"]]
-        if isinstance(parameter.spread, Choice | Joint) and not parameter.words:
-            spread["values"] = [repr(value) for value in spread["values"]]
-        return written | {key: list(v) if isinstance(v, tuple) else v for key, v in spread.items()}
+        written = {"name": parameter.name, "keys": parameter.keys, "unit": parameter.unit}
+        written |= {"spread": type(parameter.spread).__name__, **asdict(parameter.spread)}
+        if isinstance(parameter.spread, Choice) and parameter.words:
+            written["content"] = [_digest_of_word(parameter, str(word)) for word in parameter.spread.values]
+        return written
 
 
 def _content(description: Any) -> dict[str, Any]:
