@@ -1,6 +1,5 @@
 from .analysis import pareto_front as pareto_front
 from .analysis import spread as spread
-from .design import Cases as Cases
 from .design import cases_of as cases_of
 from .effect import AIR as AIR
 from .effect import CLEARANCE as CLEARANCE
@@ -10,8 +9,6 @@ from .effect import PITCH as PITCH
 from .effect import TORQUE as TORQUE
 from .effect import WORK as WORK
 from .effects import Effects as Effects
-from .engine import Outcome as Outcome
-from .engine import outcomes as outcomes
 from .findings import Findings as Findings
 from .findings import Indices as Indices
 from .findings import varied as varied
@@ -32,14 +29,11 @@ from .scales import human_scale as human_scale
 from .scales import scale as scale
 from .search.aim import OBJECTIVE as OBJECTIVE
 from .search.aim import Columns as Columns
-from .search.aim import Limit as Limit
 from .search.aim import Problem as Problem
 from .search.aim import best_of as best_of
-from .search.best import BestDesign as BestDesign
 from .search.best import statement as statement
 from .search.best import tables as tables
 from .search.runner import Opened as Opened
-from .search.runner import open_search as open_search
 from .sizing.candidates import Candidate as Candidate
 from .sizing.limits import Requirement as Requirement
 from .sizing.result import Sizing as Sizing
@@ -47,6 +41,5 @@ from .sizing.sizes import requested as requested
 from .store import SWEEP as SWEEP
 from .store import Store as Store
 from .store import recover as recover
-from .sweep_plan import Plan as Plan
 from .template import new_study as new_study
 from .uncertainty.spreads import in_words as in_words

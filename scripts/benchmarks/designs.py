@@ -19,8 +19,9 @@ from afo_sim.description import expand, load
 from afo_sim.simulation import EVERYTHING, Asked
 from afo_sim.simulation.simulate import begun_case
 from afo_sim.simulation.stepping import BatchStepper, Rows, Stop
-from afo_sim.study import Plan, design, engine, runner, sweep_plan
+from afo_sim.study import design, engine, runner, sweep_plan
 from afo_sim.study.processes import Processes
+from afo_sim.study.sweep_plan import Plan
 
 By = Callable[..., Iterator[tuple[int, engine.Outcome]]]  # as engine.outcomes
 SCENARIO = "walk-dropfoot-afo"

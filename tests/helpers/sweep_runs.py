@@ -12,7 +12,8 @@ from typing import Any
 import pyarrow.parquet as pq
 
 from afo_sim.common import assets
-from afo_sim.study import Outcome, Store, cases_of, runner, sweep_plan
+from afo_sim.study import Store, cases_of, runner, sweep_plan
+from afo_sim.study.engine import Outcome
 
 # Two numbers, cases of three layouts, words, strides that differ with the case's seed. At 1 kN·m the
 # ankle goes through its stops. Without a link, on a cuff and a plate that give little, the braid locks.

@@ -35,10 +35,10 @@ from afo_sim.show import (
 from afo_sim.show.numbers import readable
 from afo_sim.show.style import plain
 from afo_sim.simulation import Recording, TorqueMaps
-from afo_sim.study import OBJECTIVE, Limit, Problem, read
+from afo_sim.study import OBJECTIVE, Problem, read
 from afo_sim.study.findings import effects_of
 from afo_sim.study.parameter import Parameter, Range
-from afo_sim.study.search.aim import LACKING, OUTSIDE, Aim, Objective
+from afo_sim.study.search.aim import LACKING, OUTSIDE, Aim, Limit, Objective
 
 NAME = r"a$x_1$ ^b\c"
 

@@ -11,8 +11,8 @@ from command import Call
 import afo_sim as afo
 from afo_sim.common import assets
 from afo_sim.model import fits
-from afo_sim.study import BestDesign
 from afo_sim.study.search import plan
+from afo_sim.study.search.best import BestDesign
 
 FORCES = {
     "bore": "20 mm",

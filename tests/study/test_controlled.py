@@ -9,8 +9,7 @@ from afo_sim.common import ControllerError
 from afo_sim.description import load
 from afo_sim.simulation import loop
 from afo_sim.simulation.stepping import PolicyFault
-from afo_sim.study import outcomes
-from afo_sim.study.engine import BROKEN
+from afo_sim.study.engine import BROKEN, outcomes
 
 TABLE = {"angle": {"proportional_band": "4 deg", "reference": {"mean": "-3 deg"}}}
 SETS = {"timer": None, "duration": "1.5 s", "controller": {"rate": "100 Hz", "pid": TABLE}}

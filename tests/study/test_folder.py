@@ -14,11 +14,12 @@ import afo_sim
 from afo_sim.common import InputError, assets, versions
 from afo_sim.description import load
 from afo_sim.description.portable import portable
-from afo_sim.study import folder, open_search
+from afo_sim.study import folder
 from afo_sim.study.runner import sweep
 from afo_sim.study.search import plan as search_plan
 from afo_sim.study.search import store
 from afo_sim.study.search.best import spread_over_starts
+from afo_sim.study.search.runner import open_search
 
 PACKAGE = pathlib.Path(afo_sim.__file__).parent
 SEARCH = """

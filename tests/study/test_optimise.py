@@ -23,11 +23,11 @@ from afo_sim.cli import error_handler
 from afo_sim.common import InputError, assets
 from afo_sim.model import as_run
 from afo_sim.show import draw_search
-from afo_sim.study import OBJECTIVE, Columns, Limit, Problem, best_of, cases_of, statement
+from afo_sim.study import OBJECTIVE, Columns, Problem, best_of, cases_of, statement
 from afo_sim.study.constraint import read_constraint
 from afo_sim.study.parameter import Parameter, Range
 from afo_sim.study.search import plan, store
-from afo_sim.study.search.aim import LACKING, OUTSIDE, Aim, Objective
+from afo_sim.study.search.aim import LACKING, OUTSIDE, Aim, Limit, Objective
 from afo_sim.study.search.loop import Answers, evolve
 
 LOWEST = Objective("f", "lowest")

@@ -18,7 +18,8 @@ from scipy import stats
 
 from afo_sim.common import InputError, assets, units
 from afo_sim.description import load
-from afo_sim.study import Cases, cases_of, design, sweep_plan
+from afo_sim.study import cases_of, design, sweep_plan
+from afo_sim.study.design import Cases
 
 PRESSURE = '[parameters.pressure]\nkey = "supply.pressure"\nfrom = "2 bar"\nto = "6 bar"\n'
 ARM = "orthosis.muscle.dorsiflexor.insertion.from_joint[0]"

@@ -13,7 +13,7 @@ from afo_sim.common import InputError, assets, format_quantity
 from afo_sim.description import Scenario, load
 from afo_sim.lab import fit
 from afo_sim.physics import LAWS
-from afo_sim.study import outcomes
+from afo_sim.study.engine import outcomes
 from afo_sim.study.uncertainty.draw import Applied, applied, draw
 from afo_sim.study.uncertainty.spreads import Distribution, Kind, read
 
