@@ -141,7 +141,13 @@ class _Evaluation:
     def _number(self, node: ast.expr) -> tuple[Any, Dimension]:
         """Numbers [SI] and what they measure, as far as the text states."""
         if isinstance(node, ast.Name):
-            return self._parameter(node)
+            names = [*self.constraint.units, *self.constraint.words]
+            if node.id not in names:
+                nearest = nearest_name(node.id, names)
+                self._refuse(node, "is not a parameter that a constraint can name", ", ".join(names), nearest)
+            if node.id in self.constraint.words:
+                self._refuse(node, "is a word, not a number", f"{node.id} == 'a word'")
+            return self.values[node.id], dimension(self.constraint.units[node.id])
         if isinstance(node, ast.Constant):
             return self._constant(node)
         if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub | ast.UAdd):
@@ -152,18 +158,12 @@ class _Evaluation:
                 a, b, measures = self._alike(node.left, node.right, node)
             else:
                 (a, of_a), (b, of_b) = self._number(node.left), self._number(node.right)
-                measures = _product(of_a, of_b, 1 if isinstance(node.op, ast.Mult) else -1)
+                powers, sign = dict(of_a), 1 if isinstance(node.op, ast.Mult) else -1
+                for name, power in of_b:
+                    powers[name] = powers.get(name, 0.0) + sign * power
+                measures = tuple(sorted((name, power) for name, power in powers.items() if power))
             return ARITHMETIC[type(node.op)](a, b), measures
         self._refuse(node, "is not of the language of constraints", _LANGUAGE)
-
-    def _parameter(self, node: ast.Name) -> tuple[Any, Dimension]:
-        names = [*self.constraint.units, *self.constraint.words]
-        if node.id not in names:
-            nearest = nearest_name(node.id, names)
-            self._refuse(node, "is not a parameter that a constraint can name", ", ".join(names), nearest)
-        if node.id in self.constraint.words:
-            self._refuse(node, "is a word, not a number", f"{node.id} == 'a word'")
-        return self.values[node.id], dimension(self.constraint.units[node.id])
 
     def _constant(self, node: ast.Constant) -> tuple[Any, Dimension]:
         value = node.value
@@ -222,13 +222,6 @@ def _parse(text: str) -> ast.expr:
     if depth > _DEEPEST:
         _refuse(text, 0, "is nested too deeply", f"up to {_DEEPEST} levels")
     return tree
-
-
-def _product(a: Dimension, b: Dimension, sign: int) -> Dimension:
-    powers = dict(a)
-    for name, power in b:
-        powers[name] = powers.get(name, 0.0) + sign * power
-    return tuple(sorted((name, power) for name, power in powers.items() if power))
 
 
 def _in_words(measures: Dimension) -> str:

@@ -111,7 +111,12 @@ class FolderKind:
             problem = f"the folder holds another {self.name}, or this one before it was changed"
             raise refused(problem, f"another folder, or {throws}")
         if changed == "refuse":  # results of other code may be mixed, if asked for
-            problem = f"the folder's results were computed by other code{_differences(before, now)}"
+            old = before.get("versions")
+            old = old if isinstance(old, dict) else {}
+            new = now["versions"].items()
+            changes = ", ".join(f"{k} {old.get(k)} → {v}" for k, v in new if old.get(k) != v)
+            which = f" ({changes})" if changes else ""
+            problem = f"the folder's results were computed by other code{which}"
             raise refused(problem, f"{throws}, or `changed=continue`, which mixes")
         return manifest
 
@@ -150,13 +155,3 @@ def fingerprint(kind: str, canonical: Mapping[str, Any], *libraries: str) -> dic
 def program() -> dict[str, Any]:
     """This program's code and the libraries below it: with the same on two machines, so are the results."""
     return {"code": code_fingerprint(), "versions": versions()}
-
-
-def _differences(before: Mapping[str, Any], now: Mapping[str, Any]) -> str:
-    """In which versions two programs, or fingerprints, differ: " (mujoco 3.17.0 → 3.18.0)"; "" in none."""
-    old = before.get("versions")
-    old = old if isinstance(old, dict) else {}
-    changes = [
-        f"{name} {old.get(name)} → {new}" for name, new in now["versions"].items() if old.get(name) != new
-    ]
-    return f" ({', '.join(changes)})" if changes else ""

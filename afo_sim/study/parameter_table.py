@@ -177,9 +177,13 @@ class ParameterReader:
             raise self._error(f"does not go with {self.table.distribution}", other, f"{centre_name} and sd")
         centre = self._number(centre_name)
         unit = "" if of_logarithm or self.field.kind == "integer" else self.field.unit
-        sd = self._quantity("sd", unit)
-        lower = self._number("from") if "from" in self.given else -math.inf
-        upper = self._number("to") if "to" in self.given else math.inf
+        if "sd" not in self.given:
+            raise self._error("is missing", "sd", "a standard deviation")
+        try:
+            sd = parse_quantity(self.given["sd"], unit)
+        except ValueError as error:
+            raise self._error(str(error), "sd") from None
+        lower, upper = self._number("from", -math.inf), self._number("to", math.inf)
         self._require_rising(lower, upper)
         for option, wrong in ((centre_name, of_logarithm and centre <= 0.0), ("sd", sd <= 0.0)):
             if wrong:
@@ -194,18 +198,12 @@ class ParameterReader:
         if not lower < upper:
             raise self._error("is not below to: the range is empty", "from", f"less than {self.table.to}")
 
-    def _number(self, option: str) -> float:
-        if option not in self.given:
+    def _number(self, option: str, instead: float | None = None) -> float:
+        if option in self.given:
+            return float(self._read(option, self.given[option]))
+        if instead is None:
             raise self._error("is missing", option, self.field.form)
-        return float(self._read(option, self.given[option]))
-
-    def _quantity(self, option: str, unit: str) -> float:
-        if option not in self.given:
-            raise self._error("is missing", option, "a standard deviation")
-        try:
-            return parse_quantity(self.given[option], unit)
-        except ValueError as error:
-            raise self._error(str(error), option, value=self.given[option]) from None
+        return instead
 
     def _read(self, option: str, value: Any, field: Field | None = None) -> float | str:
         """A value as every key's field reads it."""

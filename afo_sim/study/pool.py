@@ -78,19 +78,15 @@ def compute(
         each = [f"{name} {here['versions'].get(name)}, not {v}" for name, v in wanted["versions"].items()
                 if here["versions"].get(name) != v]  # fmt: skip
         raise InputError(f"a worker runs other code than this process: {', '.join(each) or 'of afo-sim'}")
-    with _one_chunk:
-        found = dict(engine.outcomes(scenario, cases, _threads(), len(cases), asked))
-    return [found[number] for number, _ in cases]
-
-
-def _threads() -> int:
-    """Of the worker that this runs in."""
     from distributed import get_worker
 
     try:
-        return int(get_worker().state.nthreads)
-    except ValueError:  # in none
-        return 1
+        threads = int(get_worker().state.nthreads)
+    except ValueError:  # in no worker
+        threads = 1
+    with _one_chunk:
+        found = dict(engine.outcomes(scenario, cases, threads, len(cases), asked))
+    return [found[number] for number, _ in cases]
 
 
 def _broken(error: BaseException) -> InputError:

@@ -135,7 +135,11 @@ class Results(Shown):
         shape = tuple(map(len, levels.values()))
         variables = {}
         for name in (*EVERY_ROW, *self.metrics):
-            variables[name] = (tuple(levels), _cells(self[name], place, shape), _units(units, name))
+            values = self[name]
+            whole = values.dtype.kind in "US" or len(values) == math.prod(shape)
+            cells = np.zeros(shape, values.dtype) if whole else np.full(shape, np.nan)  # "" of text
+            cells[place] = values
+            variables[name] = (tuple(levels), cells, _units(units, name))
         coordinates = {name: (name, level, _units(units, name)) for name, level in levels.items()}
         return xarray.Dataset(variables, coordinates, {"sweep": json.dumps(self.sweep)})
 
@@ -169,16 +173,6 @@ def read(folder: str | os.PathLike[str]) -> Results:
             keys[field.name] = facts.get("key", field.name)
     unfinished = paths[0] != whole
     return Results(folder, table, roles["parameter"], roles["metric"], keys, sweep, unfinished)
-
-
-def _cells(values: np.ndarray, place: tuple[np.ndarray, ...], shape: tuple[int, ...]) -> np.ndarray:
-    """Values in a grid, in which a number that is missing is NaN."""
-    text = values.dtype.kind in "US"
-    cells = np.full(shape, "" if text else np.nan, values.dtype if text else np.float64)
-    if len(values) == cells.size:
-        cells = np.empty(shape, values.dtype)
-    cells[place] = values
-    return cells
 
 
 def _units(units: dict[str, str], name: str) -> dict[str, str]:

@@ -57,7 +57,11 @@ def scale(results: Results, name: str) -> Scale:
     unit = (results.parameters | results.metrics)[name]
     label = metric_words.words(name).label if name in results.metrics else name.replace("_", " ")
     factor, human = human_scale(unit, results[name])
-    return Scale(label, factor, _written(human))
+    shown, *powers = metric_words.UNITS.get(human, human).split("^")
+    for power in powers:
+        digits = len(power) - len(power.lstrip("-0123456789"))
+        shown += power[:digits].translate(_POWERS) + power[digits:]
+    return Scale(label, factor, shown.replace("*", "·"))
 
 
 def human_scale(unit: str, values: np.ndarray) -> tuple[float, str]:
@@ -69,14 +73,6 @@ def human_scale(unit: str, values: np.ndarray) -> tuple[float, str]:
     elif unit in _FURTHER or not unit:
         human = _FURTHER.get(unit, "")
     return in_unit(1.0, unit, human) if human != unit else 1.0, human
-
-
-def _written(unit: str) -> str:
-    base, *powers = metric_words.UNITS.get(unit, unit).split("^")
-    for power in powers:
-        digits = len(power) - len(power.lstrip("-0123456789"))
-        base += power[:digits].translate(_POWERS) + power[digits:]
-    return base.replace("*", "·")
 
 
 def _better(metric: str) -> Better:

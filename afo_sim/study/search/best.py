@@ -184,29 +184,24 @@ class BestDesign(Shown):
 def best_design(search: SearchPlan, summary: Mapping[str, Any]) -> BestDesign:
     """The best design of a finished search."""
     goal, limits = summary["objective"], summary["limits"]
+    parameters, kept = {}, {}
+    for one in summary["parameters"]:
+        factor, unit = human_scale(one["unit"], np.array([one["from"], one["to"]]))
+        parameters[one["name"]] = Metric(factor * one["value"], unit)
+    for one in limits:
+        share = "" if one["share"] == 1.0 else f" in {100.0 * one['share']:g} %"
+        text = f"{one['metric']} {_SIGNS[one['at']]} {Metric(one['bound'], one['unit'])}{share}"
+        kept[text] = one["short"] == 0.0
     return BestDesign(
-        parameters={p["name"]: _parameter(p) for p in summary["parameters"]},
+        parameters=parameters,
         objective=goal["metric"],
         goal=goal["goal"],
         metrics={one["metric"]: Metric(number(one["level"]), one["unit"]) for one in limits}
         | {goal["metric"]: Metric(number(goal["value"]), goal["unit"])},
-        limits={_limit_text(one): one["short"] == 0.0 for one in limits},
+        limits=kept,
         feasible=summary["feasible"],
         converged=summary["converged"],
         starts=tuple(Metric(number(start["objective"]), goal["unit"]) for start in summary["starts"]),
         scenario=load("scenario", search.designs.scenario, summary["sets"]),
         summary=dict(summary),
     )
-
-
-def _parameter(found: Mapping[str, Any]) -> Metric:
-    """A parameter's value in the unit in which people read it."""
-    factor, unit = human_scale(found["unit"], np.array([found["from"], found["to"]]))
-    return Metric(factor * found["value"], unit)
-
-
-def _limit_text(limit: Mapping[str, Any]) -> str:
-    """A limit as `optimise` takes it: "toe_clearance >= 10 mm in 95 %"."""
-    bound = Metric(limit["bound"], limit["unit"])
-    share = "" if limit["share"] == 1.0 else f" in {100.0 * limit['share']:g} %"
-    return f"{limit['metric']} {_SIGNS[limit['at']]} {bound}{share}"

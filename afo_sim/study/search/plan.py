@@ -236,28 +236,23 @@ def _of_table(file: pathlib.Path, table: Mapping[str, Any]) -> SearchPlan:
     base = {"scenario": written.scenario, "set": written.set}
     searched = {name: getattr(written, name) for name in ("seed", "constraints", "parameters")}
     designs = planned(file, SweepFile(**base | searched, design="random", cases=1))
-    limits = _limits(written.limits)
+    limits: list[Limit] = []
+    for one in written.limits:
+        at_least = one.at_least is not None
+        bound = one.at_least if at_least else one.at_most
+        number = 1 + sum((limit.metric, limit.at_least) == (one.metric, at_least) for limit in limits)
+        limits.append(Limit(one.metric, at_least, bound, float(one.share), number))
     for parameter in designs.parameters:
         _check_searched(file, parameter, written.parameters[parameter.name], limits)
     patients = None if written.patients is None else _patients(file, base, written.patients, designs)
     stated = {name: getattr(written, name) for name in SearchTable.model_fields}
     objective = Objective(**written.objective.model_dump())
     planned_with = {"file": file, "designs": designs, "patients": patients}
-    return SearchPlan(**stated, **planned_with, objective=objective, limits=limits)
-
-
-def _limits(tables: Sequence[LimitTable]) -> tuple[Limit, ...]:
-    found: list[Limit] = []
-    for written in tables:
-        at_least = written.at_least is not None
-        bound = written.at_least if at_least else written.at_most
-        number = 1 + sum((limit.metric, limit.at_least) == (written.metric, at_least) for limit in found)
-        found.append(Limit(written.metric, at_least, bound, float(written.share), number))
-    return tuple(found)
+    return SearchPlan(**stated, **planned_with, objective=objective, limits=tuple(limits))
 
 
 def _check_searched(
-    file: pathlib.Path, parameter: Parameter, written: ParameterTable, limits: tuple[Limit, ...]
+    file: pathlib.Path, parameter: Parameter, written: ParameterTable, limits: Sequence[Limit]
 ) -> None:
     """Refuse what is not a range, and names that the designs' table has itself."""
     if not isinstance(parameter.spread, Range):
