@@ -107,12 +107,6 @@ class Aim:
             found[f"{limit.name}_short"] = limit.short(levels)
         return found
 
-    def unknown(self, count: int) -> dict[str, np.ndarray]:
-        """The columns of `judge` of designs that were not simulated."""
-        names = [f"{limit.name}_{what}" for limit in self.limits for what in OF_LIMIT]
-        found = {name: np.full(count, math.nan) for name in (OBJECTIVE, *names)}
-        return found | {LACKING: np.zeros(count, np.int64)}
-
     def violation(self, columns: Mapping[str, np.ndarray]) -> np.ndarray:
         """Shortfall of designs over all limits (n,), of each as a share of the largest."""
         total = np.zeros(len(columns[OBJECTIVE]))

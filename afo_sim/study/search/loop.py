@@ -161,17 +161,19 @@ def _judged(
     patients = asked[PATIENT]
     values = {name: column for name, column in asked.items() if name != PATIENT}
     count, whole, off = len(patients), patients < 0, problem.outside(values)
-    judged, reasons = problem.aim.unknown(count), np.full(count, "", dtype=object)
-    runs = np.full((len(problem.aim.metrics), len(problem.traits), count), np.nan)  # of metrics, patients
+    reasons = np.full(count, "", dtype=object)
+    runs = np.full((len(problem.aim.metrics), count, len(problem.traits)), np.nan)  # of metrics, patients
     inside = np.flatnonzero(off == 0.0)
     if len(inside):
         found = evaluate({name: column[inside] for name, column in values.items()}, patients[inside])
-        for name, column in problem.aim.judge(found.metrics).items():
-            judged[name][inside] = np.where(whole[inside], column, judged[name][inside])
-        runs[:, :, inside] = [found.metrics[name].T for name in problem.aim.metrics]
+        runs[:, inside] = [found.metrics[name] for name in problem.aim.metrics]
         reasons[inside] = found.reasons
+    known = whole & (off == 0.0)
+    judged = problem.aim.judge(dict(zip(problem.aim.metrics, runs, strict=True)))
+    judged = {name: np.where(known, c, 0 if name == LACKING else np.nan) for name, c in judged.items()}
     head = {name: np.full(count, value) for name, value in zip(("generation", "start"), which, strict=True)}
     head["design"] = np.where(whole, first + np.cumsum(whole) - 1, -1)
     names = [f"{name}/{k}" for name in problem.aim.metrics for k in range(len(problem.traits))]
+    of_runs = dict(zip(names, np.moveaxis(runs, 2, 1).reshape(-1, count), strict=True))
     table = head | values | {OUTSIDE: off, LACKING: judged.pop(LACKING)} | judged | {"reason": reasons}
-    return table | {PATIENT: patients} | dict(zip(names, runs.reshape(len(names), count), strict=True))
+    return table | {PATIENT: patients} | of_runs
