@@ -78,6 +78,7 @@ from .quantity import Quantity as Quantity
 from .quantity import amount as amount
 from .quantity import provenance_note as provenance_note
 from .quantity import refusal as refusal
+from .quantity import refused_name as refused_name
 from .reader import PROBLEMS as PROBLEMS
 from .reader import USUAL_LIMITS as USUAL_LIMITS
 from .reader import Base as Base

@@ -249,8 +249,7 @@ def effects(
     >>> shorter[0].differences["toe_clearance"] > 0.0  # [mm]
     True
     """
-    description = scenario if isinstance(scenario, Scenario) else load("scenario", scenario)
-    description = description.set(sets) if sets else description
+    description = load("scenario", scenario, sets)
     if not description.walking or not description.orthosis.muscle:
         missing = "does not walk" if not description.walking else "has no muscles: there is nothing to change"
         allowed = "walking with an orthosis"

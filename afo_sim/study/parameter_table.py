@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, StrictBool, StrictInt, StrictStr, Va
 from pydantic import Field as Option
 
 from afo_sim.common import RATIOS, InputError, nearest_name, number, parse_quantity, read_table, split_title
-from afo_sim.description import PROBLEMS, Field, Scenario, field_at, refusal
+from afo_sim.description import PROBLEMS, Field, Scenario, field_at, refusal, refused_name
 from afo_sim.metrics import words
 from afo_sim.metrics.metric_words import OTHER
 from afo_sim.study.parameter import Choice, Normal, OwnSeed, Parameter, Range, Spread
@@ -43,8 +43,7 @@ class StrictTable(BaseModel):
             raise refusal("is not a table", f"a table with {', '.join(known)}")
         for key in table:
             if key not in known:
-                nearest = nearest_name(str(key), known) or ""
-                raise refusal("is an unknown key", ", ".join(known), str(key), nearest)
+                raise refused_name("is an unknown key", str(key), known, str(key))
         return table
 
 

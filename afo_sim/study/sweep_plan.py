@@ -6,13 +6,13 @@ import pathlib
 import re
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import asdict
-from typing import Any
+from typing import Annotated, Any
 
+from pydantic import AfterValidator, InstanceOf, StrictInt, StrictStr, ValidationError, field_validator
 from pydantic import Field as Option
-from pydantic import InstanceOf, StrictInt, StrictStr, ValidationError, field_validator
 
-from afo_sim.common import InputError, assets, nearest_name
-from afo_sim.description import Scenario, load, refusal
+from afo_sim.common import InputError, assets
+from afo_sim.description import Scenario, load, refusal, refused_name
 from afo_sim.description.reader import split_key
 from afo_sim.metrics import OTHER, WORDS, instead, no_metric, told, words
 from afo_sim.study.constraint import Constraint, read_constraint
@@ -33,28 +33,40 @@ _DESIGNS = ("grid", "list", *_RANDOM, _UNCERTAINTY)
 _CHUNK = 32  # cases
 
 
+def one_of(designs: Sequence[str], problem: str) -> AfterValidator:
+    """Refuses any other design."""
+
+    def checked(design: str) -> str:
+        if design not in designs:
+            raise refused_name(problem, design, designs)
+        return design
+
+    return AfterValidator(checked)
+
+
+def known_metric(name: str) -> str:
+    """The name, if any run may have such a metric."""
+    if words(name).group == OTHER:
+        problem = told(f"{name!r} is not a valid metric", name)
+        raise refusal(problem, "see `afo-sim run`", nearest=instead(name, WORDS) or "")
+    return name
+
+
+Metric = Annotated[StrictStr, AfterValidator(known_metric)]
+
+
 class SweepTable(StrictTable):
     """What a sweep's file states and its plan keeps."""
 
     description: StrictStr = ""
     scenario: StrictStr | dict[str, Any]
-    design: StrictStr
+    design: Annotated[StrictStr, one_of(_DESIGNS, "is not a valid design")]
     cases: StrictInt | None = Option(default=None, ge=1)
     seed: StrictInt = Option(default=0, ge=0)
-    metrics: tuple[StrictStr, ...] = ()
+    metrics: tuple[Metric, ...] = ()
     keep: tuple[StrictInt, ...] = ()
     chunk: StrictInt = Option(default=_CHUNK, ge=1)
     set: dict[str, Any] = Option(default_factory=dict)
-
-    @field_validator("design")
-    @classmethod
-    def _is_a_design(cls, design: str) -> str:
-        return one_of(design, _DESIGNS, "is not a valid design")
-
-    @field_validator("metrics")
-    @classmethod
-    def _are_metrics(cls, metrics: tuple[str, ...]) -> tuple[str, ...]:
-        return tuple(map(known_metric, metrics))
 
     @field_validator("keep")
     @classmethod
@@ -71,21 +83,6 @@ class SweepFile(SweepTable):
     file: StrictStr | None = None
     spreads: StrictStr | None = None
     parameters: dict[str, ParameterTable] = Option(default_factory=dict)
-
-
-def one_of(design: str, designs: Sequence[str], problem: str) -> str:
-    """The design, if it is one of these."""
-    if design not in designs:
-        raise refusal(problem, ", ".join(designs), nearest=nearest_name(design, designs) or "")
-    return design
-
-
-def known_metric(name: str) -> str:
-    """The name, if any run may have such a metric."""
-    if words(name).group == OTHER:
-        problem = told(f"{name!r} is not a valid metric", name)
-        raise refusal(problem, "see `afo-sim run`", nearest=instead(name, WORDS) or "")
-    return name
 
 
 def check_metric(file: pathlib.Path, field: str, name: str, known: Collection[str]) -> None:

@@ -8,17 +8,15 @@ from dataclasses import replace
 from typing import Annotated, Any, Literal
 
 import numpy as np
+from pydantic import Field as Option
 from pydantic import (
-    AfterValidator,
     InstanceOf,
     StrictFloat,
     StrictInt,
     StrictStr,
     ValidationError,
-    field_validator,
     model_validator,
 )
-from pydantic import Field as Option
 
 from afo_sim.common import InputError, assets, parse_quantity
 from afo_sim.description import refusal
@@ -38,11 +36,11 @@ from afo_sim.study.search.aim import (
     Problem,
 )
 from afo_sim.study.sweep_plan import (
+    Metric,
     Plan,
     SweepFile,
     check_keys,
     check_metric,
-    known_metric,
     one_of,
     parameter_tables,
     plain_scenario,
@@ -58,8 +56,6 @@ _JUDGING = ("grid", "list", "random", "latin-hypercube", "sobol")  # designs tha
 _FIXED_COLUMNS = (
     "generation", "start", "design", OUTSIDE, LACKING, OBJECTIVE, "feasible", "violation", "reason", PATIENT,
 )  # fmt: skip
-
-Metric = Annotated[StrictStr, AfterValidator(known_metric)]
 
 
 class SearchTable(StrictTable):
@@ -164,17 +160,12 @@ class LimitTable(StrictTable):
 
 
 class PatientsTable(StrictTable):
-    design: StrictStr
+    design: Annotated[StrictStr, one_of(_JUDGING, "is not a valid design of patients")]
     cases: StrictInt | None = Option(default=None, ge=1)
     seed: StrictInt = Option(default=0, ge=0)
     file: StrictStr | None = None
     constraints: tuple[StrictStr, ...] = ()
     parameters: dict[str, ParameterTable] = Option(min_length=1)
-
-    @field_validator("design")
-    @classmethod
-    def _is_a_design(cls, design: str) -> str:
-        return one_of(design, _JUDGING, "is not a valid design of patients")
 
 
 class SearchFile(SearchTable):

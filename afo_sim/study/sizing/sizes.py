@@ -85,8 +85,7 @@ def requested(
             raise unknown(name, [*own, "cadence"], field="options", problem="is not a valid option")
         if own.get(name, kind) != kind:
             raise InputError(f"is an option of {own[name]}, not of {kind}", field=name, value=value)
-    description = scenario if isinstance(scenario, Scenario) else load("scenario", scenario)
-    description = description.set(sets) if sets else description
+    description = load("scenario", scenario, sets)
     orthosis = description.orthosis
     if not orthosis.chamber:
         problem = "has no chambers: there is nothing to size"
