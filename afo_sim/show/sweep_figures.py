@@ -93,16 +93,16 @@ def draw_distributions(figure: Any, results: Results, metrics: Sequence[str]) ->
     for axis, metric in zip(axes, metrics, strict=True):
         look = scale(results, metric)
         values = look.factor * results[metric]
-        found = spread(values)
-        count = int(np.clip(2.0 * found.count ** (1.0 / 3.0), 5, 40))  # Rice's rule
-        bins = np.histogram_bin_edges(values[np.isfinite(values)], bins=count)
-        axis.axvspan(found.low_5, found.high_95, color="0.94", lw=0.0, zorder=0)
+        count, *_, low, median, high, _ = spread(values)
+        bars = int(np.clip(2.0 * count ** (1.0 / 3.0), 5, 40))  # Rice's rule
+        bins = np.histogram_bin_edges(values[np.isfinite(values)], bins=bars)
+        axis.axvspan(low, high, color="0.94", lw=0.0, zorder=0)
         axis.hist(values, bins=bins, color=_PALE, edgecolor=_FULL, lw=0.6)
-        axis.axvline(found.median, color=_FULL, lw=1.3)
+        axis.axvline(median, color=_FULL, lw=1.3)
         axis.margins(x=0.02)
         axis.set_xlabel(wrapped(look.title))
         axis.locator_params(axis="x", nbins=5)
-        title = f"median {found.median:.3g}; 90 % in {found.low_5:.3g} to {found.high_95:.3g}"
+        title = f"median {median:.3g}; 90 % in {low:.3g} to {high:.3g}"
         axis.set_title(wrapped(title.replace("-", "−"), 30), loc="left", fontsize=8.0, color="0.3")
     axes[0].set_ylabel("cases")
     figure.get_layout_engine().set(wspace=0.05)

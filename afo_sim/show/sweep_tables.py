@@ -46,9 +46,8 @@ def _metric_table(found: Findings) -> _Table:
     rows = []
     for metric in found.objectives:
         look = scale(found.results, metric)
-        s = analysis.spread(look.factor * found.results[metric])
-        numbers = (s.mean, s.deviation, s.lowest, s.low_5, s.median, s.high_95, s.highest)
-        rows.append([metric, look.unit, str(s.count), *map(_number, numbers)])
+        count, *numbers = analysis.spread(look.factor * found.results[metric])
+        rows.append([metric, look.unit, str(count), *map(_number, numbers)])
     header = ["metric", "unit", "cases", "mean", "SD", "lowest", "5 %", "median", "95 %", "highest"]
     return "metrics", header, rows
 

@@ -14,20 +14,6 @@ _BINS = (4, 12)  # at least, at most
 _LEVELS = 12  # distinct values up to which each is a bin of its own, if it has two cases on average
 
 
-@dataclass(frozen=True)
-class Spread:
-    """Spread of a metric over the cases that have it; NaN where there are too few."""
-
-    count: int
-    mean: float
-    deviation: float
-    low_5: float
-    median: float
-    high_95: float
-    lowest: float
-    highest: float
-
-
 @dataclass(frozen=True, eq=False)
 class Effect:
     """The mean of a metric over one parameter, all other parameters varying as they do in the sweep."""
@@ -39,15 +25,14 @@ class Effect:
     share: float
 
 
-def spread(values: np.ndarray) -> Spread:
-    """Mean, standard deviation and percentiles of a metric (n,), its NaN left out."""
+def spread(values: np.ndarray) -> tuple[float, ...]:
+    """Count, mean, standard deviation, lowest, 5 %, median, 95 %, highest of a metric's finite values (n,)."""
     values = values[np.isfinite(values)]
     if not len(values):
-        return Spread(0, *[np.nan] * 7)
-    low, median, high = np.percentile(values, (5.0, 50.0, 95.0))
+        return 0, *[np.nan] * 7
     deviation = float(values.std(ddof=1)) if len(values) > 1 else np.nan
-    ends = float(values.min()), float(values.max())
-    return Spread(len(values), float(values.mean()), deviation, float(low), float(median), float(high), *ends)
+    levels = np.percentile(values, (0.0, 5.0, 50.0, 95.0, 100.0)).tolist()
+    return len(values), float(values.mean()), deviation, *levels
 
 
 def failures(status: np.ndarray, reason: np.ndarray) -> list[tuple[str, str, int]]:
