@@ -26,7 +26,7 @@ class Effect:
 
 
 def spread(values: np.ndarray) -> tuple[float, ...]:
-    """Count, mean, standard deviation, lowest, 5 %, median, 95 %, highest of a metric's finite values (n,)."""
+    """Count, mean, standard deviation, lowest, 5 %, median, 95 % and highest of a metric's known values."""
     values = values[np.isfinite(values)]
     if not len(values):
         return 0, *[np.nan] * 7

@@ -1,5 +1,6 @@
 """Tables of a study's TOML file, [parameters.NAME] → Parameter, and the rows of a list design's CSV."""
 
+import functools
 import keyword
 import math
 import pathlib
@@ -11,6 +12,7 @@ from pydantic import Field as Option
 
 from afo_sim.common import RATIOS, InputError, nearest_name, number, parse_quantity, read_table, split_title
 from afo_sim.description import PROBLEMS, Field, Scenario, field_at, refusal, refused_name
+from afo_sim.description.schema import child_of
 from afo_sim.metrics import words
 from afo_sim.metrics.metric_words import OTHER
 from afo_sim.study.parameter import Choice, Normal, OwnSeed, Parameter, Range, Spread
@@ -238,16 +240,10 @@ def first_error(file: pathlib.Path, table: Any, error: ValidationError) -> Input
     facts = first.get("ctx", {})
     bound = ", ".join(f"{words} {facts[name]:g}" for name, words in _BOUNDS.items() if name in facts)
     path = [str(part) for part in first["loc"]] + ([facts["key"]] if facts.get("key") else [])
-    value = table
-    for part in path:
-        if isinstance(value, list):
-            value = value[int(part)] if part.isdigit() and int(part) < len(value) else None
-        else:
-            value = value.get(part) if isinstance(value, dict) else None
+    value = functools.reduce(child_of, path, table)
+    problems = PROBLEMS | {"dict_type": "is not a table", "too_short": "is empty"}
     return InputError(
-        (PROBLEMS | {"dict_type": "is not a table", "too_short": "is empty"}).get(
-            first["type"], first["msg"]
-        ),
+        problems.get(first["type"], first["msg"]),
         file=file,
         field=".".join(path),
         value=None if isinstance(value, dict) else value,
