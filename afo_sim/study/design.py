@@ -127,10 +127,8 @@ def _within(plan: Plan, values: Columns) -> tuple[Columns, int]:
 
 
 def _holds(plan: Plan, values: Columns) -> np.ndarray:
-    holds = np.ones(len(next(iter(values.values()), "-")), dtype=bool)
-    for constraint in plan.constraints:
-        holds &= constraint.holds(values)
-    return holds
+    every = np.ones(len(next(iter(values.values()), "-")), dtype=bool)
+    return np.logical_and.reduce([every, *(constraint.holds(values) for constraint in plan.constraints)])
 
 
 def _contradiction(plan: Plan, problem: str) -> InputError:

@@ -88,10 +88,8 @@ def _supply(scenario: Scenario) -> Iterator[Effect]:
     yield lower
     for name, group in groups.items():
         limit = group.type.limits.pressure
-        if scenario.supply.pressure + PRESSURE > limit * _LIMIT:
-            reason = f"the muscles of {name} are limited to {1e-5 * limit:g} bar"
-            yield upper.barred("forbidden", reason)
-            return
+        if pressure.value + PRESSURE > limit * _LIMIT:
+            upper = upper.barred("forbidden", f"the muscles of {name} are limited to {1e-5 * limit:g} bar")
     yield upper
 
 

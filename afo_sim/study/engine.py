@@ -69,12 +69,9 @@ _AHEAD = 1  # batches more than threads, so that none of these waits for the nex
 def _keep_flat() -> None:
     """Let the collector leave alone what is there, and glibc give large blocks back when they are freed."""
     gc.freeze()
-    if sys.platform != "linux":
-        return
-    try:
-        ctypes.CDLL(None).mallopt(_M_MMAP_THRESHOLD, _LARGE)
-    except (AttributeError, OSError):  # another C library
-        return
+    if sys.platform == "linux":
+        with suppress(AttributeError, OSError):  # another C library
+            ctypes.CDLL(None).mallopt(_M_MMAP_THRESHOLD, _LARGE)
 
 
 @dataclass(frozen=True)
@@ -356,10 +353,7 @@ def _failed(error: Exception) -> Outcome:
     gone = isinstance(file, pathlib.Path) and not file.exists()  # it was there when the sweep was read
     if gone or isinstance(error, (MemoryError, OSError)):
         raise error
-    if isinstance(error, ControllerError):
-        return Outcome(BROKEN, str(error), {})
-    if isinstance(error, SimulationError):
-        return Outcome(UNSTABLE, str(error), {})
-    if isinstance(error, InputError):
-        return Outcome(INFEASIBLE, str(error), {})
+    for kind, status in ((ControllerError, BROKEN), (SimulationError, UNSTABLE), (InputError, INFEASIBLE)):
+        if isinstance(error, kind):
+            return Outcome(status, str(error), {})
     return Outcome(BROKEN, f"{type(error).__name__}: {error}", {})

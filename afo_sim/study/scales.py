@@ -11,8 +11,7 @@ from afo_sim.study.results import Results
 
 Better = Literal["lowest", "highest"]
 
-_TORQUE = "orthosis_peak_dorsiflexion_torque"
-_DEFAULT = (("toe_clearance",), ("air_per_stride",), (_TORQUE,))  # the first that is there
+_DEFAULT = ("toe_clearance", "air_per_stride", "orthosis_peak_dorsiflexion_torque")  # those that are there
 _HOW_MANY = 3  # metrics, where none is asked for and _DEFAULT are not there
 _LOW_IS_GOOD = (
     "air_", "free_air_", "angle_error_", "gvs_", "torque_missing", "torque_unneeded", "foot_slap",
@@ -83,7 +82,7 @@ def _better(metric: str) -> Better:
 def chosen(results: Results, asked: list[str]) -> dict[str, Better]:
     """{metric: which end is good} as asked for, or the metrics that matter most."""
     if not asked:
-        there = [name for names in _DEFAULT for name in [n for n in names if n in results.metrics][:1]]
+        there = [name for name in _DEFAULT if name in results.metrics]
         return {name: _better(name) for name in there or list(results.metrics)[:_HOW_MANY]}
     found: dict[str, Better] = {}
     for text in asked:

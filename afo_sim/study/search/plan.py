@@ -9,14 +9,7 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import Field as Option
-from pydantic import (
-    InstanceOf,
-    StrictFloat,
-    StrictInt,
-    StrictStr,
-    ValidationError,
-    model_validator,
-)
+from pydantic import InstanceOf, StrictFloat, StrictInt, StrictStr, ValidationError, model_validator
 
 from afo_sim.common import InputError, assets, parse_quantity
 from afo_sim.description import refusal
