@@ -1,8 +1,4 @@
-"""Parameter sweeps: many cases of one scenario, and looking at what came out.
-
-import afo_sim.study
-frame = afo_sim.study.read("sweeps/a").to_pandas()
-"""
+"""Studies of a scenario: sweeps of many cases, searches, sizes, effects, and looking at what came out."""
 
 import lazy_loader
 

@@ -116,8 +116,7 @@ def _listen(jobs: Queue) -> None:
 
 @dataclass
 class Processes:
-    """So many processes beside this one, started once work has taken its time, and kept to the block's
-    end."""
+    """So many processes beside this one, started once work has taken its time, and ended with the block."""
 
     count: int
     patience: float = PATIENCE

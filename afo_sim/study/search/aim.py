@@ -136,10 +136,7 @@ class Aim:
 
 @dataclass(frozen=True)
 class Problem:
-    """The problem of a search: ranges, constraints on them, aim, number of starts, traits of the patients.
-
-    traits : of each patient in standard deviations (patients, traits); a single one has none
-    """
+    """The problem of a search: ranges, constraints on them, aim, number of starts, traits of the patients."""
 
     parameters: tuple[Parameter, ...]
     constraints: tuple[Constraint, ...]
@@ -148,6 +145,7 @@ class Problem:
     population: int | None = None
     starts: int = 1
     method: str = "surrogate"
+    # of each patient in standard deviations (patients, traits); a single one has none
     traits: np.ndarray = field(default_factory=lambda: np.zeros((1, 0)))
 
     @property

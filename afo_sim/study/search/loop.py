@@ -154,10 +154,7 @@ def evolve(
 def _judged(
     problem: Problem, which: tuple[int, int], first: int, asked: Columns, evaluate: Evaluate
 ) -> Columns:
-    """A generation's table, its designs with all patients numbered from `first`, others -1.
-
-    What is outside the constraints is not run. Beside what `Aim.judge` says it has every run's metrics.
-    """
+    """A generation's table and its runs' metrics; designs with all patients are numbered, others -1."""
     patients = asked[PATIENT]
     values = {name: column for name, column in asked.items() if name != PATIENT}
     count, whole, off = len(patients), patients < 0, problem.outside(values)

@@ -262,11 +262,8 @@ def doubt_of(muscle: Muscle) -> str:
 
 
 def link_for(now: MuscleGroup, muscle: Muscle) -> float | None:
-    """Length of the link with which another muscle is taut at the same ankle angle [m].
-
-    A muscle is taut where its path is as long as braid, ends and link together.
-    """
+    """Length of the link with which another muscle is taut at the same ankle angle [m]."""
     if now.link_length is None:
         return None
-    own = now.type
+    own = now.type  # taut where the path is as long as braid, ends and link together
     return now.link_length + own.nominal_length + own.end_length - muscle.nominal_length - muscle.end_length
