@@ -343,9 +343,9 @@ class Muscle(Named, RestCurves, Draws):
 
     @property
     def rubber(self) -> tuple[float, float, float]:
-        """Stiffness [N], bore and turn [-] of its tube for `rubber_force`; zero where its law has it."""
+        """Stiffness [N], bore and turn [-] of its tube for `rubber_force`; no wall where its law has it."""
         if self.tube is None or LAWS[self.law].rubber:
-            return 0.0, 0.0, 0.0
+            return 0.0, 1.0, 0.0
         bore = (1.0 - 2.0 * self.tube.wall_thickness / self.bore) ** 2
         stiffness = math.pi * self.tube.modulus / 3.0 * (self.bore / 2.0) ** 2 / 2.0
         return stiffness, bore, turning(self.braid.b, bore)

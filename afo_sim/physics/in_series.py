@@ -39,7 +39,7 @@ class AtRest:
     braid: Braid
     braids: float
     contraction_scale: float = 1.0
-    rubber: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    rubber: tuple[float, float, float] = (0.0, 1.0, 0.0)
 
     def force(self, contraction: float, pressure: float) -> float:
         """Tension [N], ≥ 0, at a contraction ratio [-] and a gauge pressure [Pa]."""
