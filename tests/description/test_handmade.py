@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from command import call
+from thick_wall import wall_tension
 
 import afo_sim as afo
 from afo_sim.common import InputError
@@ -75,11 +76,9 @@ def test_a_wall_is_a_rubber_tube_that_counts_once(tmp_path: pathlib.Path) -> Non
     """Of 1 MPa and a seventh of the bore where the user says nothing; it takes air from all laws, and force
     from those without rubber, of which one is in use.
 
-    At a contraction ratio of 10 %: λ = 0.9, h² = b − (b − 1) λ², T = A E/3 dW/dλ.
+    At a contraction ratio of 10 %, by the energy of its wall.
     """
-    bare, b, x = load("muscle", "handmade_10mm", BARE), 1.0 / math.sin(math.radians(22.0)) ** 2, 0.9
-    h2 = b - (b - 1.0) * x**2
-    stress = 1e6 / 3.0 * (x - (b - 1.0) * x - (1.0 / x - (b - 1.0) * x / h2) / (x**2 * h2))
+    bare = load("muscle", "handmade_10mm", BARE)
     for given, wall, kind in (
         ({}, 1.43e-3, "assumed"),
         ({"wall_thickness": "1 mm"}, 1e-3, "user"),
@@ -91,9 +90,10 @@ def test_a_wall_is_a_rubber_tube_that_counts_once(tmp_path: pathlib.Path) -> Non
         told = own.tube.provenance
         assert told["modulus"].kind == "assumed" and told["wall_thickness"].kind == kind
         area = math.pi * (R0**2 - (R0 - wall) ** 2)
+        taken = math.pi * R0**2 * 1e6 / 6.0 * wall_tension(0.1, 22.0, (1.0 - wall / R0) ** 2)
         for law in (IN_USE, IDEAL):
             forces = [each.using(law=law).force(P, contraction=0.1) for each in (own, bare)]
-            assert forces[0] - forces[1] == pytest.approx(stress * area, rel=1e-6)
+            assert forces[0] - forces[1] == pytest.approx(taken, rel=1e-6)
         forces = [each.using(law=BLADDER).force(P, contraction=0.1) for each in (own, bare)]
         assert forces[0] == forces[1]
         for kappa in (0.0, 0.2):
@@ -122,13 +122,16 @@ def test_two_muscles_of_another_laboratory(
     """Jiang et al. 2026, table 1: a hose of 5/7 mm and a balloon in nylon sleeves, without load [m].
 
     What they did not print is at the middle of its range: angle, ends, and the balloon's bore and wall, see
-    models/ledger. S1's rubber, scaled, gives half of it and less.
+    models/ledger. The tube takes too much, and S1's rubber, scaled, even more.
     """
     given = {"bore": bore, "braid_angle": "22.5 deg", "length": "24 cm", "end_length": "2.5 cm"}
     file = new("muscle", "mine", tmp_path, braid=given | {"wall_thickness": wall})
     muscle = load("muscle", file)
-    assert 0.215 * muscle.contraction(pressure, force=0.0) == pytest.approx(measured, rel=0.15)
-    assert 0.215 * muscle.using(law=BLADDER).contraction(pressure, force=0.0) < 0.55 * measured
+    by_tube, by_s1 = (
+        0.215 * muscle.using(law=law).contraction(pressure, force=0.0) for law in (IN_USE, BLADDER)
+    )
+    assert by_tube == pytest.approx(measured, rel=0.3)
+    assert by_s1 < by_tube < measured
 
 
 def test_wall_term_of_the_law_alone() -> None:

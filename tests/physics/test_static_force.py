@@ -26,6 +26,7 @@ from afo_sim.physics import (
     guards,
     law_volume,
     muscle_volume,
+    rubber_force,
     signed_force,
     slopes_of,
     turning,
@@ -191,7 +192,7 @@ def test_a_stretched_muscle_asks_its_law_at_no_contraction(case):
 
 R0, B = 5.75e-3, 1.0 / math.sin(math.radians(22.0)) ** 2
 BRAID_STIFFNESS, RETURN = 2e4, 20.0  # [N]
-NONE, RUBBER = (0.0, 0.0), (9.4, turning(B))  # of a tube: stiffness [N], turn [-]
+NONE, RUBBER = (0.0, 0.0, 0.0), (17.0, 0.5, turning(B, 0.5))  # of a tube: stiffness [N], bore, turn [-]
 
 
 def _muscle(
@@ -292,7 +293,9 @@ def test_a_muscles_force_is_continuous_and_hides_no_nan(case):
         assert math.isnan(signed_force(*good, spoiled, 0)[0]), i
 
 
-COMPLEX = types.SimpleNamespace(exp=np.exp, log=np.log, sqrt=np.sqrt, pi=math.pi, nan=math.nan)  # for `math`
+COMPLEX = types.SimpleNamespace(  # for `math`
+    exp=np.exp, log=np.log, log1p=np.log1p, sqrt=np.sqrt, pi=math.pi, nan=math.nan
+)
 
 
 @every_set
@@ -308,7 +311,8 @@ def test_slopes_are_those_of_the_force(case):
     contractions = (-0.031, -0.0031, -3.1e-4, 1.3e-3, 0.031, 0.11, 0.191, 0.253, 0.41, 0.83, 1.1)
     pressures = (-3e4, 0.02e5, 0.3e5, 0.7e5, *case.pressures[::3], 9.7e5)
     with pytest.MonkeyPatch.context() as patch:
-        for module in (guards, *(sys.modules[law.kernel.slopes.__module__] for law in LAWS.values())):
+        laws = (law.kernel.slopes for law in LAWS.values())
+        for module in (guards, *(sys.modules[each.__module__] for each in (rubber_force, *laws))):
             patch.setattr(module, "math", COMPLEX, raising=False)
         for kernel, kappa, p in itertools.product(kernels, contractions, pressures):
             force, *slopes = kernel(kappa, p)
