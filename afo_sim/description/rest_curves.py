@@ -226,9 +226,7 @@ def at_rest(muscle: Any, law: Mapping[str, float] = MappingProxyType({})) -> AtR
     )
     scale, (stiffness, bore, turn) = 1.0, muscle.rubber
     if muscle.free_contraction is not None:  # where the law carries the rubber alone
-        taken = 0.0
-        if stiffness:
-            taken -= rubber_force(muscle.free_contraction, stiffness, bore, muscle.braid.b, turn)[0]
+        taken = -rubber_force(muscle.free_contraction, stiffness, bore, muscle.braid.b, turn)[0]
         scale = by_law.contraction(muscle.test_pressure, taken, 0.0) / muscle.free_contraction
     return replace(by_law, contraction_scale=scale / muscle.contraction_factor, rubber=muscle.rubber)
 
