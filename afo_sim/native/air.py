@@ -14,8 +14,8 @@ from afo_sim.native.air_block import (
     AMBIENT,
     EDGE,
     EDGE_NUMBERS,
+    FIRST_BLOCK,
     FIRST_EDGE,
-    FIRST_NODE,
     NODE,
     NODE_NUMBERS,
     OF_FIXED,
@@ -70,14 +70,14 @@ def chamber_complaint(m: Any, d: Any, i: int) -> int:
 
 @register_jitable
 def take_nodes(m: Any, d: Any, j: int, s: Any) -> int:
-    """Put the nodes of the network led by the node in row j into the block s; their number."""
+    """Put the nodes of the network led by the node in row j into the block s; where they end."""
     u, act, data = m.actuator_user, d.act, d.userdata
     _fix(s, AMBIENT, AMBIENT_PRESSURE)
     _fix(s, SUPPLY, d.ctrl[int(u[j + AIR_ROW.first_node])] + AMBIENT_PRESSURE)
     s[SUPPLY * NODE_NUMBERS + NODE.actuator] = u[j + AIR_ROW.upstream]  # the node that it draws from, or 0
-    number, actuator = FIRST_NODE, int(u[j + AIR_ROW.first_node])
+    n, actuator = FIRST_BLOCK, int(u[j + AIR_ROW.first_node])
     while actuator >= 0:
-        q, n, adr = m.nuser_actuator * actuator, NODE_NUMBERS * number, m.actuator_actadr[actuator]
+        q, adr = m.nuser_actuator * actuator, m.actuator_actadr[actuator]
         kind, place = u[q + 1], int(u[q + AIR_ROW.userdata])
         s[n + NODE.actuator] = float(actuator)
         s[n + NODE.wall], s[n + NODE.steepness] = u[q + AIR_ROW.wall_conductance], u[q + AIR_ROW.steepness]
@@ -98,8 +98,8 @@ def take_nodes(m: Any, d: Any, j: int, s: Any) -> int:
         else:
             s[n + NODE.volume] = u[q + AIR_ROW.volume]
             s[n + NODE.power] = u[q + VOLUME_ROW.power]
-        actuator, number = int(u[q + AIR_ROW.following]), number + 1
-    return number
+        actuator, n = int(u[q + AIR_ROW.following]), n + NODE_NUMBERS
+    return n
 
 
 @register_jitable
@@ -170,8 +170,7 @@ def switch(s: Any, edges: int, share: float) -> float:
 @register_jitable
 def evaluate(s: Any, nodes: int, edges: int, share: float, given: bool, gas: float, gamma: float) -> None:
     """Pressures, flows and rates of a network in the state that the block holds, at a share of the step."""
-    for number in range(FIRST_NODE, nodes):
-        n = NODE_NUMBERS * number
+    for n in range(FIRST_BLOCK, nodes, NODE_NUMBERS):
         state_of(s, n, share, given, gas, gamma)
         s[n + NODE.mass_rate] = s[n + NODE.enthalpy] = s[n + NODE.inflow] = 0.0
     upstream = NODE_NUMBERS * int(s[SUPPLY * NODE_NUMBERS + NODE.actuator])
@@ -200,15 +199,14 @@ def evaluate(s: Any, nodes: int, edges: int, share: float, given: bool, gas: flo
     if upstream > 0:
         s[upstream + NODE.mass_rate] += s[supply + NODE.mass_rate]
         s[upstream + NODE.enthalpy] += s[supply + NODE.enthalpy]
-    for number in range(FIRST_NODE, nodes):
-        rate_of(s, NODE_NUMBERS * number, gas, gamma)
+    for n in range(FIRST_BLOCK, nodes, NODE_NUMBERS):
+        rate_of(s, n, gas, gamma)
 
 
 @register_jitable
 def keep_powers(s: Any, nodes: int, gamma: float) -> None:
     """Keep V^−γ of chambers for the stages of a step, over which V hardly changes."""
-    for number in range(FIRST_NODE, nodes):
-        n = NODE_NUMBERS * number
+    for n in range(FIRST_BLOCK, nodes, NODE_NUMBERS):
         volume = s[n + NODE.volume]
         if s[n + NODE.kind] != OF_VOLUME or s[n + NODE.power] > 0.0:
             continue

@@ -17,8 +17,8 @@ from afo_sim.native.air import evaluate, gas_in, keep_powers, state_of, switch, 
 from afo_sim.native.air_block import (
     EDGE,
     EDGE_NUMBERS,
+    FIRST_BLOCK,
     FIRST_EDGE,
-    FIRST_NODE,
     NODE,
     NODE_NUMBERS,
     OF_STORE,
@@ -71,7 +71,10 @@ def air_dyn(m: Any, d: Any, j: int) -> None:
     evaluate(s, nodes, edges, 0.0, True, gas, gamma)
     step = m.opt.timestep
     if u[j + 1] != KIND_CHAMBER:  # the last node leads, and chambers come first
-        remember_pressures(m, d, nodes, s)
+        for n in range(FIRST_BLOCK, nodes, NODE_NUMBERS):
+            q = m.nuser_actuator * int(s[n + NODE.actuator])
+            if u[q + 1] != KIND_CHAMBER:
+                d.userdata[int(u[q + AIR_ROW.userdata]) + VOLUME_DATA.pressure] = s[n + NODE.pressure]
     if until > 1.0 - RESTING and calm(s, nodes, step, gas, gamma):
         if one_midpoint(s, nodes, edges, step, gas, gamma):
             write_rates(m, d, nodes, s, True)
@@ -86,7 +89,8 @@ def air_dyn(m: Any, d: Any, j: int) -> None:
         if until > 1.0 - RESTING:
             until = 1.0
         if not advance(s, nodes, edges, step, share, until - share, gas, gamma):
-            spoil(s, nodes)  # the next step will complain
+            for n in range(FIRST_BLOCK, nodes, NODE_NUMBERS):
+                s[n + NODE.mass] = s[n + NODE.sigma] = math.nan  # the next step will complain
             break
         share = until
         if share < 1.0:
@@ -102,8 +106,7 @@ def calm(s: Any, nodes: int, step: float, gas: float, gamma: float) -> bool:
 
     As `fastest` has it, with R T/V = p/m: γ p Σ k + (γ − 1) hA/R by the mass.
     """
-    for number in range(FIRST_NODE, nodes):
-        n = NODE_NUMBERS * number
+    for n in range(FIRST_BLOCK, nodes, NODE_NUMBERS):
         mass = s[n + NODE.mass]
         if s[n + NODE.kind] == OF_STORE:
             return False
@@ -121,14 +124,12 @@ def calm(s: Any, nodes: int, step: float, gas: float, gamma: float) -> bool:
 def one_midpoint(s: Any, nodes: int, edges: int, step: float, gas: float, gamma: float) -> bool:
     """The rates of a step of the midpoint rule in one part into the block; False where it fails."""
     half = 0.5 * step
-    for number in range(FIRST_NODE, nodes):
-        n = NODE_NUMBERS * number
+    for n in range(FIRST_BLOCK, nodes, NODE_NUMBERS):
         s[n + NODE.first_mass], s[n + NODE.first_sigma] = s[n + NODE.mass], s[n + NODE.sigma]
         s[n + NODE.mass] += half * s[n + NODE.mass_rate]
         s[n + NODE.sigma] += half * s[n + NODE.sigma_rate]
     evaluate(s, nodes, edges, 0.5, False, gas, gamma)
-    for number in range(FIRST_NODE, nodes):
-        n = NODE_NUMBERS * number
+    for n in range(FIRST_BLOCK, nodes, NODE_NUMBERS):
         if not (
             s[n + NODE.first_mass] + step * s[n + NODE.mass_rate] > 0.0
             and s[n + NODE.first_sigma] + step * s[n + NODE.sigma_rate] > 0.0
@@ -147,8 +148,8 @@ def fastest(s: Any, nodes: int, edges: int, gas: float, gamma: float) -> tuple[f
     (Gershgorin) counts k twice between two volumes.
     """
     rate, change, ringing = 0.0, 0.0, 0.0
-    for number in range(nodes):
-        s[NODE_NUMBERS * number + NODE.steepness] = 0.0
+    for n in range(0, nodes, NODE_NUMBERS):
+        s[n + NODE.steepness] = 0.0
     for e in range(FIRST_EDGE, edges, EDGE_NUMBERS):
         a, b = NODE_NUMBERS * int(s[e + EDGE.origin]), NODE_NUMBERS * int(s[e + EDGE.end])
         twice = 2.0 if s[a + NODE.kind] == OF_VOLUME and s[b + NODE.kind] == OF_VOLUME else 1.0
@@ -163,8 +164,7 @@ def fastest(s: Any, nodes: int, edges: int, gas: float, gamma: float) -> tuple[f
     upstream = int(s[NODE_NUMBERS * SUPPLY + NODE.actuator])
     if upstream > 0:  # what draws from the supply may draw from behind it
         s[NODE_NUMBERS * upstream + NODE.steepness] += 2.0 * s[NODE_NUMBERS * SUPPLY + NODE.steepness]
-    for number in range(FIRST_NODE, nodes):
-        n = NODE_NUMBERS * number
+    for n in range(FIRST_BLOCK, nodes, NODE_NUMBERS):
         mass, share = s[n + NODE.mass], abs(s[n + NODE.sigma_rate] / s[n + NODE.sigma])
         change = max(change, share, abs(s[n + NODE.mass_rate] / mass))
         if s[n + NODE.kind] != OF_STORE:
@@ -176,8 +176,8 @@ def fastest(s: Any, nodes: int, edges: int, gas: float, gamma: float) -> tuple[f
 @register_jitable
 def push_lines(s: Any, nodes: int, edges: int, time: float, share: float, gas: float, gamma: float) -> None:
     """Flows of lines with inertia after a time under the pressures at a share of the step."""
-    for number in range(FIRST_NODE, nodes):
-        state_of(s, NODE_NUMBERS * number, share, False, gas, gamma)
+    for n in range(FIRST_BLOCK, nodes, NODE_NUMBERS):
+        state_of(s, n, share, False, gas, gamma)
     for e in range(FIRST_EDGE, edges, EDGE_NUMBERS):
         if s[e + EDGE.law] == INERTIAL:
             a, b = NODE_NUMBERS * int(s[e + EDGE.origin]), NODE_NUMBERS * int(s[e + EDGE.end])
@@ -237,8 +237,7 @@ def advance(
 @register_jitable
 def restore(s: Any, nodes: int, edges: int) -> None:
     """Go back to the state and the rates that a part of a step began with."""
-    for number in range(FIRST_NODE, nodes):
-        n = NODE_NUMBERS * number
+    for n in range(FIRST_BLOCK, nodes, NODE_NUMBERS):
         for k in range(2):
             s[n + NODE.mass + k] = s[n + NODE.first_mass + k]
             s[n + NODE.mass_rate + k] = s[n + NODE.first_mass_rate + k]
@@ -251,8 +250,7 @@ def restore(s: Any, nodes: int, edges: int) -> None:
 @register_jitable
 def begin(s: Any, nodes: int, edges: int) -> None:
     """Keep the state and the rates that a part of a step begins with."""
-    for number in range(FIRST_NODE, nodes):
-        n = NODE_NUMBERS * number
+    for n in range(FIRST_BLOCK, nodes, NODE_NUMBERS):
         for k in range(2):
             s[n + NODE.first_mass + k] = s[n + NODE.last_mass + k] = s[n + NODE.mass + k]
             s[n + NODE.first_mass_rate + k] = s[n + NODE.mass_rate + k]
@@ -264,8 +262,7 @@ def begin(s: Any, nodes: int, edges: int) -> None:
 @register_jitable
 def positive(s: Any, nodes: int) -> bool:
     """Whether mass and σ of every node are above zero; of a NaN they are not."""
-    for number in range(FIRST_NODE, nodes):
-        n = NODE_NUMBERS * number
+    for n in range(FIRST_BLOCK, nodes, NODE_NUMBERS):
         if not (s[n + NODE.mass] > 0.0 and s[n + NODE.sigma] > 0.0):
             return False
     return True
@@ -276,15 +273,13 @@ def midpoint(
     s: Any, nodes: int, edges: int, part: float, share: float, width: float, gas: float, gamma: float
 ) -> bool:
     """The midpoint rule over a part of a step that begins at a share of it; False where it fails."""
-    for number in range(FIRST_NODE, nodes):
-        n = NODE_NUMBERS * number
+    for n in range(FIRST_BLOCK, nodes, NODE_NUMBERS):
         for k in range(2):
             s[n + NODE.mass + k] = s[n + NODE.first_mass + k] + 0.5 * part * s[n + NODE.first_mass_rate + k]
     if not positive(s, nodes):
         return False
     evaluate(s, nodes, edges, share + 0.5 * width, False, gas, gamma)
-    for number in range(FIRST_NODE, nodes):
-        n = NODE_NUMBERS * number
+    for n in range(FIRST_BLOCK, nodes, NODE_NUMBERS):
         for k in range(2):
             s[n + NODE.mass + k] = s[n + NODE.first_mass + k] + part * s[n + NODE.mass_rate + k]
     for e in range(FIRST_EDGE, edges, EDGE_NUMBERS):
@@ -323,8 +318,8 @@ def chebyshev(
 @register_jitable
 def settle(s: Any, nodes: int, edges: int) -> None:
     """Masses at the end of a part from what restrictions have moved: many stages gather rounding."""
-    for number in range(FIRST_NODE, nodes):
-        s[NODE_NUMBERS * number + NODE.mass] = s[NODE_NUMBERS * number + NODE.first_mass]
+    for n in range(FIRST_BLOCK, nodes, NODE_NUMBERS):
+        s[n + NODE.mass] = s[n + NODE.first_mass]
     upstream = s[SUPPLY * NODE_NUMBERS + NODE.actuator]
     for e in range(FIRST_EDGE, edges, EDGE_NUMBERS):
         origin, end, moved = s[e + EDGE.origin], s[e + EDGE.end], s[e + EDGE.moved]
@@ -344,8 +339,7 @@ def error(s: Any, nodes: int, part: float) -> float:
     decays by almost nothing; a node that should have come to rest is far from it by this measure.
     """
     largest = 0.0
-    for number in range(FIRST_NODE, nodes):
-        n = NODE_NUMBERS * number
+    for n in range(FIRST_BLOCK, nodes, NODE_NUMBERS):
         if s[n + NODE.kind] != OF_STORE:
             for k in range(2):
                 first, last = s[n + NODE.first_mass + k], s[n + NODE.mass + k]
@@ -357,8 +351,7 @@ def error(s: Any, nodes: int, part: float) -> float:
 @register_jitable
 def combine(s: Any, nodes: int, edges: int, mu: float, nu: float, by_rate: float, by_first: float) -> None:
     """Next stage of states and moved air: (1 − μ − ν) Y0 + μ Y(j−1) + ν Y(j−2) + h μ' F(j−1) + h γ' F0."""
-    for number in range(FIRST_NODE, nodes):
-        n = NODE_NUMBERS * number
+    for n in range(FIRST_BLOCK, nodes, NODE_NUMBERS):
         for k in range(2):
             now = s[n + NODE.mass + k]
             s[n + NODE.mass + k] = (
@@ -381,36 +374,20 @@ def combine(s: Any, nodes: int, edges: int, mu: float, nu: float, by_rate: float
 
 
 @register_jitable
-def spoil(s: Any, nodes: int) -> None:
-    """States that are no numbers, where no part of a step is short enough."""
-    for number in range(FIRST_NODE, nodes):
-        s[NODE_NUMBERS * number + NODE.mass] = s[NODE_NUMBERS * number + NODE.sigma] = math.nan
-
-
-@register_jitable
-def remember_pressures(m: Any, d: Any, nodes: int, s: Any) -> None:
-    """Pressures of volumes and stores at the start of the step to `userdata`."""
-    u = m.actuator_user
-    for number in range(FIRST_NODE, nodes):
-        n = NODE_NUMBERS * number
-        q = m.nuser_actuator * int(s[n + NODE.actuator])
-        if u[q + 1] != KIND_CHAMBER:
-            d.userdata[int(u[q + AIR_ROW.userdata]) + VOLUME_DATA.pressure] = s[n + NODE.pressure]
-
-
-@register_jitable
 def write_rates(m: Any, d: Any, nodes: int, s: Any, plain: bool) -> None:
     """Rates that lead the states to the end of the step, which stands in the block."""
     u, act, act_dot, data, step = m.actuator_user, d.act, d.act_dot, d.userdata, m.opt.timestep
-    for number in range(FIRST_NODE, nodes):
-        n = NODE_NUMBERS * number
+    for n in range(FIRST_BLOCK, nodes, NODE_NUMBERS):
         actuator = int(s[n + NODE.actuator])
         adr, q = m.actuator_actadr[actuator], m.nuser_actuator * actuator
         if u[q + 1] == KIND_STORE:
             outflow = (act[adr + STORE_ACT.mass] - s[n + NODE.mass]) / step
             act_dot[adr + STORE_ACT.mass] = -outflow
-            temperature = act[adr + STORE_ACT.temperature]
-            act_dot[adr + STORE_ACT.temperature] = cooling(u, q, act[adr], temperature, outflow)
+            act_dot[adr + STORE_ACT.temperature] = store_temperature_rate(
+                act[adr], act[adr + STORE_ACT.temperature], u[q + AIR_ROW.volume], max(-outflow, 0.0),
+                max(outflow, 0.0), u[q + STORE_ROW.shell], u[q + AIR_ROW.wall_conductance],
+                AMBIENT_TEMPERATURE, gas_in(u, q),
+            )  # fmt: skip
         elif plain:
             act_dot[adr + CHAMBER_ACT.mass] = s[n + NODE.mass_rate]
             act_dot[adr + CHAMBER_ACT.sigma] = s[n + NODE.sigma_rate]
@@ -423,15 +400,6 @@ def write_rates(m: Any, d: Any, nodes: int, s: Any, plain: bool) -> None:
             risen = data[place + CHAMBER_DATA.pressure] - act[adr + CHAMBER_ACT.last_pressure]
             act_dot[adr + CHAMBER_ACT.last_volume] = grown / step
             act_dot[adr + CHAMBER_ACT.last_pressure] = risen / step
-
-
-@register_jitable
-def cooling(u: Any, q: int, mass: float, temperature: float, outflow: float) -> float:
-    """Rate of temperature of the store whose row starts at q, which gives a flow [K/s]."""
-    return store_temperature_rate(
-        mass, temperature, u[q + AIR_ROW.volume], max(-outflow, 0.0), max(outflow, 0.0),
-        u[q + STORE_ROW.shell], u[q + AIR_ROW.wall_conductance], AMBIENT_TEMPERATURE, gas_in(u, q),
-    )  # fmt: skip
 
 
 @register_jitable

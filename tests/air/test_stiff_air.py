@@ -71,7 +71,7 @@ def test_muscles_beyond_the_limit_are_off_by_what_is_told() -> None:
 @pytest.mark.parametrize("cubic", [0, 1])
 def test_the_error_of_a_part_is_nothing_of_an_even_change_and_that_of_a_cubic(cubic: int) -> None:
     """0.8 (Y0 − Y1) + 0.4 h (F0 + F1) of Y = Y0 + t is 0, and of Y = Y0 + t³ 0.4 h³, in mass or σ."""
-    numbers, part, node = air_block.block(), 0.1, air_block.NODE_NUMBERS * air_block.FIRST_NODE
+    numbers, part, node = air_block.block(), 0.1, air_block.FIRST_BLOCK
     numbers[node + NODE.kind] = air_block.OF_VOLUME
     for k, level in enumerate((1.0, 7.0)):
         rise, rates = (part**3, (0.0, 3.0 * part**2)) if k == cubic else (part, (1.0, 1.0))
@@ -79,4 +79,4 @@ def test_the_error_of_a_part_is_nothing_of_an_even_change_and_that_of_a_cubic(cu
         numbers[node + NODE.first_mass_rate + k], numbers[node + NODE.mass_rate + k] = rates
         if k == cubic:
             expected = 0.4 * part**3 / (level + rise)
-    assert air_step.error(numbers, air_block.FIRST_NODE + 1, part) == pytest.approx(expected, rel=1e-9)
+    assert air_step.error(numbers, node + air_block.NODE_NUMBERS, part) == pytest.approx(expected, rel=1e-9)
