@@ -51,24 +51,19 @@ class ValveParameters(Protocol):
 
 @dataclass(frozen=True)
 class CircuitValve:
-    """A valve by its numbers: conductance [m³/(s·Pa)], critical pressure ratio [-], delays [s].
+    """A valve by its numbers."""
 
-    opening_ramp, closing_ramp : after its delay, from shut to open and back [s]
-    threshold, hold_decay, hold_pressure : as of `description.air.Valve` [-], [s], [Pa]
-    bandwidth, dead_band : of a proportional valve [Hz], [-]
-    """
-
-    conductance: float
-    critical_ratio: float
-    opening_delay: float = 0.0
-    closing_delay: float = 0.0
-    bandwidth: float = 0.0
-    dead_band: float = 0.0
-    opening_ramp: float = 0.0
-    closing_ramp: float = 0.0
-    threshold: float = 0.0
-    hold_decay: float = 0.0
-    hold_pressure: float = 0.0
+    conductance: float  # [m³/(s·Pa)]
+    critical_ratio: float  # of pressures [-]
+    opening_delay: float = 0.0  # [s]
+    closing_delay: float = 0.0  # [s]
+    bandwidth: float = 0.0  # of a proportional valve [Hz]
+    dead_band: float = 0.0  # of a proportional valve [-]
+    opening_ramp: float = 0.0  # after its delay, from shut to open [s]
+    closing_ramp: float = 0.0  # and back [s]
+    threshold: float = 0.0  # these three as of `description.air.Valve` [-]
+    hold_decay: float = 0.0  # [s]
+    hold_pressure: float = 0.0  # [Pa]
 
     @property
     def row(self) -> Mapping[str, Any]:
@@ -78,42 +73,27 @@ class CircuitValve:
 
 @dataclass(frozen=True)
 class CircuitAnchor:
-    """What a limb gives way where muscles are anchored: a cuff, a plate.
-
-    stiffness : linear [N/m]; or 0, and then
-    force, length : a [N] and x0 [m] of the stiffening F = a (e^(x/x0) − 1)
-    damping : [N·s/m]
-    """
+    """What a limb gives way where muscles are anchored: a cuff, a plate."""
 
     name: str
-    stiffness: float = 0.0
-    force: float = 0.0
-    length: float = 0.0
-    damping: float = 0.0
+    stiffness: float = 0.0  # linear [N/m]; or 0, and then
+    force: float = 0.0  # a of the stiffening F = a (e^(x/x0) − 1) [N]
+    length: float = 0.0  # x0 of it [m]
+    damping: float = 0.0  # [N·s/m]
 
 
 @dataclass(frozen=True)
 class CircuitMuscle:
-    """Alike parallel muscles, one on each tendon, which share one own contraction.
+    """Alike parallel muscles, one on each tendon, which share one own contraction."""
 
-    name : of the muscle, and of its friction
-    tendons : names of the tendons, which are of one length in every posture
-    row : the muscle's own parameters, as `muscle_row` takes them
-    series_length : all of the tendon that is neither muscle nor stretch [m]
-    chamber : name of the chamber that fills it
-    cable_stiffness : of the cable or bracket of each muscle [N/m]
-    anchors : names of the anchors that its pull displaces
-    wrap_friction : coefficient of friction at the tendons' guides [-]
-    """
-
-    name: str
-    tendons: tuple[str, ...]
-    row: Mapping[str, Any]
-    series_length: float
-    chamber: str
-    cable_stiffness: float = RIGID
-    anchors: tuple[str, ...] = ()
-    wrap_friction: float = 0.0
+    name: str  # of the muscle, and of its friction
+    tendons: tuple[str, ...]  # names; of one length in every posture
+    row: Mapping[str, Any]  # its own parameters, as `muscle_row` takes them
+    series_length: float  # all of the tendon that is neither muscle nor stretch [m]
+    chamber: str  # name of the one that fills it
+    cable_stiffness: float = RIGID  # of the cable or bracket of each muscle [N/m]
+    anchors: tuple[str, ...] = ()  # names of those that its pull displaces
+    wrap_friction: float = 0.0  # coefficient of friction at the tendons' guides [-]
 
     @property
     def friction_states(self) -> int:
@@ -123,83 +103,54 @@ class CircuitMuscle:
 
 @dataclass(frozen=True)
 class CircuitDrive:
-    """A pressure drive of a chamber's two valves.
+    """A pressure drive of a chamber's two valves."""
 
-    row : its own parameters, as `drive_row` takes them
-    bandwidth : of the two valves, where they are proportional [Hz]; 0 for solenoid valves
-    """
-
-    row: Mapping[str, Any]
-    bandwidth: float = 0.0
+    row: Mapping[str, Any]  # its own parameters
+    bandwidth: float = 0.0  # of the two valves, where they are proportional [Hz]; 0 for solenoid valves
 
 
 @dataclass(frozen=True)
 class CircuitChamber:
-    """Air that muscles share, behind an inlet and an outlet valve.
-
-    joint : that MuJoCo asks for; nothing here puts a force on it
-    tube_volume : between valves and muscles [m³]
-    wall_conductance : heat to the wall [W/K]
-    drive : what makes coils of a pressure that is asked for; none where coils are the inputs
-    feed, exhaust : nodes before the inlet and behind the outlet
-    port : node that the valves open into, where a tube leads on to the muscles; the chamber itself by default
-    three_way : whether the outlet is the other way of the inlet valve, open while that is shut
-    wall_conductance_by_flow : by which the wall's grows with what flows in [J/(kg·K)]
-    """
+    """Air that muscles share, behind an inlet and an outlet valve."""
 
     name: str
-    joint: str
-    tube_volume: float
-    wall_conductance: float
+    joint: str  # that MuJoCo asks for; nothing here puts a force on it
+    tube_volume: float  # between valves and muscles [m³]
+    wall_conductance: float  # heat to the wall [W/K]
     inlet: ValveParameters
     outlet: ValveParameters
-    drive: CircuitDrive | None = None
-    feed: str = SUPPLY_NAME
-    exhaust: str = AMBIENT_NAME
-    port: str = ""
-    three_way: bool = False
-    wall_conductance_by_flow: float = 0.0
+    drive: CircuitDrive | None = None  # makes coils of a pressure; none where coils are the inputs
+    feed: str = SUPPLY_NAME  # node before the inlet
+    exhaust: str = AMBIENT_NAME  # node behind the outlet
+    port: str = ""  # node that the valves open into, where a tube leads on to the muscles; else the chamber
+    three_way: bool = False  # whether the outlet is the inlet valve's other way, open while that is shut
+    wall_conductance_by_flow: float = 0.0  # by which the wall's grows with what flows in [J/(kg·K)]
 
 
 @dataclass(frozen=True)
 class CircuitVolume:
-    """A rigid volume: reservoir, manifold, end of a tube.
-
-    volume : [m³]
-    wall_conductance : heat to the wall [W/K]
-    start : gauge pressure that it begins with [Pa]
-    start_as : chamber whose pressure it begins with instead; none by default
-    wall_conductance_by_flow : as of a chamber
-    """
+    """A rigid volume: reservoir, manifold, end of a tube; its wall's conductances as of a chamber."""
 
     name: str
-    volume: float
+    volume: float  # [m³]
     wall_conductance: float = 0.0
-    start: float = 0.0
-    start_as: str = ""
+    start: float = 0.0  # gauge pressure that it begins with [Pa]
+    start_as: str = ""  # chamber whose pressure it begins with instead; none by default
     wall_conductance_by_flow: float = 0.0
 
 
 @dataclass(frozen=True)
 class CircuitStore:
-    """A finite source: gas bottle or cartridge.
-
-    row : its own parameters, as `store_row` takes them
-    content : [kg]
-    """
+    """A finite source: gas bottle or cartridge."""
 
     name: str
-    row: Mapping[str, Any]
-    content: float
+    row: Mapping[str, Any]  # its own parameters
+    content: float  # [kg]
 
 
 @dataclass(frozen=True, eq=False)
 class Circuit:
-    """Muscles, chambers and anchors, in the order of their actuators, and the rest of the air path.
-
-    upstream : store or volume that the supply draws from; none where it never sags
-    gas_constant, heat_capacity_ratio : of the gas, R [J/(kg·K)] and γ [-]
-    """
+    """Muscles, chambers and anchors, in the order of their actuators, and the rest of the air path."""
 
     muscles: tuple[CircuitMuscle, ...]
     chambers: tuple[CircuitChamber, ...]
@@ -207,9 +158,9 @@ class Circuit:
     volumes: tuple[CircuitVolume, ...] = ()
     stores: tuple[CircuitStore, ...] = ()
     restrictions: tuple[FlowEdge, ...] = ()
-    upstream: str = ""
-    gas_constant: float = GAS_CONSTANT
-    heat_capacity_ratio: float = HEAT_CAPACITY_RATIO
+    upstream: str = ""  # store or volume that the supply draws from; none where it never sags
+    gas_constant: float = GAS_CONSTANT  # [J/(kg·K)]
+    heat_capacity_ratio: float = HEAT_CAPACITY_RATIO  # [-]
 
     def muscles_of(self, chamber: str) -> tuple[CircuitMuscle, ...]:
         """The muscles on a chamber."""
