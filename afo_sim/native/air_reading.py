@@ -18,21 +18,13 @@ from afo_sim.native.slots import (
     MARK,
     RESTRICTION_ACT,
     STORE_ACT,
-    STORE_ROW,
     VALVE_ROW,
 )
 from afo_sim.native.state import Air, read_air, read_volume, room_of
 from afo_sim.physics import COMPRESSOR, PILOTED
 
 _AIR = (KIND_CHAMBER, KIND_VOLUME, KIND_STORE)
-Numbers = list[
-    list[float]
-]  # of each actuator's row, without what only muscles have: Python's are read faster
-
-
-def leaders(rows: Numbers) -> list[int]:
-    """Actuators of the nodes that lead a network."""
-    return [k for k, own in enumerate(rows) if own[0] == MARK and own[1] in _AIR and own[AIR_ROW.leads] > 0.0]
+Numbers = list[list[float]]  # of rows, without what only muscles have: Python's are read faster
 
 
 def _chain(rows: Numbers, leader: int, first: int, following: int) -> Iterator[int]:
@@ -47,37 +39,31 @@ TO_AMBIENT, TO_SUPPLY, NOWHERE = -1, -2, -3  # instead of an actuator
 
 
 class Way(NamedTuple):
-    """A valve or restriction.
-
-    actuator : its own
-    origin, end : actuators of the nodes, or TO_AMBIENT, TO_SUPPLY
-    valve : whether a coil opens it
-    law, conductance, critical_ratio, parameters : as of `FlowEdge`
-    pilot : actuator of the node that keeps a quick exhaust shut, or NOWHERE
-    upstream : actuator of what the supply draws from, or NOWHERE
-    """
+    """A valve or restriction, its law and numbers as of `FlowEdge`; nodes by their actuators."""
 
     actuator: int
-    origin: int
-    end: int
-    valve: bool
+    origin: int  # or TO_AMBIENT, TO_SUPPLY
+    end: int  # the same
+    valve: bool  # whether a coil opens it
     law: int
     conductance: float
     critical_ratio: float
     parameters: tuple[float, float, float, float]
-    pilot: int = NOWHERE
-    upstream: int = NOWHERE
+    pilot: int = NOWHERE  # node that keeps a quick exhaust shut
+    upstream: int = NOWHERE  # what the supply draws from
 
 
 def ways_of(model: mujoco.MjModel) -> list[Way]:
     """All valves and restrictions of a model."""
     rows = model.actuator_user[:, : EDGE_ROW.tank + 1].tolist()
     found = []
-    for leader in leaders(rows):
+    for leader, own in enumerate(rows):
+        if own[0] != MARK or own[1] not in _AIR or not own[AIR_ROW.leads] > 0.0:
+            continue
         nodes = {AMBIENT: TO_AMBIENT, SUPPLY: TO_SUPPLY}
         chain = _chain(rows, leader, AIR_ROW.first_node, AIR_ROW.following)
         nodes |= dict(enumerate(chain, FIRST_NODE))
-        number = int(rows[leader][AIR_ROW.upstream])
+        number = int(own[AIR_ROW.upstream])
         upstream = nodes[number] if number else NOWHERE
         for edge in _chain(rows, leader, AIR_ROW.first_edge, EDGE_ROW.following):
             row = rows[edge]
@@ -93,11 +79,6 @@ def ways_of(model: mujoco.MjModel) -> list[Way]:
     return found
 
 
-def fill_store(model: mujoco.MjModel, act: np.ndarray, store: int) -> None:
-    """Fill the actuator of a store, at ambient temperature, in `act` (na,)."""
-    write_content(model, act, store, float(model.actuator_user[store, STORE_ROW.content]))
-
-
 def read_content(model: mujoco.MjModel, act: np.ndarray, store: int) -> np.ndarray:
     """Mass of gas and liquid in the actuator of a store [kg], from `act` (…, na)."""
     return np.asarray(act[..., model.actuator_actadr[store] + STORE_ACT.mass])
@@ -111,25 +92,15 @@ def write_content(model: mujoco.MjModel, act: np.ndarray, store: int, content: f
 
 def touching(model: mujoco.MjModel, node: int) -> list[tuple[int, float]]:
     """Valves and restrictions at a node's actuator, each with the sign of a flow into it."""
-    return [
-        (way.actuator, sign)
-        for way in ways_of(model)
-        for end, sign in ((way.origin, -1.0), (way.end, 1.0))
-        if end == node
-    ]
+    return [(end.edge, end.sign) for end in _ends(model, node, -1.0)]
 
 
 class AirEnd(NamedTuple):
-    """A valve or restriction at the supply or the ambient air.
+    """A valve or restriction at the supply or the ambient air."""
 
-    edge : its actuator
-    sign : of its flow out of the supply, or into the ambient air
-    node : actuator of the node on its other side; −1 where that is one of the two as well
-    """
-
-    edge: int
-    sign: float
-    node: int
+    edge: int  # its actuator
+    sign: float  # of its flow out of the supply, or into the ambient air
+    node: int  # actuator of the node on its other side; −1 where that is one of the two as well
 
 
 def ends_at_supply(model: mujoco.MjModel) -> list[AirEnd]:

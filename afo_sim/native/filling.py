@@ -11,7 +11,7 @@ import numpy as np
 from afo_sim.native import slots
 from afo_sim.native.air_block import AMBIENT, SUPPLY
 from afo_sim.native.air_circuit import AirNetwork, air_networks
-from afo_sim.native.air_reading import fill_store
+from afo_sim.native.air_reading import write_content
 from afo_sim.native.circuit import (
     AMBIENT_NAME,
     SUPPLY_NAME,
@@ -121,7 +121,7 @@ def start_air_path(model: mujoco.MjModel, data: mujoco.MjData, gauge: Mapping[in
     if rows.shape[1] < slots.N_USER:  # none of this project's
         return
     for store in _of_kind(model, slots.KIND_STORE):
-        fill_store(model, data.act, store)
+        write_content(model, data.act, store, float(rows[store, slots.STORE_ROW.content]))
     for i in _of_kind(model, slots.KIND_RESTRICTION):
         if rows[i, slots.EDGE_ROW.law] == INERTIAL:  # its air is at rest
             data.act[model.actuator_actadr[i] + slots.RESTRICTION_ACT.state] = 0.0
