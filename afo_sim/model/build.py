@@ -152,8 +152,12 @@ def _built(scenario: Scenario) -> Built:
     if foot is not None:
         fill_walking(model, index.walking, scenario, foot)
     tissue = own_tissue(scenario)
-    model.actuator_user[index.passive] = native.passive_row(
-        scale=tissue.scale, offset=tissue.offset, load=scenario.load_moment, damping=0.5 * tissue.damping
+    model.actuator_user[index.passive] = native.row(
+        native.KIND_PASSIVE,
+        scale=tissue.scale,
+        offset=tissue.offset,
+        load=scenario.load_moment,
+        damping=0.5 * tissue.damping,
     )
     fill_hinge(model, scenario, size)
     stretch = _stretched(geometry, circuit, scenario.orthosis)

@@ -5,22 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.native.slots import (
-    FIRST,
-    KIND_CHAMBER,
-    KIND_MOTOR,
-    KIND_MUSCLE,
-    KIND_PAD,
-    KIND_PASSIVE,
-    KIND_RESTRICTION,
-    KIND_SPASTIC,
-    KIND_STORE,
-    KIND_VALVE,
-    KIND_VOLUME,
-    MARK,
-    N_USER,
-    ROWS,
-)
+from afo_sim.native import slots
 from afo_sim.physics import LAWS, Braid
 
 # Numbers of a row that may be missing, and are then 0: the compiled model gives them later, or only some
@@ -31,26 +16,26 @@ _TIMES = {"closing_delay", "closing_ramp", "opening_delay", "opening_ramp"}
 _TIMES |= {"threshold", "hold_decay", "hold_pressure"}
 _SOME = {"bandwidth", "coil", "dead_band", "follows", "law", "parameters", *_TIMES}
 MAY_LACK = {
-    KIND_MUSCLE: {"inverse_mass", "law_volume", "return_stiffness", "returning", *_LOSSES, *_RUBBER},
-    KIND_CHAMBER: {"real_gas"},
-    KIND_VOLUME: {"real_gas"},
-    KIND_STORE: {"wall_conductance_by_flow"},
-    KIND_VALVE: _SOME,
-    KIND_RESTRICTION: _SOME,
+    slots.KIND_MUSCLE: {"inverse_mass", "law_volume", "return_stiffness", "returning", *_LOSSES, *_RUBBER},
+    slots.KIND_CHAMBER: {"real_gas"},
+    slots.KIND_VOLUME: {"real_gas"},
+    slots.KIND_STORE: {"wall_conductance_by_flow"},
+    slots.KIND_VALVE: _SOME,
+    slots.KIND_RESTRICTION: _SOME,
 }
 _PLACES = {
     kind: {name: getattr(table, name) for table in tables for name in table._fields}
-    for kind, tables in ROWS.items()
+    for kind, tables in slots.ROWS.items()
 }
 _NEEDED = {kind: found.keys() - MAY_LACK.get(kind, set()) for kind, found in _PLACES.items()}
 
 
 def row(kind: float, /, **values: float | Sequence[float]) -> np.ndarray:
     """`actuator_user` of an actuator, its numbers by the names of its kind's tables."""
-    found, own = np.zeros(N_USER), _PLACES[kind]
+    found, own = np.zeros(slots.N_USER), _PLACES[kind]
     if missing := _NEEDED[kind] - values.keys():
         raise TypeError(f"a row of kind {kind:g} lacks {', '.join(sorted(missing))}")
-    found[:FIRST] = MARK, kind
+    found[: slots.FIRST] = slots.MARK, kind
     for name, value in values.items():
         if hasattr(value, "__len__"):
             found[own[name] : own[name] + len(value)] = value
@@ -62,27 +47,7 @@ def row(kind: float, /, **values: float | Sequence[float]) -> np.ndarray:
 def muscle_row(*, law: str, braid: Braid, contraction_scale: float = 1.0, **values: Any) -> np.ndarray:
     """`actuator_user` of a muscle, but for its `inverse_mass`, which the compiled model gives."""
     return row(
-        KIND_MUSCLE, law=LAWS[law].native_id, braids=float(LAWS[law].braids),
+        slots.KIND_MUSCLE, law=LAWS[law].native_id, braids=float(LAWS[law].braids),
         nominal_length=braid.nominal_length, nominal_radius=braid.nominal_radius, b=braid.b, lock=braid.lock,
         contraction_scale=contraction_scale, **values,
     )  # fmt: skip
-
-
-def passive_row(*, scale: float, offset: float, load: float = 0.0, damping: float = 0.0) -> np.ndarray:
-    """`actuator_user` of the passive ankle."""
-    return row(KIND_PASSIVE, scale=scale, offset=offset, load=load, damping=damping)
-
-
-def motor_row(*, damping: float = 0.0) -> np.ndarray:
-    """`actuator_user` of MuJoCo's own motor; `damping` as of `passive_row` needs its callback [N·s/m]."""
-    return row(KIND_MOTOR, gain=damping)
-
-
-def spastic_row(*, gain: float) -> np.ndarray:
-    """`actuator_user` of the plantarflexors' stretch reflex; gain [N·m·s/rad]."""
-    return row(KIND_SPASTIC, gain=gain)
-
-
-def pad_row(*, stiffness: float, damping: float) -> np.ndarray:
-    """`actuator_user` of a pad under the sole."""
-    return row(KIND_PAD, stiffness=stiffness, damping=damping)

@@ -271,7 +271,7 @@ def _fill_floor(body: Body, k: int) -> None:
     rows, side, size, named = body.model.actuator_user, SIDES[k], body.size, _named(body.model)
     ground, stiffer = ground_of(body.scenario, Size.of(body.scenario)), size.heavier / size.taller
     for pad, point in zip(body.pads[k], POINTS, strict=True):
-        rows[pad] = native.pad_row(stiffness=ground.stiffness, damping=ground.damping)
+        rows[pad] = native.row(native.KIND_PAD, stiffness=ground.stiffness, damping=ground.damping)
         rows[named(f"{side}grip_{point}")] = native.row(
             native.KIND_GRIP,
             pad=pad,
@@ -285,12 +285,15 @@ def _fill_tissue(body: Body, k: int) -> None:
     """Rows of a leg's passive ankle, its stretch reflex, its stops; the device's leg has the patient's."""
     rows, side, scenario, named = body.model.actuator_user, SIDES[k], body.scenario, _named(body.model)
     tissue = own_tissue(scenario) if side == "" else healthy_tissue(scenario)
-    rows[named(f"{side}{TISSUE}")] = native.passive_row(
-        scale=tissue.scale, offset=tissue.offset, damping=0.5 * tissue.damping
+    rows[named(f"{side}{TISSUE}")] = native.row(
+        native.KIND_PASSIVE, scale=tissue.scale, offset=tissue.offset, load=0.0, damping=0.5 * tissue.damping
     )
-    rows[named(f"{side}{SPASM}")] = native.spastic_row(gain=reflex_gain(scenario) if side == "" else 0.0)
+    rows[named(f"{side}{SPASM}")] = native.row(
+        native.KIND_SPASTIC, gain=reflex_gain(scenario) if side == "" else 0.0
+    )
     for name in STOPS:
-        rows[named(f"{side}{name}")] = native.pad_row(
+        rows[named(f"{side}{name}")] = native.row(
+            native.KIND_PAD,
             stiffness=STOP_STIFFNESS * body.size.springy,
             damping=STOP_DAMPING * body.size.slower,
         )
