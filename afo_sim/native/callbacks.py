@@ -45,36 +45,13 @@ Three numerical matters:
 from collections.abc import Callable
 from typing import Any
 
+from afo_sim.native import slots
 from afo_sim.native.air_step import air_dyn, restriction_dyn
 from afo_sim.native.driving import drive_dyn, valve_dyn
 from afo_sim.native.error_codes import FINE, NO_NUMBER
 from afo_sim.native.guides import behind_guides
 from afo_sim.native.muscle import beside_gain, friction_dyn, sole_pad_force
 from afo_sim.native.network import network_dyn
-from afo_sim.native.slots import (
-    KIND_CHAMBER,
-    KIND_DRIVE,
-    KIND_FRICTION,
-    KIND_GRIP,
-    KIND_LEG_MUSCLE,
-    KIND_MOTOR,
-    KIND_MUSCLE,
-    KIND_NETWORK,
-    KIND_PAD,
-    KIND_PASSIVE,
-    KIND_REFLEX,
-    KIND_RESTRICTION,
-    KIND_SPASTIC,
-    KIND_STORE,
-    KIND_VALVE,
-    KIND_VOLUME,
-    LEADER_DATA,
-    LEG_MUSCLE_DATA,
-    LEG_MUSCLE_ROW,
-    MUSCLE_ROW,
-    PASSIVE_ROW,
-    SPASTIC_ROW,
-)
 from afo_sim.native.walker import grip_bias, grip_dyn, leg_muscle_dyn, reflex_dyn, toe_extension
 from afo_sim.physics import passive_moment, spastic_moment
 
@@ -85,70 +62,71 @@ def define(fail: Callable[[int, int], None]) -> tuple[Any, Any]:
     def bias(m: Any, d: Any, i: int) -> float:
         u, j = m.actuator_user, m.nuser_actuator * i
         kind = u[j + 1]
-        if kind == KIND_MUSCLE:
-            leader = m.nuser_actuator * int(u[j + MUSCLE_ROW.leader])
-            tension = d.userdata[int(u[leader + MUSCLE_ROW.userdata]) + LEADER_DATA.tension]
+        if kind == slots.KIND_MUSCLE:
+            leader = m.nuser_actuator * int(u[j + slots.MUSCLE_ROW.leader])
+            tension = d.userdata[int(u[leader + slots.MUSCLE_ROW.userdata]) + slots.LEADER_DATA.tension]
             if tension != tension:
                 fail(NO_NUMBER, i)
-            if u[j + MUSCLE_ROW.wrap_friction] > 0.0:
+            if u[j + slots.MUSCLE_ROW.wrap_friction] > 0.0:
                 tension, _ = behind_guides(m, d, i, j, tension)
             return 0.0 - tension
-        if kind == KIND_PASSIVE:
-            scale, offset = u[j + PASSIVE_ROW.scale], u[j + PASSIVE_ROW.offset]
+        if kind == slots.KIND_PASSIVE:
+            scale, offset = u[j + slots.PASSIVE_ROW.scale], u[j + slots.PASSIVE_ROW.offset]
             moment = passive_moment(d.actuator_length[i], d.ctrl[i], scale, offset)
             if moment != moment:
                 fail(NO_NUMBER, i)
-            return moment - u[j + PASSIVE_ROW.load] - u[j + PASSIVE_ROW.damping] * d.actuator_velocity[i]
-        if kind == KIND_SPASTIC:
-            moment = spastic_moment(d.actuator_velocity[i], u[j + SPASTIC_ROW.gain])
+            damping = u[j + slots.PASSIVE_ROW.damping]
+            return moment - u[j + slots.PASSIVE_ROW.load] - damping * d.actuator_velocity[i]
+        if kind == slots.KIND_SPASTIC:
+            moment = spastic_moment(d.actuator_velocity[i], u[j + slots.SPASTIC_ROW.gain])
             return beside_gain(m, d, i, m.actuator_actadr[i], moment)
-        if kind == KIND_PAD:
+        if kind == slots.KIND_PAD:
             force, _ = sole_pad_force(m, d, i, j)
             if force != force:
                 fail(NO_NUMBER, i)
             return beside_gain(m, d, i, m.actuator_actadr[i], force)
-        if kind == KIND_LEG_MUSCLE:
-            tension = d.userdata[int(u[j + LEG_MUSCLE_ROW.userdata]) + LEG_MUSCLE_DATA.tension]
+        if kind == slots.KIND_LEG_MUSCLE:
+            tension = d.userdata[int(u[j + slots.LEG_MUSCLE_ROW.userdata]) + slots.LEG_MUSCLE_DATA.tension]
             if tension != tension:
                 fail(NO_NUMBER, i)
             return 0.0 - tension
-        if kind == KIND_REFLEX:
+        if kind == slots.KIND_REFLEX:
             return toe_extension(m, d, j)
-        if kind == KIND_GRIP:
+        if kind == slots.KIND_GRIP:
             return grip_bias(m, d, i, j)
-        if kind == KIND_MOTOR:
-            return 0.0 - u[j + SPASTIC_ROW.gain] * d.actuator_velocity[i]
+        if kind == slots.KIND_MOTOR:
+            return 0.0 - u[j + slots.SPASTIC_ROW.gain] * d.actuator_velocity[i]
         return 0.0
 
     def dyn(m: Any, d: Any, i: int) -> float:
         u, j = m.actuator_user, m.nuser_actuator * i
         kind = u[j + 1]
-        if kind == KIND_NETWORK:
+        if kind == slots.KIND_NETWORK:
             complaint, actuator = network_dyn(m, d, i, j)
             if complaint != FINE:
                 fail(complaint, actuator)
-        elif kind in (KIND_CHAMBER, KIND_VOLUME, KIND_STORE):
+        elif kind in (slots.KIND_CHAMBER, slots.KIND_VOLUME, slots.KIND_STORE):
             air_dyn(m, d, j)
-        elif kind == KIND_RESTRICTION:
+        elif kind == slots.KIND_RESTRICTION:
             restriction_dyn(m, d, i, j)
-        elif kind == KIND_DRIVE:
+        elif kind == slots.KIND_DRIVE:
             complaint = drive_dyn(m, d, i, j)
             if complaint != FINE:
                 fail(complaint, i)
-        elif kind == KIND_VALVE:
+        elif kind == slots.KIND_VALVE:
             valve_dyn(m, d, i, j)
-        elif kind == KIND_FRICTION:
+        elif kind == slots.KIND_FRICTION:
             return friction_dyn(m, d, i, j)
-        elif kind == KIND_REFLEX:
+        elif kind == slots.KIND_REFLEX:
             reflex_dyn(m, d, i, j)
-        elif kind == KIND_LEG_MUSCLE:
+        elif kind == slots.KIND_LEG_MUSCLE:
             leg_muscle_dyn(m, d, i, j)
-        elif kind == KIND_GRIP:
+        elif kind == slots.KIND_GRIP:
             grip_dyn(m, d, i, j)
-        elif kind == KIND_PAD:
+        elif kind == slots.KIND_PAD:
             return (sole_pad_force(m, d, i, j)[1] - d.act[m.actuator_actadr[i]]) / m.opt.timestep
-        elif kind == KIND_SPASTIC:
-            gain = u[j + SPASTIC_ROW.gain]
+        elif kind == slots.KIND_SPASTIC:
+            gain = u[j + slots.SPASTIC_ROW.gain]
             damping = 0.5 * gain if spastic_moment(d.actuator_velocity[i], gain) < 0.0 else 0.0
             return (damping - d.act[m.actuator_actadr[i]]) / m.opt.timestep
         return 0.0

@@ -45,7 +45,7 @@ class ValveParameters(Protocol):
 
     @property
     def row(self) -> Mapping[str, Any]:
-        """Its own parameters, as `valve_row` takes them."""
+        """Its own parameters, by the names of `VALVE_ROW`."""
         ...
 
 
@@ -67,7 +67,7 @@ class CircuitValve:
 
     @property
     def row(self) -> Mapping[str, Any]:
-        """Its parameters, as `valve_row` takes them."""
+        """Its parameters, by the names of `VALVE_ROW`."""
         return asdict(self)
 
 
@@ -257,7 +257,15 @@ def add_chambers(
 ) -> None:  # fmt: skip
     """The second half: chambers, drives, valves, and what holds the states of friction."""
     spec.nuser_actuator = max(N_USER, spec.nuser_actuator)
-    spec.nuserdata = userdata + circuit_data(circuit)
+    spec.nuserdata = (
+        userdata
+        + len(CHAMBER_DATA) * len(circuit.chambers)
+        + len(LEADER_DATA) * len(circuit.muscles)
+        + len(ANCHOR_DATA) * len(circuit.anchors)
+        + len(DRIVE_DATA) * len(circuit.driven)
+        + len(VOLUME_DATA) * (len(circuit.volumes) + len(circuit.stores))
+        + EDGE_DATA * len(circuit.restrictions)
+    )
     joints = {chamber.name: chamber.joint for chamber in circuit.chambers}
     for chamber in circuit.driven:
         add_states(spec, f"{prefix}drive_{chamber.name}", chamber.joint, len(DRIVE_ACT), default)
@@ -290,18 +298,6 @@ def _add_air_path(
             continue
         states = len(RESTRICTION_ACT) if each.law in (COMPRESSOR, INERTIAL) else 0
         add_states(spec, f"{prefix}restriction_{each.name}", joint, states, default)
-
-
-def circuit_data(circuit: Circuit) -> int:
-    """Numbers of `userdata` that a circuit needs."""
-    return (
-        len(CHAMBER_DATA) * len(circuit.chambers)
-        + len(LEADER_DATA) * len(circuit.muscles)
-        + len(ANCHOR_DATA) * len(circuit.anchors)
-        + len(DRIVE_DATA) * len(circuit.driven)
-        + len(VOLUME_DATA) * (len(circuit.volumes) + len(circuit.stores))
-        + EDGE_DATA * len(circuit.restrictions)
-    )
 
 
 def add_states(
