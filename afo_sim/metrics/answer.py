@@ -7,9 +7,9 @@ by a colour.
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal, Protocol
+from typing import Literal
 
-from afo_sim.metrics.facts import RunLimits
+from afo_sim.metrics.facts import Limits as Limits
 from afo_sim.metrics.metric import Metric
 
 Status = Literal["good", "doubtful", "bad", "unknown"]
@@ -31,21 +31,6 @@ CHANGED = 0.5  # toe clearances that differ by less are the same to a person [mm
 UNCOMPENSATED = ("uncompensated_reference_toe_clearance", "uncompensated_toe_clearance")
 
 Numbers = Mapping[str, Metric]
-
-
-class Limits(RunLimits, Protocol):
-    """What a verdict needs of the scenario's limits; `description.limits.Limits` has it [SI]."""
-
-    @property
-    def toe_clearance(self) -> tuple[float, float]: ...
-    @property
-    def contact_pitch(self) -> tuple[float, float]: ...
-    @property
-    def torque_against_push_off(self) -> tuple[float, float]: ...
-    @property
-    def work_against_push_off(self) -> tuple[float, float]: ...
-    @property
-    def strides_per_bottle(self) -> tuple[float, float]: ...
 
 
 @dataclass(frozen=True)

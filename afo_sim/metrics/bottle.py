@@ -84,13 +84,9 @@ def _content(run: Run) -> float:
      "of its delivery against the set pressure; beyond 100 it cannot keep up"),
     ("source_share_peak", "percent", "Peak flow of what the compressor gives",
      "of its delivery against the set pressure; what is beyond 100 comes out of its tank"),
-    (
-        "compressor_duty",
-        "percent",
-        "Duty of the compressor",
-        "by the mean flow, filling its tank from one switching pressure to the other; bursts that pull the "
-        "tank lower make it less: the run's own is the mean of supply/running",
-    ),
+    ("compressor_duty", "percent", "Duty of the compressor",
+     "by the mean flow, filling its tank from one switching pressure to the other; bursts that pull the "
+     "tank lower make it less: the run's own is the mean of supply/running"),
     ("compressor_power", "W", "Mean electric power of the compressor", "while it runs, times its duty"),
     of=Of.RUN,
     made_of=FLOWS,

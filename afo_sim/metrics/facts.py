@@ -58,8 +58,8 @@ class Source(Protocol):
     def duty(self, flow: float) -> float: ...
 
 
-class RunLimits(Protocol):
-    """What metrics need of a scenario's limits; `description.walking.Limits` has it."""
+class Limits(Protocol):
+    """What metrics and verdicts need of a scenario's limits; `description.walking.Limits` has it [SI]."""
 
     @property
     def skin_pressure(self) -> tuple[float, float]: ...
@@ -73,6 +73,16 @@ class RunLimits(Protocol):
     def muscle_life(self) -> float: ...
     @property
     def strides_per_day(self) -> float: ...
+    @property
+    def toe_clearance(self) -> tuple[float, float]: ...
+    @property
+    def contact_pitch(self) -> tuple[float, float]: ...
+    @property
+    def torque_against_push_off(self) -> tuple[float, float]: ...
+    @property
+    def work_against_push_off(self) -> tuple[float, float]: ...
+    @property
+    def strides_per_bottle(self) -> tuple[float, float]: ...
 
 
 @dataclass(frozen=True)
@@ -114,7 +124,7 @@ class Facts:
     body_mass: float = 0.0
     walks: bool = False
     supply: Supply = Supply()
-    limits: RunLimits | None = None
+    limits: Limits | None = None
     skins: Mapping[str, Skin] | None = None
     muscles: Mapping[str, MuscleLimits] | None = None
     rated_switches: Mapping[str, float] | None = None

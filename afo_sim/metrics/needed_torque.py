@@ -184,15 +184,8 @@ def work(
 
     It writes the power of each step [W/kg] to the row `one`. A torque below `least` counts as that.
     """
-    count, n, given, taken, before, there, turned = (
-        int(b[S.count]),
-        places(start, end),
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-    )
+    count, n = int(b[S.count]), places(start, end)
+    given = taken = before = there = turned = 0.0
     own, over, power, mass, step = base(b, torque), base(b, angle), base(b, R.one), b[S.mass], b[S.timestep]
     for k in range(n):
         place = place_of(start, end, k)

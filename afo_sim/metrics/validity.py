@@ -25,46 +25,28 @@ RESTS_ON = {  # {answer: the columns that it is made of; all follow from the mus
     "move": (FORCE, MOTION),
 }
 _ALL = (FORCE, MOTION, MOMENT, FLOW, SWING)
-CAPS: dict[str, tuple[Status, tuple[str, ...]]] = {  # {code of a warning: its cap, the columns it doubts}
-    "muscle-pressure": ("bad", (SWING,)),  # what bursts lifts nothing
-    "muscle-force": ("bad", (SWING,)),
-    "muscle-contraction": ("unknown", (FORCE,)),
-    "muscle-stretch": ("unknown", (FORCE,)),
-    "law-outside-its-pressure": ("doubtful", (FORCE,)),
-    "law-outside-its-contraction": ("doubtful", (FORCE,)),
-    "law-mismatch": ("doubtful", (FORCE,)),
-    "law-volume": ("doubtful", (FLOW,)),
-    "path-jumps-below-range": ("doubtful", (FORCE,)),
-    "path-jumps-above-range": ("doubtful", (FORCE,)),
-    "valve-pressure-low": ("doubtful", _ALL),
-    "valve-pressure-high": ("doubtful", _ALL),
-    "pulse-short": ("doubtful", _ALL),
-    "tube-long": ("doubtful", _ALL),
-    "muscle-length": ("doubtful", (FORCE,)),
-    "muscle-bends": ("doubtful", (FORCE,)),
-    "path-through-bone": ("doubtful", (FORCE,)),
-    "surface-not-touched": ("doubtful", (FORCE,)),
-    "passive-ankle-extrapolated": ("doubtful", (MOTION,)),
-    "design-implausible": ("doubtful", _ALL),
-    "walker-not-usual": ("doubtful", (MOTION,)),
-    "side-assumed": ("doubtful", (MOTION,)),
-    "stop-reached": ("doubtful", (MOTION,)),
-    "ground-recorded": ("doubtful", (MOMENT,)),
-    "sole-off-floor": ("doubtful", (MOTION, MOMENT)),
-    "stop-in-the-air": ("doubtful", (MOTION,)),
-    "plate-without-outsole": ("doubtful", (SWING,)),
-    "timer-drifts": ("doubtful", _ALL),
-    "too-few-strides": ("doubtful", _ALL),
-    "strides-differ": ("doubtful", _ALL),
-    "strides-unsettled": ("doubtful", _ALL),
-    "air-coarse": ("doubtful", _ALL),
-    "step-matters": ("doubtful", _ALL),
-    "energy-lost": ("doubtful", _ALL),
-    "energy-from-friction": ("doubtful", _ALL),
-    "source-freezes": ("unknown", (FLOW,)),
-    "source-short": ("bad", (FLOW,)),
-    "recovered": ("unknown", _ALL),
-}
+CAPPED: tuple[
+    tuple[Status, tuple[str, ...], str], ...
+] = (  # a cap, the columns, the warnings that doubt them
+    ("bad", (SWING,), "muscle-pressure muscle-force"),  # what bursts lifts nothing
+    ("bad", (FLOW,), "source-short"),
+    ("unknown", (FORCE,), "muscle-contraction muscle-stretch"),
+    ("unknown", (FLOW,), "source-freezes"),
+    ("unknown", _ALL, "recovered"),
+    ("doubtful", (FORCE,), "law-outside-its-pressure law-outside-its-contraction law-mismatch"),
+    ("doubtful", (FORCE,), "path-jumps-below-range path-jumps-above-range path-through-bone"),
+    ("doubtful", (FORCE,), "muscle-length muscle-bends surface-not-touched"),
+    ("doubtful", (FLOW,), "law-volume"),
+    ("doubtful", (MOTION,), "passive-ankle-extrapolated walker-not-usual side-assumed"),
+    ("doubtful", (MOTION,), "stop-reached stop-in-the-air"),
+    ("doubtful", (MOMENT,), "ground-recorded"),
+    ("doubtful", (MOTION, MOMENT), "sole-off-floor"),
+    ("doubtful", (SWING,), "plate-without-outsole"),
+    ("doubtful", _ALL, "valve-pressure-low valve-pressure-high pulse-short tube-long air-coarse"),
+    ("doubtful", _ALL, "timer-drifts too-few-strides strides-differ strides-unsettled step-matters"),
+    ("doubtful", _ALL, "energy-lost energy-from-friction design-implausible"),
+)
+CAPS = {code: (cap, columns) for cap, columns, codes in CAPPED for code in codes.split()}
 
 # Told by help, in numbers.
 _TOLD = {"steppage", "hip-rises-in-swing", "ankle-low-in-swing", "compensation-unknown"}

@@ -61,12 +61,8 @@ _NEUTRAL = 0.0  # dorsiflexion of a foot in mid-swing: Perry & Burnfield 2010, G
 _SWING = 0.4  # a swing's length, 0.4 of a stride of a good second: the same [s]
 FIRST = "toe_clearance_stride_1"
 HEIGHTS = (
-    "toe_clearance",
-    "lowest_toe_clearance",
-    "lowest_toe_clearance_first_ten",
-    "toe_clearance_stride_1",
-    "toe_clearance_stride_2",
-    "toe_clearance_stride_3",
+    *("toe_clearance", "lowest_toe_clearance", "lowest_toe_clearance_first_ten"),
+    *(FIRST, "toe_clearance_stride_2", "toe_clearance_stride_3"),
 )
 
 

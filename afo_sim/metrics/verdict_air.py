@@ -143,19 +143,16 @@ def air_adds(metrics: Numbers, limits: Limits, own_walk: bool) -> Iterator[Answe
     elif once[_HEIGHT] >= wanted > own:
         said = short = "one filling is enough, and air is not"
     elif own < wanted:
-        said, short = (
-            "air lifts the toe higher, but not enough" if higher else "neither is enough",
-            "not enough",
-        )
+        short = "not enough"
+        said = "air lifts the toe higher, but not enough" if higher else "neither is enough"
     elif once[_HEIGHT] < wanted and higher:
         status, said, short = "good", "only air lifts the toe enough", "air is needed"
     elif shut > max(_EASIER * against, 1.0):
-        status, said, short = "good", "air gives push-off back", "air gives push-off back"
+        status, said = "good", "air gives push-off back"
+        short = said
     else:
-        said, short = (
-            "for toe and push-off a spring that is set once does as well, if nothing leaks",
-            "a spring would do",
-        )
+        short = "a spring would do"
+        said = "for toe and push-off a spring that is set once does as well, if nothing leaks"
     low, high = map(millimetres, (once[_HEIGHT], own))
     brief = f"filled once {low}, with air {high}: {short}"
     yield Answer(ADDS, QUESTIONS[ADDS], status, f"{text}: {said}.", adds_limit(limits), brief)

@@ -75,7 +75,7 @@ def walk_metrics(
     each_of = None if wanted is None else frozenset(map(_each, wanted)) - {"strides_counted"}
     functions = reporting(_functions(tuple(columns)), each_of)
     every = {stride.number: stride.values(functions) for stride in (whole if transient else counted)}
-    finite = {number: _finite(found) for number, found in every.items()}
+    finite = {k: {n: v for n, v in found.items() if math.isfinite(v)} for k, found in every.items()}
     kept = None if each_of is None or None in map(known, each_of) else each_of
     each = {number: _measured(found, kept) for number, found in finite.items()}
     if not counted:
@@ -106,11 +106,6 @@ def walk_metrics(
         warnings += [*_too_few(columns, whole), *_unsettled(counted, changes)]
     warnings += _without_event(means)
     return WalkMetrics(totals, each, tuple(warnings))
-
-
-def _finite(found: Mapping[str, float]) -> dict[str, float]:
-    """Without what is undefined."""
-    return {name: value for name, value in found.items() if -math.inf < value < math.inf}
 
 
 def _means(found: list[dict[str, float]]) -> dict[str, float]:
