@@ -5,11 +5,12 @@ import functools
 from typing import Any
 
 from llvmlite import ir
-from mujoco.introspect.ast_nodes import ArrayType, PointerType, ValueType
+from mujoco.introspect.ast_nodes import ArrayType, PointerType
 from numba import types
 from numba.core import cgutils
 from numba.core.datamodel import models, register_default
 from numba.core.imputils import lower_getattr_generic
+from numba.core.typing.ctypes_utils import from_ctypes
 from numba.core.typing.templates import AttributeTemplate
 from numba.extending import infer_getattr, intrinsic, overload
 
@@ -20,12 +21,6 @@ from afo_sim.native.error_codes import COMPLAINTS, MJU_ERROR, RAISED
 from afo_sim.native.refuse import marked_only
 from afo_sim.native.struct_layout import PLACES, READ, c_type, declarations
 from afo_sim.physics import register_all
-
-_NUMBA_TYPES = {
-    ctypes.c_double: types.float64, ctypes.c_float: types.float32, ctypes.c_int: types.int32,
-    ctypes.c_int64: types.int64, ctypes.c_uint64: types.uint64, ctypes.c_uint: types.uint32,
-    ctypes.c_bool: types.uint8, ctypes.c_ubyte: types.uint8, ctypes.c_char: types.uint8,
-}  # fmt: skip
 
 
 class StructPointer(types.Opaque):
@@ -45,15 +40,11 @@ def _field(struct: str, name: str) -> tuple[int, bool, Any] | None:
         return None
     number, declared = READ.index((struct, name)), declarations(struct)[name].type
     if isinstance(declared, PointerType | ArrayType):
-        element = _NUMBA_TYPES.get(c_type(declared.inner_type))
-        load = isinstance(declared, PointerType)
-        return (number, load, types.CPointer(element)) if element is not None else None
-    if isinstance(declared, ValueType):
-        scalar = _NUMBA_TYPES.get(c_type(declared))
-        if scalar is not None:
-            return number, True, scalar
+        element = from_ctypes(c_type(declared.inner_type))
+        return number, isinstance(declared, PointerType), types.CPointer(element)
+    if issubclass(c_type(declared), ctypes.Structure):
         return number, False, StructPointer(declared.name.rstrip("_"))
-    return None
+    return number, True, from_ctypes(c_type(declared))
 
 
 @infer_getattr
