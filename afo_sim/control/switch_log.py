@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from itertools import pairwise, zip_longest
 
 from afo_sim.common import InputError, Table, read_table, unknown
-from afo_sim.control.command import Command
+from afo_sim.control.command import COILS, Command
 from afo_sim.control.controller import Observation
 
 TITLES = ("time_ms", "chamber", "inlet", "outlet")
@@ -140,8 +140,8 @@ def _told(number: int, one: Switch | None, other: Switch | None) -> str:
 def _said(switch: Switch | None) -> str:
     if switch is None:
         return "nothing"
-    words = {(False, False): "shut", (True, False): "inlet", (False, True): "outlet", (True, True): "both"}
-    return f"{words[switch.coils]} at {1e3 * switch.time:.3f} ms"
+    word = next(word for word, coils in COILS.items() if coils == switch.coils)
+    return f"{word} at {1e3 * switch.time:.3f} ms"
 
 
 class RecordedController:
