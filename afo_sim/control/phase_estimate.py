@@ -254,12 +254,6 @@ class PhaseEstimate:
         self._swings = _Swings()
         self._since_swing = self._since_strike = self._unstruck = math.inf
 
-    def _agree(self, surprise: float, gone: float) -> None:
-        """Take in by how much the angle was not as expected [rad], for a part of a stride."""
-        self._misfit += min(gone / RECENT, 1.0) * (surprise**2 - self._misfit)
-        self._worst = max(self._worst, self._misfit)
-        self._agreed = self._agreed + gone if self._misfit < MISFIT**2 else 0.0
-
     def _loosen(self, phase: float, rate: float) -> None:
         """Forget how phase and rate go with the rest; their variances are given."""
         self._covariance[:SHAPE, :] = 0.0
@@ -321,8 +315,10 @@ class PhaseEstimate:
         loose = dt * max(rate, SLOWEST) * min(self._misfit / LEARNT**2, 1.0)
         loosen_size(state, covariance, SIZE**2 * loose, SHIFT**2 * loose)
         if not self._gap:
-            surprise = value - series(state, wave)[0]
-            self._agree(surprise, max(gone, 0.5 * dt))
+            surprise, part = value - series(state, wave)[0], max(gone, 0.5 * dt)  # [rad], of a stride
+            self._misfit += min(part / RECENT, 1.0) * (surprise**2 - self._misfit)
+            self._worst = max(self._worst, self._misfit)
+            self._agreed = self._agreed + part if self._misfit < MISFIT**2 else 0.0
             error = LEARNT + (BEGUN - LEARNT) * math.exp(-self._age / FORGOTTEN)
             correct(state, covariance, wave, surprise, error**2 * SAMPLE / dt)
         if struck:

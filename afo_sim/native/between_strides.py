@@ -35,12 +35,8 @@ def between(
 ) -> float:  # fmt: skip
     """Take a stride that some searches have walked, and put where each begins the next.
 
-    Parameters
-    ----------
-    s : rows of all searches, `size` wide, as `stride_numbers` names them
-    going : number of the search that each of `count` blocks of recorded rows is of; −1 of none
-    begun, ended : states of all searches at the stride's start and end, `width` wide; air jumps in the latter
-    qpos, act, userdata, control : rows and inputs of the stride (count, steps, …)
+    s has rows of all searches, `size` wide; `begun` and `ended` their states, `width` wide, air jumps in the
+    latter; `qpos` … `control` rows (count, steps, …), each block of the search in `going`, or −1.
     """
     for place in range(count):
         if going[place] >= 0.0:
@@ -290,10 +286,7 @@ def least_squares(s: Any, a: int, v: int, b: int, x: int, n: int) -> None:
     """The shortest x [n] that minimises |A x − b|; singular values count from `STILL` of the largest on.
 
     A [n, n] is rotated to columns that are at right angles, A V; they and V [n, n] are left at a and v.
-
-    Source
-    ------
-    Hestenes 1958, doi 10.1137/0106005: one-sided rotations; Golub & Van Loan, Matrix Computations, § 8.6.3.
+    Source: Hestenes 1958, doi 10.1137/0106005: one-sided rotations; Golub & Van Loan, § 8.6.3.
     """
     for i in range(n):
         s[x + i] = 0.0

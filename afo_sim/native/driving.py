@@ -40,21 +40,17 @@ from afo_sim.physics import (
 def seat_of(m: Any, d: Any, i: int) -> tuple[float, float, float, float, float, float, float]:
     """`seat_switches` of the valve actuator i, or its mean opening if it is slow; its opening at the end."""
     u, j, adr, step = m.actuator_user, m.nuser_actuator * i, m.actuator_actadr[i], m.opt.timestep
-    opening, told = d.act[adr + VALVE_ACT.opening], d.act[adr + VALVE_ACT.seat]
+    opening = d.act[adr + VALVE_ACT.opening]
+    told = d.act[adr + VALVE_ACT.seat] + 0.0 * opening  # a NaN stays one
     if u[j + VALVE_ROW.bandwidth] > 0.0:
         asked = beyond_dead_band(coil_of(m, d, i), u[j + VALVE_ROW.dead_band])
         mean, end = proportional_opening(asked, opening, u[j + VALVE_ROW.bandwidth], step)
         return mean, NEVER, NEVER, end, end, 0.0, end
     seat, first, second, armature, end, coil = seat_switches(
-        coil_of(m, d, i),
-        d.act[adr + VALVE_ACT.coil],
-        d.act[adr + VALVE_ACT.armature],
-        told + 0.0 * opening,  # a NaN stays one
-        u[j + VALVE_ROW.opening_delay] + hold(m, d, j),
-        u[j + VALVE_ROW.closing_delay],
-        u[j + VALVE_ROW.threshold],
-        step,
-    )
+        coil_of(m, d, i), d.act[adr + VALVE_ACT.coil], d.act[adr + VALVE_ACT.armature], told,
+        u[j + VALVE_ROW.opening_delay] + hold(m, d, j), u[j + VALVE_ROW.closing_delay],
+        u[j + VALVE_ROW.threshold], step,
+    )  # fmt: skip
     up, down = u[j + VALVE_ROW.opening_ramp] / step, u[j + VALVE_ROW.closing_ramp] / step
     if up + down > 0.0:
         mean, reached = ramped(opening, seat, first, second, up, down)
@@ -72,10 +68,8 @@ def hold(m: Any, d: Any, j: int) -> float:
     if before < 0 or not u[j + VALVE_ROW.hold_decay] > 0.0:
         return 0.0
     q = m.nuser_actuator * before
-    place = int(u[q + AIR_ROW.userdata]) + (
-        CHAMBER_DATA.pressure if u[q + 1] == KIND_CHAMBER else VOLUME_DATA.pressure
-    )
-    gauge = max(d.userdata[place] - AMBIENT_PRESSURE, 1.0)
+    pressure = CHAMBER_DATA.pressure if u[q + 1] == KIND_CHAMBER else VOLUME_DATA.pressure
+    gauge = max(d.userdata[int(u[q + AIR_ROW.userdata]) + pressure] - AMBIENT_PRESSURE, 1.0)
     return u[j + VALVE_ROW.hold_decay] * max(math.log(u[j + VALVE_ROW.hold_pressure] / gauge), 0.0)
 
 
