@@ -139,9 +139,8 @@ def _help(
     status, answer = _helped(without, own, wanted, trips)
     if own >= wanted and lift != "good":
         status = worst([status, lift])
-        answer = (
-            UNSURE if answer == ENOUGH else f"{answer}; with it, clearance is not certain in every stride"
-        )
+        doubted = f"{answer}; with it, clearance is not certain in every stride"
+        answer = UNSURE if answer == ENOUGH else doubted
     both = zip(REFERENCES[reference], heights, touch, (" the toe passes", ""), strict=True)
     limit = f"wanted {in_digits(wanted)}, trips below {in_digits(trips)} mm"
     parts = [

@@ -150,19 +150,13 @@ def _keep(s: Any, o: int, begun: Any, ended: Any, state: int, act: Any, userdata
     for i in range(2 * int(s[o + AT.nodes])):
         at = _held(s, o, state, i)
         s[table(s, o, AT.begun) + i], s[table(s, o, AT.became) + i] = begun[at], ended[at]
-    if s[o + AT.strides] < s[o + AT.trusted]:
-        return
-    every, nodes = int(s[o + AT.every]), int(s[o + AT.nodes])
-    rows = -(-int(s[o + AT.steps]) // every)
-    for k in range(int(s[o + AT.chambers])):
-        for number in range(rows):
-            past = table(s, o, AT.past) + 2 * (nodes * number + k)
-            _, s[past], s[past + 1] = air_in(s, o, k, act, userdata, first + number * every)
+    if s[o + AT.strides] >= s[o + AT.trusted]:
+        _give(s, o, act, userdata, first, False)
 
 
 @register_jitable
-def _give(s: Any, o: int, act: Any, userdata: Any, first: int) -> None:
-    """How the volume of each chamber follows its pressure, told by two strides."""
+def _give(s: Any, o: int, act: Any, userdata: Any, first: int, told: bool) -> None:
+    """How the volume of each chamber follows its pressure, told by two strides, or the first one of them."""
     every, nodes = int(s[o + AT.every]), int(s[o + AT.nodes])
     rows = -(-int(s[o + AT.steps]) // every)
     for k in range(int(s[o + AT.chambers])):
@@ -170,7 +164,10 @@ def _give(s: Any, o: int, act: Any, userdata: Any, first: int) -> None:
             _, pressure, volume = air_in(s, o, k, act, userdata, first + number * every)
             at = table(s, o, AT.giving) + nodes * number + k
             past = table(s, o, AT.past) + 2 * (nodes * number + k)
-            s[at] = giving(pressure, volume, s[past], s[past + 1], s[at])
+            if told:
+                s[at] = giving(pressure, volume, s[past], s[past + 1], s[at])
+            else:
+                s[past], s[past + 1] = pressure, volume
 
 
 @register_jitable
@@ -187,7 +184,7 @@ def _take_slopes(
     s[o + AT.own_of] = strides
     if strides > s[o + AT.trusted]:
         if strides > 1.0:
-            _give(s, o, act, userdata, first)
+            _give(s, o, act, userdata, first, True)
         air_slopes(s, o, act, userdata, control, first)
     n, own, slopes = 2 * int(s[o + AT.nodes]), table(s, o, AT.own), table(s, o, AT.slopes)
     moved, became = table(s, o, AT.step), table(s, o, AT.side)
@@ -218,7 +215,7 @@ def _is_near(s: Any, o: int, act: Any, userdata: Any, control: Any, first: int) 
     """Whether Newton's method would not go far from here; what changes slowly may have far to go."""
     n, flowing, near, step = 2 * int(s[o + AT.nodes]), table(s, o, AT.flowing), True, table(s, o, AT.step)
     entering(s, o, act, userdata, control, first)
-    _newton(s, o, step)
+    _newton(s, o, step, False)
     for i in range(n):
         flow = s[flowing + i // 2]
         enough = min(max(OF_FLOW * flow, LEAST), NEAR) if flow > 0.0 else NEAR
@@ -231,13 +228,15 @@ def _is_near(s: Any, o: int, act: Any, userdata: Any, control: Any, first: int) 
 
 
 @register_jitable
-def _newton(s: Any, o: int, step: int) -> None:
-    """Step of Newton's method in ln m and ln σ: (1 − slopes) step = change."""
+def _newton(s: Any, o: int, step: int, plain: bool) -> None:
+    """Step of Newton's method in ln m and ln σ, (1 − slopes) step = change; or `plain`, in m and σ."""
     n = 2 * int(s[o + AT.nodes])
     for i in range(n):
-        s[table(s, o, AT.side) + i] = s[table(s, o, AT.change) + i]
+        change = s[table(s, o, AT.change) + i]
+        ratio = math.exp(change) if plain else 1.0
+        s[table(s, o, AT.side) + i] = ratio - 1.0 if plain else change
         for j in range(n):
-            slope = s[table(s, o, AT.slopes) + n * i + j]
+            slope = ratio * s[table(s, o, AT.slopes) + n * i + j]
             s[table(s, o, AT.matrix) + n * i + j] = 1.0 - slope if i == j else -slope
     least_squares(s, table(s, o, AT.matrix), table(s, o, AT.other), table(s, o, AT.side), step, n)
 
@@ -245,23 +244,16 @@ def _newton(s: Any, o: int, step: int) -> None:
 @register_jitable
 def _jump(s: Any, o: int, begun: Any, ended: Any, state: int) -> None:
     """Put the air that should repeat into the state, by one step of Newton's method, at most `LARGEST`."""
-    n, side = 2 * int(s[o + AT.nodes]), table(s, o, AT.side)
-    step, change = table(s, o, AT.step), table(s, o, AT.change)
+    n, step, change = 2 * int(s[o + AT.nodes]), table(s, o, AT.step), table(s, o, AT.change)
     if s[o + AT.jumps] < JUMPS:
-        _newton(s, o, step)
+        _newton(s, o, step, False)
         along, low, high = 0.0, -LARGEST, LARGEST
         for i in range(n):
             along += s[step + i] * s[change + i]
             low, high = min(low, s[step + i]), max(high, s[step + i])
         scale = LARGEST / max(-low, high)
         if not along >= 0.0:
-            for i in range(n):
-                ratio = math.exp(s[change + i])
-                s[side + i] = ratio - 1.0
-                for j in range(n):
-                    slope = ratio * s[table(s, o, AT.slopes) + n * i + j]
-                    s[table(s, o, AT.matrix) + n * i + j] = 1.0 - slope if i == j else -slope
-            least_squares(s, table(s, o, AT.matrix), table(s, o, AT.other), side, step, n)
+            _newton(s, o, step, True)
             low, high = LOW, HIGH
             for i in range(n):
                 low, high = min(low, s[step + i]), max(high, s[step + i])
