@@ -1,7 +1,6 @@
 """The callbacks from Python to machine code; what a kernel raises is a complaint like others."""
 
 import ctypes
-import functools
 from typing import Any
 
 from llvmlite import ir
@@ -80,7 +79,6 @@ def compile_all() -> Compiled:
     """Machine code of act_bias and act_dyn."""
     kernels = [marked_only(kernel, _fail) for kernel in define(_fail)]
     register_all()
-    _on_the_stack()
     return compiling.compile_all(kernels, SIGNATURE, _raised)
 
 
@@ -88,14 +86,10 @@ def _raised(builder: Any, arguments: Any) -> None:
     _complain(builder, ir.Constant(ir.IntType(64), RAISED), arguments[2])
 
 
-@functools.cache
-def _on_the_stack() -> None:
+@overload(block, inline="always")
+def _on_the_stack() -> Any:
     """Tell numba that `block` is room on the stack of the function that asks for it."""
-
-    def typed() -> Any:
-        return lambda: _room()
-
-    overload(block, inline="always")(typed)
+    return lambda: _room()
 
 
 @intrinsic
