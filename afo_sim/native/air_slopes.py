@@ -57,17 +57,11 @@ def air_in(s: Any, o: int, k: int, act: Any, userdata: Any, row: int) -> tuple[f
 
 
 @register_jitable
-def supply_in(s: Any, o: int, k: int, control: Any, row: int) -> float:
-    """Absolute pressure of a node's supply in a row of inputs [Pa]."""
-    column = int(s[table(s, o, AT.node) + len(NODE) * k + NODE.control])
-    return control[row * int(s[o + AT.control]) + column] + AMBIENT_PRESSURE
-
-
-@register_jitable
 def take_row(s: Any, o: int, act: Any, userdata: Any, control: Any, row: int) -> None:
     """Pressures and temperatures of all nodes in a row, into their tables."""
     pressures, warm, nodes = table(s, o, AT.pressures), table(s, o, AT.warm), int(s[o + AT.nodes])
-    s[pressures + AMBIENT], s[pressures + SUPPLY] = AMBIENT_PRESSURE, supply_in(s, o, 0, control, row)
+    supply = row * int(s[o + AT.control]) + int(s[table(s, o, AT.node) + NODE.control])  # of the first node
+    s[pressures + AMBIENT], s[pressures + SUPPLY] = AMBIENT_PRESSURE, control[supply] + AMBIENT_PRESSURE
     for k in range(nodes):
         mass, pressure, volume = air_in(s, o, k, act, userdata, row)
         s[pressures + FIRST_NODE + k] = pressure
@@ -181,15 +175,12 @@ def rates(s: Any, o: int, z: int, number: int, act: Any, userdata: Any, control:
         origin, end = int(s[way + WAY.origin]), int(s[way + WAY.end])
         up = origin if flow >= 0.0 else end  # whose temperature the flow has
         carried = gamma * s[o + AT.gas] * s[warm + up]
-        for by, other in ((0, origin - FIRST_NODE), (1, end - FIRST_NODE)):
+        for at_origin, other in ((True, origin - FIRST_NODE), (False, end - FIRST_NODE)):
             if not 0 <= other < nodes:
                 continue
-            if by == 0:
-                more = flow_of(s, o, way, UP, 1.0, userdata, row)
-                less = flow_of(s, o, way, DOWN, 1.0, userdata, row)
-            else:
-                more = flow_of(s, o, way, 1.0, UP, userdata, row)
-                less = flow_of(s, o, way, 1.0, DOWN, userdata, row)
+            high, low = (UP, DOWN) if at_origin else (1.0, 1.0)
+            more = flow_of(s, o, way, high, 1.0 if at_origin else UP, userdata, row)
+            less = flow_of(s, o, way, low, 1.0 if at_origin else DOWN, userdata, row)
             by_p = (more - less) / (2.0 * NUDGE)
             half = 0.5 * flow if up == other + FIRST_NODE else 0.0
             give = s[giving + nodes * number + other]
