@@ -4,6 +4,7 @@ Each answer has a number, what it is held against, and a status that is stated b
 by a colour.
 """
 
+import itertools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -104,12 +105,8 @@ def three(value: float) -> str:
 def numbered(keys: Sequence[int]) -> str:
     """Strides counted from the start: "stride 3", "strides 1 to 3 and 7"; key 0 is the first."""
     numbers = sorted(k + 1 for k in keys)
-    runs: list[list[int]] = []
-    for number in numbers:
-        if runs and number == runs[-1][1] + 1:
-            runs[-1][1] = number
-        else:
-            runs.append([number, number])
+    groups = itertools.groupby(enumerate(numbers), lambda pair: pair[1] - pair[0])
+    runs = [[each[0][1], each[-1][1]] for each in (list(group) for _, group in groups)]
     stated = [f"{a}" if a == b else f"{a} {'and' if b == a + 1 else 'to'} {b}" for a, b in runs]
     return f"stride{'s' if len(numbers) > 1 else ''} {listed(stated)}"
 
