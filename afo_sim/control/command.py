@@ -78,24 +78,20 @@ def checked(
         if isinstance(command, str) and command == TIMED:
             found[chamber] = None
         elif isinstance(command, numbers.Real) and not isinstance(command, bool):
-            found[chamber] = _pressure(chamber, float(command), drives)
+            pressure = float(command)
+            if chamber not in drives:
+                problem = f"is a pressure, and the chamber has no drive: describe [drive.{chamber}]"
+                raise InputError(problem, field=chamber, value=pressure, allowed=WORDS)
+            if not 0.0 <= pressure <= HIGHEST:
+                allowed = f"a gauge pressure from 0 to {HIGHEST:g} Pa"
+                raise InputError("is out of range", field=chamber, value=pressure, allowed=allowed)
+            found[chamber] = pressure
         else:
             asks = f"{WORDS}; {TIMED}"
             if chamber in drives:
                 asks += f"; or a number, a gauge pressure from 0 to {HIGHEST:g} Pa"
             found |= coils({chamber: command}, known, asks, one_coil)
     return found
-
-
-def _pressure(chamber: str, pressure: float, driven: set[str]) -> float:
-    """A pressure that a chamber's drive is asked for [Pa]."""
-    if chamber not in driven:
-        problem = f"is a pressure, and the chamber has no drive: describe [drive.{chamber}]"
-        raise InputError(problem, field=chamber, value=pressure, allowed=WORDS)
-    if not 0.0 <= pressure <= HIGHEST:
-        allowed = f"a gauge pressure from 0 to {HIGHEST:g} Pa"
-        raise InputError("is out of range", field=chamber, value=pressure, allowed=allowed)
-    return pressure
 
 
 def switched(on: bool, value: float, low: float, high: float) -> bool:

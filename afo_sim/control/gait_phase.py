@@ -70,21 +70,12 @@ class GaitPhaseController:
         self.description = description
         self.oscillator = PhaseEstimate(scenario.timestep) if description.angle else None
         self.switch = FootSwitch(description.heel_strike, description.strides) if description.load else None
+        estimator = self.oscillator or self.switch
+        assert estimator is not None
+        self.estimator = estimator
         table = "controller.gait_phase"
         columns = ((description.angle, "column", "rad"), (description.load, "switch", "N"))
         self.asks = [RequiredInput(column, table, key, unit=unit) for column, key, unit in columns if column]
-
-    @property
-    def estimator(self) -> PhaseEstimate | FootSwitch:
-        """What estimates the phase."""
-        estimator = self.oscillator or self.switch
-        assert estimator is not None
-        return estimator
-
-    @property
-    def stands(self) -> bool:
-        """Whether the shank was found to stand: an inlet that stayed open would fill the muscle to supply."""
-        return self.oscillator is not None and self.oscillator.stopped
 
     def reset(self) -> None:
         """Forget what was estimated."""
@@ -99,7 +90,8 @@ class GaitPhaseController:
             struck = self.switch.update(seen[self.description.load], seen.period)
         if self.oscillator is not None:
             self.oscillator.update(seen[self.description.angle], seen.period, struck)
-        if not self.estimator.ready or self.stands:
+        # who stands waits, too: an inlet that stayed open would fill the muscle to supply
+        if not self.estimator.ready or (self.oscillator is not None and self.oscillator.stopped):
             return dict.fromkeys(self.description.chambers, self.description.waiting)
         phase = self.estimator.phase % 1.0
         return {chamber: command_at(given, phase) for chamber, given in self.description.chambers.items()}

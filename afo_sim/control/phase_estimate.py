@@ -47,11 +47,6 @@ class Template:
     low: float
     high: float
 
-    @property
-    def swing(self) -> float:
-        """Time from the shank's highest to its lowest angle [s]."""
-        return (self.lowest - self.highest) * self.stride_time
-
 
 @functools.cache
 def templates() -> tuple[Template, ...]:
@@ -61,7 +56,7 @@ def templates() -> tuple[Template, ...]:
 
 def after_swing(duration: float) -> Template:
     """The template whose shank takes a time [s] from its highest to its lowest angle."""
-    return min(templates(), key=lambda template: abs(template.swing - duration))
+    return min(templates(), key=lambda each: abs((each.lowest - each.highest) * each.stride_time - duration))
 
 
 def _template(stride_time: float) -> Template:

@@ -71,7 +71,7 @@ def read_log(file: pathlib.Path, chambers: Sequence[str]) -> Log:
             problem = f"line {number}: the time falls"
             allowed = "one run, in the order of time"
             raise InputError(problem, file=file, field="time_ms", value=1e3 * after[0], allowed=allowed)
-    for number, row in zip((number for number, _ in table.rows), rows, strict=True):
+    for (number, _), row in zip(table.rows, rows, strict=True):
         if row[1] not in chambers:
             problem = f"line {number}: the orthosis has no such chamber"
             raise unknown(row[1], chambers, file=file, field="chamber", problem=problem)
