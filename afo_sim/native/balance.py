@@ -110,9 +110,8 @@ def air_of(m: Any, d: Any, chamber: int, rest: bool) -> tuple[float, float, floa
             if abs(absolute - last) <= NEAR_PRESSURE * last:  # so near the volume has no slope either
                 break
         else:
-            absolute *= math.exp(
-                math.log(wanted / last) / max(1.0 + gamma * last * by_pressure / volume, SOFTEST_AIR)
-            )
+            slope = max(1.0 + gamma * last * by_pressure / volume, SOFTEST_AIR)
+            absolute *= math.exp(math.log(wanted / last) / slope)
         volume, by_pressure = volume_of(m, d, q, absolute)
         if abs(absolute - last) <= SETTLED_PRESSURE * last:
             break

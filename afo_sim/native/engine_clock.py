@@ -9,21 +9,16 @@ import ctypes
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
 
 from afo_sim.native.compiled import mujoco_library
 
 
-@dataclass
 class _Stopped:
     """How many blocks want the clock off, and the clock that the last of them puts back."""
 
-    lock: threading.Lock = field(default_factory=threading.Lock)
-    blocks: int = 0
+    lock = threading.Lock()
+    blocks = 0
     clock: int | None = None
-
-
-_STOPPED = _Stopped()
 
 
 @contextmanager
@@ -34,15 +29,15 @@ def without_clock() -> Iterator[None]:
     except (OSError, ValueError):
         yield
         return
-    with _STOPPED.lock:
-        if _STOPPED.blocks == 0:
-            _STOPPED.clock = pointer.value
+    with _Stopped.lock:
+        if _Stopped.blocks == 0:
+            _Stopped.clock = pointer.value
             pointer.value = None
-        _STOPPED.blocks += 1
+        _Stopped.blocks += 1
     try:
         yield
     finally:
-        with _STOPPED.lock:
-            _STOPPED.blocks -= 1
-            if _STOPPED.blocks == 0:
-                pointer.value = _STOPPED.clock
+        with _Stopped.lock:
+            _Stopped.blocks -= 1
+            if _Stopped.blocks == 0:
+                pointer.value = _Stopped.clock

@@ -178,11 +178,8 @@ def write_chamber(m: Any, d: Any, chamber: int, moved: float, per_step: float, r
         own = int(u[k + MUSCLE_ROW.userdata])
         write_leader(m, d, leader, pressed, moved, per_step)
         # dT/dx = k (1 + L0 dκ/dx), with L0 dκ/dx from the last step of Newton's method
-        stiff = (
-            u[k + MUSCLE_ROW.parallel]
-            * data[own + LEADER_DATA.cable_slope]
-            * (1.0 - data[own + LEADER_DATA.coefficient])
-        )
+        share = 1.0 - data[own + LEADER_DATA.coefficient]
+        stiff = u[k + MUSCLE_ROW.parallel] * data[own + LEADER_DATA.cable_slope] * share
         data[own + LEADER_DATA.coefficient] = stiff
         total += stiff
         leader = int(u[k + MUSCLE_ROW.next])

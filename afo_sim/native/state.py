@@ -67,8 +67,7 @@ class GasOf(NamedTuple):
 def gas_of(model: mujoco.MjModel, node: int) -> GasOf:
     """The gas in the actuator of a chamber, a volume or a store."""
     row = model.actuator_user[node]
-    gamma = float(row[AIR_ROW.heat_capacity_ratio])
-    return GasOf(float(row[AIR_ROW.gas_constant]), gamma)
+    return GasOf(float(row[AIR_ROW.gas_constant]), float(row[AIR_ROW.heat_capacity_ratio]))
 
 
 def read_air(model: mujoco.MjModel, act: np.ndarray, userdata: np.ndarray, chamber: int) -> Air:
@@ -80,11 +79,9 @@ def read_air(model: mujoco.MjModel, act: np.ndarray, userdata: np.ndarray, chamb
 
 def write_air(model: mujoco.MjModel, act: np.ndarray, chamber: int, air: Air) -> None:
     """Set the states of a chamber's actuator in `act` (…, na): air that has stood like this."""
-    at = model.actuator_actadr[chamber]
+    at, gamma = model.actuator_actadr[chamber], gas_of(model, chamber).heat_capacity_ratio
     act[..., at + CHAMBER_ACT.mass] = air.mass
-    act[..., at + CHAMBER_ACT.sigma] = (
-        air.absolute_pressure * air.volume ** gas_of(model, chamber).heat_capacity_ratio
-    )
+    act[..., at + CHAMBER_ACT.sigma] = air.absolute_pressure * air.volume**gamma
     act[..., at + CHAMBER_ACT.last_volume] = air.volume
     act[..., at + CHAMBER_ACT.last_pressure] = air.absolute_pressure
 
@@ -97,13 +94,10 @@ def read_held(model: mujoco.MjModel, act: np.ndarray, chamber: int) -> np.ndarra
 
 def write_held(model: mujoco.MjModel, act: np.ndarray, chamber: int, held: np.ndarray) -> None:
     """Set mass [kg] and σ (2,) of the actuator of a chamber or volume in `act` (na,); its room stays."""
-    at = model.actuator_actadr[chamber]
+    at, gamma = model.actuator_actadr[chamber], gas_of(model, chamber).heat_capacity_ratio
     act[at + CHAMBER_ACT.mass : at + CHAMBER_ACT.sigma + 1] = held
-    if model.actuator_user[chamber, 1] == KIND_VOLUME:
-        return
-    act[at + CHAMBER_ACT.last_pressure] = (
-        held[1] / act[at + CHAMBER_ACT.last_volume] ** gas_of(model, chamber).heat_capacity_ratio
-    )
+    if model.actuator_user[chamber, 1] != KIND_VOLUME:
+        act[at + CHAMBER_ACT.last_pressure] = held[1] / act[at + CHAMBER_ACT.last_volume] ** gamma
 
 
 def air_at(pressure: float, volume: float, gas: GasOf | None = None) -> Air:
@@ -150,10 +144,8 @@ def write_rest(model: mujoco.MjModel, data: mujoco.MjData, network: int) -> None
         chamber = int(rows[chamber, CHAMBER_ROW.next])
     at, state = int(rows[network, NETWORK_ROW.userdata]), int(rows[network, NETWORK_ROW.state])
     for number in range(int(rows[network, NETWORK_ROW.anchors])):
-        place = state + len(ANCHOR_ACT) * number
-        act[place + ANCHOR_ACT.displacement] = found[
-            at + len(ANCHOR_DATA) * number + ANCHOR_DATA.displacement
-        ]
+        place, own = state + len(ANCHOR_ACT) * number, at + len(ANCHOR_DATA) * number
+        act[place + ANCHOR_ACT.displacement] = found[own + ANCHOR_DATA.displacement]
         act[place + ANCHOR_ACT.last_move] = 0.0
 
 

@@ -7,7 +7,7 @@ WAY     of a valve or restriction: nodes at its ends, by number as of `FIRST_NOD
 STORE   of a finite source, whose node follows those that are solved for
 """
 
-import collections
+from collections import namedtuple
 from typing import Any
 
 import mujoco
@@ -38,12 +38,11 @@ _TABLES = (
     "told flowing step side matrix other"
 )
 TABLES = tuple(_TABLES.split())
-namedtuple: Any = collections.namedtuple  # whose fields a string names
-At: Any = namedtuple("At", (*_NUMBERS.split(), *TABLES))
-Joint: Any = namedtuple("Joint", "angle velocity scale")
-Node: Any = namedtuple("Node", "act userdata control room wall")
-Way: Any = namedtuple("Way", "origin end opening law conductance critical parameters upstream")
-Store: Any = namedtuple("Store", "act userdata content")
+At: Any = namedtuple("At", (*_NUMBERS.split(), *TABLES))  # type: ignore[misc]
+Joint = namedtuple("Joint", "angle velocity scale")
+Node = namedtuple("Node", "act userdata control room wall")
+Way = namedtuple("Way", "origin end opening law conductance critical parameters upstream")
+Store = namedtuple("Store", "act userdata content")
 AT, JOINT, NODE, STORE = places(At), places(Joint), places(Node), places(Store)
 WAY = places(Way, parameters=4)
 WAY_NUMBERS = WAY.upstream + 1
