@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from itertools import combinations
 
 import numpy as np
 
@@ -41,9 +42,8 @@ class Indices:
 
     def pairs(self) -> list[tuple[str, str, float, float]]:
         """[(parameter, parameter, second-order index, half-width)], the strongest first."""
-        names, d = self.parameters, len(self.parameters)
-        upper = [(i, j) for i in range(d) for j in range(i + 1, d)]
-        upper.sort(key=lambda ij: -self.second[ij])
+        names = self.parameters
+        upper = sorted(combinations(range(len(names)), 2), key=lambda ij: -self.second[ij])
         return [
             (names[i], names[j], float(self.second[i, j]), float(self.second_interval[i, j]))
             for i, j in upper

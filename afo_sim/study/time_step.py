@@ -42,8 +42,7 @@ def check_sample(results: Results, scenario: Mapping[str, Any], asked: Asked, wh
             continue
         case = int(results["case"][row])
         own = {name: Metric(float(results[name][row]), unit) for name, unit in results.metrics.items()}
-        other = {name: Metric(m.value, m.unit) for name, m in found[place].metrics.items()}
-        for name, error in step_errors(own, other).items():
+        for name, error in step_errors(own, found[place].metrics).items():
             if name not in worst or error.times > worst[name][1].times:
                 worst[name] = case, error
             if error.times > 1.0:

@@ -1,7 +1,7 @@
 """Aim of a search: an objective over the patients, and limits that a share of them must keep; its problem."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
@@ -25,11 +25,9 @@ class Objective:
 
     def of(self, values: np.ndarray) -> np.ndarray:
         """Of designs (n,), of the metric (n, patients); NaN where any patient's is."""
-        if self.over == "mean":
-            return np.asarray(np.mean(values, axis=1))
-        if self.over == "median":
-            return np.asarray(np.median(values, axis=1))
-        return np.asarray((np.max if self.goal == "lowest" else np.min)(values, axis=1))
+        worst = np.max if self.goal == "lowest" else np.min
+        ways: dict[str, Callable[..., Any]] = {"mean": np.mean, "median": np.median, "worst": worst}
+        return np.asarray(ways[self.over](values, axis=1))
 
 
 @dataclass(frozen=True)

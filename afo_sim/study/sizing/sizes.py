@@ -108,7 +108,7 @@ def requested(
     return Request(kind, description, requirements, chamber, read)
 
 
-def _chamber_of(scenario: Scenario, name: str | None, group: str | None = None) -> str:
+def _chamber_of(scenario: Scenario, name: str | None, group: str | None) -> str:
     """A chamber by its name, or that of a group of muscles; by default the first that is filled."""
     chambers = list(scenario.orthosis.chamber)
     if group is not None and group not in scenario.orthosis.muscle:

@@ -49,8 +49,7 @@ class Request:
             "options": dict(self.options),
             "scenario": self.scenario.resolved(),
         }
-        plain: dict[str, Any] = json.loads(json.dumps(found))
-        return plain
+        return dict(json.loads(json.dumps(found)))
 
     def run(self, threads: int = 0, report: Report | None = None) -> Sizing:
         """Run what it takes."""
