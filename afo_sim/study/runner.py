@@ -14,10 +14,10 @@ from afo_sim.simulation import EVERYTHING, Asked
 from afo_sim.study import engine
 from afo_sim.study.design import Cases, cases_of
 from afo_sim.study.engine import OK
-from afo_sim.study.folder import Changed
+from afo_sim.study.folder import Changed, fingerprint
 from afo_sim.study.pool import pool
 from afo_sim.study.results import STEPS, Results, read
-from afo_sim.study.store import SWEEP, Store, fingerprint
+from afo_sim.study.store import SWEEP, Store
 from afo_sim.study.sweep_plan import Plan, check_metric
 from afo_sim.study.time_step import check_sample
 
@@ -52,7 +52,7 @@ class SweepProgress:
 
 def open_store(plan: Plan, cases: Cases, folder: pathlib.Path, changed: Changed = "refuse") -> Store:
     """The store of a sweep: a new one, or one to be continued."""
-    now = fingerprint(plan)
+    now = fingerprint(SWEEP.name, plan.canonical())
 
     def first(scenario: dict[str, Any]) -> dict[str, Any]:
         metrics, seconds = _tried(scenario, plan, cases)

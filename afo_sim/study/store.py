@@ -23,7 +23,6 @@ from afo_sim.common import (
     write_parquet,
 )
 from afo_sim.common.versions import versions
-from afo_sim.study import folder
 from afo_sim.study.design import Cases
 from afo_sim.study.engine import Jobs, Outcome
 from afo_sim.study.folder import AGAIN, PARTS, FolderKind
@@ -39,7 +38,6 @@ from afo_sim.study.results import (
     STEPS,
     WARNINGS,
 )
-from afo_sim.study.sweep_plan import Plan
 
 RECORDINGS = "recordings"  # folder of the cases that are kept
 _GATHERED = 64  # chunks in one row group of the results, or more
@@ -205,11 +203,6 @@ def recover(folder: pathlib.Path) -> tuple[int, int]:
                 whole += len(part)
         (folder / RESULTS).rename((folder / RESULTS).with_suffix(".damaged.parquet"))
     return whole, file.metadata.num_rows
-
-
-def fingerprint(plan: Plan) -> dict[str, Any]:
-    """Everything that decides a sweep's results."""
-    return folder.fingerprint(SWEEP.name, plan.canonical())
 
 
 def _spread(spread: Any) -> dict[str, Any]:

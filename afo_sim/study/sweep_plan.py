@@ -30,7 +30,6 @@ from afo_sim.study.uncertainty.draw import joint_parameters
 _RANDOM = ("random", "latin-hypercube", "sobol", "saltelli")
 _UNCERTAINTY = "uncertainty"  # joint draws of what is not known
 _DESIGNS = ("grid", "list", *_RANDOM, _UNCERTAINTY)
-_CHUNK = 32  # cases
 
 
 def one_of(designs: Sequence[str], problem: str) -> AfterValidator:
@@ -65,7 +64,7 @@ class SweepTable(StrictTable):
     seed: StrictInt = Option(default=0, ge=0)
     metrics: tuple[Metric, ...] = ()
     keep: tuple[StrictInt, ...] = ()
-    chunk: StrictInt = Option(default=_CHUNK, ge=1)
+    chunk: StrictInt = Option(default=32, ge=1)  # cases
     set: dict[str, Any] = Option(default_factory=dict)
 
     @field_validator("keep")

@@ -25,20 +25,20 @@ def tables(best: Mapping[str, Any]) -> list[Table]:
     fresh = best["fresh_patients"]
     many = best["patients"]
     header = ["", "asked for", f"{many} patients searched with" if many > 1 else "found"]
-    half = best.get("half_step")
-    header += [f"{fresh['patients']} fresh patients"] if fresh else []
-    header += ["at half the step"] if half else []
+    again = [(f"{fresh['patients']} fresh patients", fresh, fresh["patients"])] if fresh else []
+    if half := best.get("half_step"):
+        again.append(("at half the step", half, many))
+    header += [title for title, _, _ in again]
     goal = best["objective"]
     label = metric_words.words(goal["metric"]).label
     over = f", {goal['over']}" if many > 1 else ""
     rows = [[f"{label}{over}", goal["goal"], _value_text(goal["value"], goal["unit"])]]
-    rows[0] += [_value_text(again["objective"], goal["unit"]) for again in (fresh, half) if again]
+    rows[0] += [_value_text(one["objective"], goal["unit"]) for _, one, _ in again]
     for k, limit in enumerate(best["limits"]):
         wanted = f"{'≥' if limit['at'] == 'least' else '≤'} {_value_text(limit['bound'], limit['unit'])}"
         wanted += f" in {_percent(limit['share'])}" if many > 1 else ""
         line = [metric_words.words(limit["metric"]).label, wanted, _kept(limit, limit, many)]
-        line += [_kept(fresh["limits"][k], limit, fresh["patients"])] if fresh else []
-        rows.append(line + ([_kept(half["limits"][k], limit, many)] if half else []))
+        rows.append(line + [_kept(one["limits"][k], limit, count) for _, one, count in again])
     return [*found, ("objective and limits", header, rows)]
 
 

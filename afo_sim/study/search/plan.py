@@ -42,8 +42,6 @@ from afo_sim.study.sweep_plan import (
 
 SURROGATE: Literal["surrogate"] = "surrogate"
 CMA_ES: Literal["cma-es"] = "cma-es"
-_GENERATIONS = 40
-STARTS = 3
 _FRESH = 4  # times as many patients as the designs were judged by, to judge the best one again
 _JUDGING = ("grid", "list", "random", "latin-hypercube", "sobol")  # designs that patients can be of
 _FIXED_COLUMNS = (
@@ -57,9 +55,9 @@ class SearchTable(StrictTable):
     description: StrictStr = ""
     scenario: StrictStr | dict[str, Any]
     seed: StrictInt = Option(default=0, ge=0)
-    generations: StrictInt = Option(default=_GENERATIONS, ge=1)
+    generations: StrictInt = Option(default=40, ge=1)
     population: StrictInt | None = Option(default=None, ge=4)
-    starts: StrictInt = Option(default=STARTS, ge=1, le=100)
+    starts: StrictInt = Option(default=3, ge=1, le=100)
     method: Literal["surrogate", "cma-es"] = SURROGATE
 
 
