@@ -103,9 +103,8 @@ class ParameterReader:
     def _fields(self, scenario: Scenario) -> list[Field]:
         keys, table = self.table.keys or (), self.table
         if (table.key is None) == (table.keys is None) or (table.keys is not None and not keys):
-            raise self._error(
-                "which field of the scenario is meant is not stated, or twice", "key", "key or keys"
-            )
+            problem = "which field of the scenario is meant is not stated, or twice"
+            raise self._error(problem, "key", "key or keys")
         found = []
         for key in keys or (str(table.key),):
             try:
@@ -190,9 +189,8 @@ class ParameterReader:
             if wrong:
                 raise self._error("is out of range", option, "more than zero", self.given[option])
         if of_logarithm and upper <= 0.0:
-            raise self._error(
-                "leaves nothing of a lognormal distribution", "to", "more than zero", self.table.to
-            )
+            problem = "leaves nothing of a lognormal distribution"
+            raise self._error(problem, "to", "more than zero", self.table.to)
         return Normal(centre, sd, lower, upper, of_logarithm, self.field.kind == "integer")
 
     def _require_rising(self, lower: float, upper: float) -> None:

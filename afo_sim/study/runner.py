@@ -59,9 +59,8 @@ def open_store(plan: Plan, cases: Cases, folder: pathlib.Path, changed: Changed 
         return {"metrics": metrics, "seconds_per_case": seconds, "chunk": plan.chunk}
 
     manifest = SWEEP.open(folder, changed, plan, now, first, cases=len(cases))
-    return Store(
-        folder, cases, manifest["metrics"], manifest["chunk"], now["sweep"], bool(manifest.get("mixed"))
-    )
+    mixed = bool(manifest.get("mixed"))
+    return Store(folder, cases, manifest["metrics"], manifest["chunk"], now["sweep"], mixed)
 
 
 def sweep(plan: Plan, folder: pathlib.Path, *, threads: int = 0) -> Results:
@@ -135,9 +134,7 @@ def _cases(store: Store, chunks: Iterable[int]) -> int:
 def _check_room(store: Store) -> None:
     """Of chunks and, beside them until they are taken away, the results."""
     chunks = store.pending()
-    needed = (
-        _bytes(store, _cases(store, chunks)) + _CHUNK_BYTES * len(chunks) + _bytes(store, len(store.cases))
-    )
+    needed = _bytes(store, _cases(store, chunks) + len(store.cases)) + _CHUNK_BYTES * len(chunks)
     free = shutil.disk_usage(store.folder).free
     if needed > free:
         problem = f"the results need about {needed / 1e9:.2g} GB, and the disk has {free / 1e9:.2g} GB left"

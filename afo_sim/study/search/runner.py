@@ -50,9 +50,8 @@ class Opened:
     @property
     def finished(self) -> bool:
         """True where nothing is left to do."""
-        return self.best is not None and (
-            self.best["converged"] or self.best["generations"] >= self.search.generations
-        )
+        best, most = self.best, self.search.generations
+        return best is not None and (best["converged"] or best["generations"] >= most)
 
     @property
     def runs(self) -> int:
@@ -119,7 +118,7 @@ def run(opened: Opened, who: Pool, report: Report | None = None) -> dict[str, An
         if (fresh := search.fresh()) is not None:  # patients that no design has seen
             again = answers(opened.scenario, design, fresh, names, who)
             told = {"patients": len(fresh), "seed": fresh.plan.seed}
-            summary["fresh_patients"] = told | _judged_again(opened, again, search.aim(opened.units))
+            summary["fresh_patients"] = told | _judged_again(again, search.aim(opened.units))
         sets = longer(opened.scenario, design.sets(0), 0.5)
         half = {key: sets[key] for key in ("timestep", "record_rate")}
         finer, patients = (
@@ -128,19 +127,19 @@ def run(opened: Opened, who: Pool, report: Report | None = None) -> dict[str, An
         )
         assert finer is not None
         again = answers(opened.scenario, finer, patients, names, who)
-        summary["half_step"] = _judged_again(opened, again, problem.aim)
+        summary["half_step"] = _judged_again(again, problem.aim)
     _write(opened, columns, summary)
     return summary
 
 
-def _judged_again(opened: Opened, found: Answers, aim: Aim) -> dict[str, Any]:
+def _judged_again(found: Answers, aim: Aim) -> dict[str, Any]:
     """What one design is with other patients, or at another step."""
     again = aim.judge(found.metrics)
     return {
         "lacking": int(again[LACKING][0]),
         "reason": str(found.reasons[0]),
         "objective": defined(float(again[OBJECTIVE][0])),
-        "limits": _found(opened.problem.aim, again),
+        "limits": _found(aim, again),
     }
 
 

@@ -34,9 +34,8 @@ def _fitted(
     degree = next(k for k in (3, 2, 1) if k == 1 or math.comb(count + k, k) <= _TERMS)
     each = combinations_with_replacement(range(count + 1), degree)  # the constant term is the last one
     powers = np.array([[chosen.count(k) for k in range(count + 1)] for chosen in each])
-    scales = 1.0 / np.sqrt(
-        [math.prod(map(math.factorial, p)) for p in powers.tolist()]
-    )  # alike in all directions
+    factorials = [math.prod(map(math.factorial, p)) for p in powers.tolist()]
+    scales = 1.0 / np.sqrt(factorials)  # alike in all directions
     powers = powers[:, :count]
     terms, root = _monomials(at, powers) * scales, np.sqrt(weights)
     constant = root / np.linalg.norm(root)  # what a constant explains is not shrunk
@@ -58,9 +57,8 @@ def _fitted(
     size = count - traits.shape[1]
     designs, where = np.unique(powers[:, :size], axis=0, return_inverse=True)
     of_patients = np.zeros((len(designs), values.shape[1], len(traits)))
-    np.add.at(
-        of_patients, where.ravel(), factors[:, :, None] * _monomials(traits, powers[:, size:]).T[:, None]
-    )
+    parts = factors[:, :, None] * _monomials(traits, powers[:, size:]).T[:, None]
+    np.add.at(of_patients, where.ravel(), parts)
     return error, designs, of_patients
 
 
