@@ -33,7 +33,7 @@ from afo_sim.cli.sweep import reporter
 from afo_sim.common import InputError, read_json, write_json, write_parquet
 from afo_sim.description import expand
 from afo_sim.metrics import OTHER, Metric, words
-from afo_sim.study import Store, SweepProgress, engine, folder, replay, runner, store, sweep_plan
+from afo_sim.study import Store, SweepProgress, engine, folder, replay, runner, sweep_plan
 from afo_sim.study.engine import Outcome
 from afo_sim.study.findings import indices
 from afo_sim.study.results import STEPS
