@@ -35,7 +35,7 @@ class Coverage:
     def text(self) -> str:
         """In plain words."""
         if not self.values:
-            return f"{self.kind} (nobody measured)"
+            return f"{self.kind} (none)"
         alone = " (one test)" if self.benches < min(self.values, 2) else ""
         return f"{self.kind} {self.inside} of {self.values}{alone}"
 
@@ -63,6 +63,4 @@ def worth(metrics: Container[str]) -> str:
     worn = [kind for kind, found in kinds.items() if found.worn]
     told = ", ".join(found.text for found in kinds.values())
     on = f"only {listed(worn)}" if worn else "none"
-    return (
-        f"Measured values in a 90 % band (9 in 10 is good): {told}; {on} on a worn orthosis." if kinds else ""
-    )
+    return f"Measured values in band (9 in 10 is good): {told}; {on} on a worn orthosis." if kinds else ""

@@ -79,7 +79,7 @@ def test_what_no_row_depends_on_is_no_other_code(copied: pathlib.Path, file: str
         ("common/units.py", "GRAVITY = 9.80665", "GRAVITY = 9.81"),
         ("study/design.py", "BLOCK = 1 << 16", "BLOCK = 1 << 15"),
         ("metrics/ankle.py", "((0.1, -1.0), (0.9, 1.0))", "((0.2, -1.0), (0.8, 1.0))"),
-        ("study/analysis.py", "# of each front, ascending", "# ascending, of each front"),
+        ("study/analysis.py", "# at least, at most", "# at most, at least"),
     ],
 )
 def test_what_rows_may_depend_on_is_other_code(copied: pathlib.Path, file: str, old: str, new: str) -> None:
