@@ -167,8 +167,13 @@ def test_what_is_worth_most_to_know_is_measured_next(walk: Scenario, plain: Reco
         for metric, share in group["explained"].items():  # of a normal metric, width² goes as the variance
             assert group["band_left"][metric] ** 2 == pytest.approx(1.0 - max(share, 0.0), abs=1e-9)
     assert not any("band_left" in group for group in found["groups"] if group["each_stride"])
-    worths = [measured[name]["wrong_left"] for name in found["measure_next"]]
-    assert worths == sorted(group["wrong_left"] for group in measured.values())[:3]
+    told = [measured[name] for name in found["measure_next"]]
+    gains = [found["wrong"] - group["wrong_left"] for group in told]
+    sure = [gain > group["wrong_left_error"] for gain, group in zip(gains, told, strict=True)]
+    assert sure == sorted(sure, reverse=True) and sure[0]  # gains beyond their error first, the largest ...
+    assert gains[: sum(sure)] == sorted(gains[: sum(sure)], reverse=True)
+    left = [group["band_left"]["toe_clearance"] for group in told]
+    assert left[sum(sure) :] == sorted(left[sum(sure) :]) and max(left) < 0.99  # ... and then the band
     assert found["wrong"] == pytest.approx(1.0 - found["kept"]["lift"], abs=3.0 * found["wrong_error"])
 
 
