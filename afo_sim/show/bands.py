@@ -39,9 +39,7 @@ def lines(recording: Recording) -> list[str]:
         return []
     heading = _warnings(study) or [f"What is not known, drawn together ({study['draws']} draws)"]
     notes = [_HOLDS, *study["notes"], *_in_no_band(study)]
-    if study["left_out"]:
-        names = dict.fromkeys(_plain(text.partition(":")[0]) for text in study["left_out"])
-        notes.append(f"not drawn here: {', '.join(names)}")
+    notes += _left_out(study)
     told = [*_sentences(study), *(["; ".join(notes)] if notes else [])]
     return [*heading, *(f"  {line}" for line in told)]
 
@@ -206,11 +204,17 @@ def _in_no_band(study: Mapping[str, Any]) -> list[str]:
 def _notes(study: Mapping[str, Any]) -> list[str]:
     """All that is to be minded, a sentence each."""
     failed = [f"draw failed, {one['count']} times: {one['reason']}" for one in study["failed"]["reasons"]]
-    left_out = [f"not drawn: {text}" for text in study["left_out"]]
+    left_out = _left_out(study)
     again = []
     if study["rejected"]:
         again.append(f"{study['rejected']} draws of a muscle's fit were no muscle, and were drawn anew")
     return [_HOLDS, *study["notes"], *_undefined(study), *failed, *again, *left_out]
+
+
+def _left_out(study: Mapping[str, Any]) -> list[str]:
+    """What the spreads have and the scenario lacks, or a fit draws already, by name."""
+    names = dict.fromkeys(_plain(text.partition(":")[0]) for text in study["left_out"])
+    return [f"not drawn here: {', '.join(names)}"] if names else []
 
 
 def _undefined(study: Mapping[str, Any]) -> list[str]:
