@@ -62,7 +62,21 @@ def rubber_force(
 
 @functools.lru_cache(maxsize=256)
 def turning(b: float, bore: float) -> float:
-    """Contraction ratio up to which a tube in a braid of this b takes more and more force [-]."""
+    """Contraction ratio up to which a tube in a braid takes more and more force.
+
+    Parameters
+    ----------
+    b : 1/sin²α0 of the braid [-]
+    bore : ρ, the tube's inner radius over its outer, squared, above 0 [-]
+
+    Returns
+    -------
+    κ [-], on a grid of 0.001; at most that at which the air is half of that at rest, or 0.9
+
+    Source
+    ------
+    Derived by this project.
+    """
     for k in range(1, STEPS):
         x = 1.0 - LONGEST * k / STEPS
         empty = b * x - (b - 1.0) * x**3 - 1.0 <= -0.5 * bore  # the air is half of that at rest

@@ -12,7 +12,7 @@ from afo_sim.common import LEAST_NUMBER, Notice
 from afo_sim.description import WORN, Described, MuscleGroup, Scenario, provenance_note
 from afo_sim.metrics import Metric, Window, cut, skin_metrics
 from afo_sim.model import ANKLE, SOURCE, Built, chamber_of, muscle_names
-from afo_sim.physics import BRAID_BLEND, LAWS, TRIPLE_TEMPERATURE
+from afo_sim.physics import BRAID_BLEND, LAWS, TRIPLE_TEMPERATURE, rubber_force
 from afo_sim.physics.static_force import static_force
 from afo_sim.simulation.energy_balance import Columns, Energy, balances
 from afo_sim.simulation.facts import facts_of
@@ -185,10 +185,12 @@ def _law_warnings(
     force = columns[f"muscle/{name}/force"] if static is None else static
     pressure = columns[f"chamber/{chamber_of(name, group)}/pressure"][: len(force)]
     contraction = columns[f"muscle/{name}/contraction"][: len(force)]
-    # stretched, the braid carries; the law is asked at zero contraction
+    # stretched, braid and tube carry; the law is asked at zero contraction
     stretch = np.maximum(-contraction, 0.0)
     carried = np.where(stretch < BRAID_BLEND, stretch**2 / (2.0 * BRAID_BLEND), stretch - 0.5 * BRAID_BLEND)
     carried *= muscle.braid_stiffness  # as `braid_force`, whole rows at once
+    stiffness, bore, turn = muscle.rubber  # its tube carries, too, in proportion to the stretch
+    carried -= stretch * rubber_force(-1.0, stiffness, bore, muscle.braid.b, turn)[1]
     pulling = force - carried > NEGLIGIBLE * muscle.limits.force
     for word, values, (lower, upper), unit in (
         ("gauge pressure", pressure * 1e-5, np.multiply(law.pressure_range, 1e-5), " bar"),
