@@ -19,7 +19,7 @@ from afo_sim.simulation.columns import columns_of
 from afo_sim.simulation.energy_balance import law_forces, with_static_forces
 from afo_sim.simulation.run import _warnings
 from afo_sim.simulation.simulate import simulate
-from afo_sim.simulation.validity_checks import limit_warnings, validity_warnings
+from afo_sim.simulation.validity_checks import _law_warnings, limit_warnings, validity_warnings
 
 TERMS = ("skeleton_work", "damper_loss", "friction_loss", "spring_change", "bladder_change")
 Rows = dict[str, np.ndarray]
@@ -76,6 +76,22 @@ def test_what_a_stretched_braid_carries_is_not_asked_of_its_law(
     told = [notice for notice in with_code(found, "law-outside-its-pressure") if "dorsi" in notice]
     assert len(told) == warned
     assert all(notice.data["time"] == columns["time"][300] for notice in told)
+
+
+@pytest.mark.parametrize(("pull", "warned"), [(0.0, False), (0.009, False), (0.011, True)])
+def test_what_a_stretched_tube_carries_is_not_asked_of_its_law(pull: float, warned: bool) -> None:
+    """Without air a stretched muscle pulls by tube and braid alone, however much; its law begins at 1 bar."""
+    own = {"orthosis.muscle.dorsiflexor.type": "handmade_10mm"}
+    group = load("scenario", "seated", own).orthosis.muscle["dorsiflexor"]
+    muscle, limit = group.type, group.type.limits.force
+    kappa, gauge = np.array([0.0, -0.01]), np.zeros(2)
+    alone = law_forces(muscle.with_values(return_stiffness=0.0), kappa, gauge)
+    without = law_forces(muscle.with_values(return_stiffness=0.0, tube=None), kappa, gauge)
+    assert alone[1] - without[1] > 0.05 * limit  # far more than what is negligible
+    columns = {"muscle/dorsiflexor_1/contraction": kappa, "chamber/dorsiflexor/pressure": gauge}
+    columns["time"] = np.arange(2.0)
+    found = [*_law_warnings("dorsiflexor_1", group, columns, alone + pull * limit * np.array([0.0, 1.0]))]
+    assert bool(with_code(found, "law-outside-its-pressure")) is warned
 
 
 def test_a_balance_that_does_not_close_is_placed(seated: tuple[Built, Rows, Rows]) -> None:
