@@ -160,6 +160,8 @@ def _whole(leg: _Leg, strikes: Sequence[_Strike], why: list[str]) -> list[Record
             why.append(f"{span}: {time:.2f} s are not a valid stride")
         elif time > _MISSED * float(np.median(times)):
             why.append(f"{span}: a heel strike in it was missed")
+        elif _MISSED * time < float(np.median(times)):
+            why.append(f"{span}: {time:.2f} s, where the other strides last {np.median(times):.2f} s")
         elif gaps:
             why.append(f"{span}: {gaps[0]} is missing for too long")
         else:
