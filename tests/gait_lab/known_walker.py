@@ -1,10 +1,13 @@
-"""A walker whose every number is known: both legs and the pelvis in space, forces, ankle moments.
+"""A walker whose every number is known: legs, pelvis and trunk in space, forces, ankle moments.
 
-The world is OpenSim's: x forward, y up, z to the walker's right. The legs move in sagittal planes as the
-known walk of `walking` does, the left one half a stride later. The pelvis turns and lists so that both hip
-centres lie on it. Nothing here uses `afo_sim.gait_lab.trial`.
+The world is OpenSim's: x forward, y up, z to the walker's right. The legs move in sagittal planes, the feet
+as those of the known walk of `walking`, the left one half a stride later. The pelvis turns and lists so that
+both hip centres lie on it. The walker obeys Newton: the plates' whole force is the mass times gravity and the
+acceleration of the centre of mass, about which pelvis and trunk sway by millimetres. Nothing here uses
+`afo_sim.gait_lab.trial`.
 """
 
+import dataclasses
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -32,16 +35,36 @@ HEEL_END, TOE_END = -0.06, 0.19  # of the sole, ahead of the ankle [m]
 FOOT_MASS, FOOT_GYRATION = 0.0145, 0.475 * (TOE_END - HEEL_END)
 FOOT_CENTRE = np.array([0.05, -0.035, 0.0])  # assumed [m]
 INWARD = 0.05  # force toward the other leg, share of the upward one, assumed
+LEAST = 0.0075  # of the recorded force: below it there is none, and by it there is less [body weights]
+PELVIS_SHARE = 0.25  # of the mass of pelvis and trunk that the pelvis has, assumed
+SWAY = 0.3  # of what the recorded hips leave the centre of mass by, that this walker's do, assumed
+STRAIGHT = np.radians(4.0)  # least flexion of the knee, for which the hips go lower
+TRUNK_UP = 0.30  # of the trunk's centre above the hips' middle [m]
+WHOLE = np.linspace(0.0, 1.0, 1001)[:-1]  # phases of a stride
+KNOTS = 0.0025  # of the courses that are differentiated, as parts of a stride
+KNOWN = (-3.0, 15.0)  # strides from `start` on that the walker knows
+# Strides differ, so far from stride to stride as healthy adults' do: 2 % of the time, 1 to 2 cm of the length
+# (Hausdorff 2005; Owings, Grabiner 2004), likewise the way of the foot through the air.
+LENGTH_VARIES, HEIGHT_VARIES, PITCH_VARIES = 0.008, 0.004, np.radians(1.5)  # SD [m, m, rad]
+TIME_VARIES = 0.007  # SD of a heel strike from the even one [s]
 
 
 @dataclass(frozen=True)
 class Walker:
-    """Strides without end, the right foot's first at `start` [s]; SI, angles in rad."""
+    """Strides without end, the right foot's first at about `start` [s]; SI, angles in rad.
+
+    `seed` makes each stride another, None all alike. `slower` and `size` make the walk of another body: the
+    same ways over the body's size in another time, so that the force's swing goes with `size / slower**2`.
+    """
 
     mass: float = 67.2
     toe_out: float = np.radians(7.0)  # of the feet
     start: float = 0.4
     way: float = 0.3  # the right ankle's x at its first heel strike [m]
+    slower: float = 1.0  # factor of the stride's time
+    size: float = 1.0  # factor of every length
+    seed: int | None = None
+    left_strike: float = 0.5  # of the right foot's stride [-]
 
     @cached_property
     def walk(self) -> Walk:
@@ -49,12 +72,14 @@ class Walker:
 
     @property
     def stride_time(self) -> float:
-        return self.walk.cycle.stride_time
+        """Mean over the strides [s]."""
+        return self.walk.cycle.stride_time * self.slower
 
     @cached_property
     def stride_length(self) -> float:
+        """Mean over the strides [m]."""
         first, last = self.walk.cycle.signal("ankle_x", np.array([0.0, 1.0]))
-        return float(last - first) - self._creep[0]
+        return self.size * (float(last - first) - self._creep[0])
 
     @property
     def speed(self) -> float:
@@ -93,43 +118,186 @@ class Walker:
         phase = np.linspace(0.0, 1.0, 20_001)[:-1]
         return 0.5 / float(self.walk.cycle.ground(phase)[1].mean())
 
+    # ---- how strides differ ------------------------------------------------------------------------------
+
+    @cached_property
+    def _varied(self) -> dict[str, np.ndarray]:
+        """Of each contact of the right foot, then of the left one: length, height, pitch; a wave of time."""
+        count = int(KNOWN[1] - KNOWN[0]) + 2
+        if self.seed is None:
+            return {"length": np.zeros((2, count)), "height": np.zeros((2, count)),
+                    "pitch": np.zeros((2, count)), "wave": np.zeros((2, 4))}  # fmt: skip
+        rng = np.random.default_rng(self.seed)
+        return {
+            "length": self.size * LENGTH_VARIES * _bounded(rng, (2, count)),
+            "height": self.size * HEIGHT_VARIES * _bounded(rng, (2, count)),
+            "pitch": PITCH_VARIES * _bounded(rng, (2, count)),
+            "wave": np.array([rng.normal(0.0, TIME_VARIES / 2.0, 4), rng.uniform(0.0, 2.0 * np.pi, 4)]),
+        }
+
     def phase(self, side: str, time: np.ndarray) -> np.ndarray:
-        return (time - self.start) / self.stride_time - (0.0 if side == "right" else 0.5)
+        """Strides since `start`, of this foot (n,) [-]."""
+        even = (time - self.start) / self.stride_time
+        size, late = self._varied["wave"]
+        slow = 2.0 * np.pi / np.array([2.3, 3.1, 4.7, 7.3])  # per stride: waves that do not repeat
+        even = even + np.sin(np.multiply.outer(even, slow) + late) @ size / self.stride_time
+        return even - (0.0 if side == "right" else self.left_strike)
+
+    def _of_contact(self, name: str, side: str, phase: np.ndarray, offset: int = 0) -> np.ndarray:
+        number = np.clip(np.floor(phase).astype(int) - int(KNOWN[0]) + 1 + offset, 0, None)
+        values = self._varied[name][SIDES.index(side)]
+        return values[np.minimum(number, len(values) - 1)]
 
     # ---- motion ------------------------------------------------------------------------------------------
 
     def angle(self, side: str, name: str, time: np.ndarray, derivative: int = 0) -> np.ndarray:
         """shank (knee ahead), knee (flexion), ankle (dorsiflexion), pitch (toe up), mtp (up) [rad] (n,)."""
-        cycle, phase = self.walk.cycle, self.phase(side, time)
-        if name == "pitch":
-            return self.angle(side, "ankle", time, derivative) - self.angle(side, "shank", time, derivative)
         if name == "mtp":  # toes bent up about toe-off
-            return np.radians(30.0) * np.exp(-(((phase % 1.0 - 0.58) / 0.07) ** 2))
-        return cycle.signal(f"{name}_angle", phase, derivative)
+            return np.radians(30.0) * np.exp(-(((self.phase(side, time) % 1.0 - 0.58) / 0.07) ** 2))
+        if name == "ankle":
+            return self.angle(side, "pitch", time, derivative) + self.angle(side, "shank", time, derivative)
+        return self._course(side)(time, derivative)[:, ("pitch", "x", "y", "shank", "knee").index(name)]
 
     def ankle_plane(self, side: str, time: np.ndarray, derivative: int = 0) -> np.ndarray:
         """Forward and up [m, m/s, m/s²] (n, 2)."""
-        cycle, phase = self.walk.cycle, self.phase(side, time)
-        plane = np.column_stack([cycle.signal(f"ankle_{a}", phase, derivative) for a in "xz"])
-        slope, rest = self._creep
-        creep = rest(phase % 1.0, derivative) + (slope * phase, slope, 0.0)[derivative]
-        plane[:, 0] -= creep / self.stride_time**derivative
-        if derivative == 0:
-            ahead = 0.0 if side == "right" else 0.5 * self.stride_length
-            plane = plane + np.array([self.way + ahead, self._lift])
-        return plane
+        return np.asarray(self._course(side)(time, derivative)[:, 1:3])
+
+    def _course(self, side: str) -> CubicSpline:
+        """Pitch, ankle forward and up, shank, knee over time."""
+        return self._courses[side]
+
+    @cached_property
+    def _time(self) -> np.ndarray:
+        """Knots of the courses [s]."""
+        return self.start + self.stride_time * np.arange(*KNOWN, KNOTS)
+
+    @cached_property
+    def _courses(self) -> dict[str, CubicSpline]:
+        time, found = self._time, {}
+        middle = self._hips(time)
+        recorded = {side: self._recorded_leg(side, self.phase(side, time)) for side in SIDES}
+        hips = {side: _hip(*leg) for side, leg in recorded.items()}
+        moved = middle - 0.5 * (hips["right"] + hips["left"])
+        legs = {side: hips[side] + moved - leg[1] for side, leg in recorded.items()}
+        high = np.sqrt(_length(STRAIGHT) ** 2 - np.array([leg[:, 0] for leg in legs.values()]) ** 2)
+        lower = max(0.0, float((np.array([leg[:, 1] for leg in legs.values()]) - high).max()))
+        for side, (pitch, ankle, _, _) in recorded.items():
+            shank, knee = _reach(legs[side] - [0.0, lower])
+            found[side] = CubicSpline(time, np.column_stack([pitch, self.size * ankle, shank, knee]))
+        return found
+
+    def recorded(self, side: str, name: str, phase: np.ndarray) -> np.ndarray:
+        """shank, knee, ankle of the known walk's leg, which moves this walker's foot [rad]."""
+        return self.walk.cycle.signal(f"{name}_angle", phase)
+
+    def raised(self) -> float:
+        """Of the ankle above its place with the foot flat [m]."""
+        return 0.0
+
+    def _recorded_leg(self, side: str, phase: np.ndarray) -> tuple[np.ndarray, ...]:
+        """Pitch, ankle (n, 2), shank, knee at the size of the known walk."""
+        shank, knee, ankle = (self.recorded(side, name, phase) for name in ("shank", "knee", "ankle"))
+        cycle, (slope, rest) = self.walk.cycle, self._creep
+        plane = np.column_stack([cycle.signal(f"ankle_{a}", phase) for a in "xz"])
+        ahead = 0.0 if side == "right" else self.left_strike * self.stride_length / self.size
+        plane += [self.way / self.size + ahead, self._lift + self.raised()]
+        plane[:, 0] -= rest(phase % 1.0) + slope * phase
+        swing = np.clip((phase % 1.0 - 0.62) / 0.36, 0.0, 1.0)
+        before, after = (self._of_contact("length", side, phase, k) for k in (0, 1))
+        plane[:, 0] += (before + (after - before) * _step(swing)) / self.size
+        hump = np.sin(np.pi * swing) ** 4
+        plane[:, 1] += self._of_contact("height", side, phase) * hump / self.size
+        return ankle - shank + self._of_contact("pitch", side, phase) * hump, plane, shank, knee
+
+    # ---- the body ----------------------------------------------------------------------------------------
+
+    @cached_property
+    def _swing_of_mass(self) -> tuple[CubicSpline, CubicSpline]:
+        """Over a stride of the known walk, periodic: centre of mass (3), hips' middle (2) from its mean [m].
+
+        The centre of mass is the whole force's, integrated twice.
+        """
+        cycle, count = self.walk.cycle, 4000
+        phase = np.arange(count) / count
+        weights, middle = np.zeros((count, 3)), np.zeros((count, 2))
+        for side in SIDES:  # whoever limps keeps the even swing of the mass
+            forward, upward, _ = cycle.ground(phase - (0.0 if side == "right" else 0.5))
+            weights += np.column_stack([forward, upward, -SIGN[side] * INWARD * upward])
+            own = phase - (0.0 if side == "right" else self.left_strike)
+            middle += 0.5 * _hip(*self._plain._recorded_leg(side, own))
+        series = np.fft.rfft(GRAVITY * self._load * weights, axis=0)
+        order = np.arange(len(series))[:, None]
+        series[1:] /= -((2.0 * np.pi * order[1:] / cycle.stride_time) ** 2)
+        series[0] = 0.0
+        centre = self._share * np.fft.irfft(series, count, axis=0)
+        middle[:, 0] -= phase * self.stride_length / self.size
+        closed = np.r_[phase, 1.0]
+        return tuple(CubicSpline(closed, np.vstack([x, x[:1]]), bc_type="periodic") for x in (centre, middle))
+
+    @property
+    def _share(self) -> float:
+        """Of the centre of mass's ways, by what the steps are shorter."""
+        return 1.0
+
+    @cached_property
+    def _plain(self) -> "Walker":
+        """The same with strides all alike."""
+        return dataclasses.replace(self, seed=None)
+
+    def _placed(self, phase: np.ndarray) -> np.ndarray:
+        """How far ahead the body is since its steps were longer: a smooth mean over some contacts [m]."""
+        if self.seed is None:
+            return np.zeros_like(phase)
+        total, weights = np.zeros_like(phase), np.zeros_like(phase)
+        for side, lengths in zip(SIDES, self._varied["length"], strict=True):
+            late = 0.3 + (0.0 if side == "right" else self.left_strike)
+            for k, length in enumerate(lengths):
+                weight = np.exp(-(((phase - (k - 1 + KNOWN[0] + late)) / 0.4) ** 2))
+                total, weights = total + weight * length, weights + weight
+        return total / weights
+
+    @cached_property
+    def _mass_course(self) -> CubicSpline:
+        phase = self.phase("right", self._time)
+        centre, middle = self._swing_of_mass
+        course = self.size * centre(phase % 1.0)
+        course[:, :2] += self.size * middle(WHOLE).mean(axis=0)
+        course[:, 0] += self.stride_length * phase + self._placed(phase)
+        return CubicSpline(self._time, course)
+
+    def mass_centre(self, time: np.ndarray, derivative: int = 0) -> np.ndarray:
+        """The body's: forward, up from an unknown height, right [m, m/s, m/s²] (n, 3).
+
+        Hips and trunk stay by it within millimetres, and their mean, weighted by `PELVIS_SHARE`, exactly, but
+        that the hips do not sway aside.
+        """
+        return np.asarray(self._mass_course(time, derivative))
+
+    def _off(self, time: np.ndarray) -> np.ndarray:
+        """The hips' middle from the centre of mass, forward and up (n, 2) [m]."""
+        centre, middle = self._swing_of_mass
+        phase = self.phase("right", time) % 1.0
+        return self.size * SWAY * (middle(phase) - middle(WHOLE).mean(axis=0) - centre(phase)[:, :2])
+
+    def _hips(self, time: np.ndarray) -> np.ndarray:
+        """Middle of the hips in the plane, at the known walk's size (n, 2) [m]."""
+        return (self.mass_centre(time)[:, :2] + self._off(time)) / self.size
+
+    def _trunk(self, time: np.ndarray) -> np.ndarray:
+        """Centre of the trunk above the pelvis (n, 3) [m]."""
+        centre = self.mass_centre(time)
+        centre[:, :2] -= PELVIS_SHARE / (1.0 - PELVIS_SHARE) * self._off(time)
+        return centre + self.size * np.array([0.0, TRUNK_UP, 0.0])
 
     def _hip_plane(self, side: str, time: np.ndarray) -> np.ndarray:
-        shank = self.angle(side, "shank", time)
-        thigh = shank - self.angle(side, "knee", time)
-        knee = self.ankle_plane(side, time) + SHANK * np.column_stack([np.sin(shank), np.cos(shank)])
-        return knee + THIGH * np.column_stack([np.sin(thigh), np.cos(thigh)])
+        shank, knee = (self.angle(side, name, time) for name in ("shank", "knee"))
+        return _hip(shank, self.ankle_plane(side, time) / self.size, shank, knee)
 
     def segments(self, time: np.ndarray) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-        """Rotation (n, 3, 3) and origin (n, 3) of pelvis, femur_r, tibia_r, talus_r, foot_r, toes_r, …_l.
+        """Rotation (n, 3, 3) and origin (n, 3) of trunk, pelvis, femur_r, tibia_r, talus_r, foot_r, toes_r, …
 
-        Origins: mid-ASIS, hip, knee, ankle, ankle, metatarsophalangeal joint. A point of a segment is
-        `rotation @ local + origin`; locally x is forward, y up, z to the right.
+        Origins: the trunk's centre, mid-ASIS, hip, knee, ankle, ankle, metatarsophalangeal joint. A point of
+        a segment is `rotation @ (size * local) + origin`; locally x is forward, y up, z to the right.
         """
         right, left = (self._hip_plane(side, time) for side in SIDES)
         apart = right - left
@@ -157,7 +325,8 @@ class Walker:
                 f"foot_{letter}": (foot, at_ankle),
                 f"toes_{letter}": (foot @ about_z(self.angle(side, "mtp", time)), at_ankle + foot @ MTP),
             }
-        return found
+        found = {name: (turned, self.size * origin) for name, (turned, origin) in found.items()}
+        return found | {"trunk": (np.tile(np.eye(3), (len(time), 1, 1)), self._trunk(time))}
 
     def centres(self, side: str, time: np.ndarray) -> dict[str, np.ndarray]:
         """Hip, knee and ankle centre, each (n, 3) [m]."""
@@ -170,13 +339,30 @@ class Walker:
 
     # ---- forces ------------------------------------------------------------------------------------------
 
+    def _loads(self, side: str, time: np.ndarray) -> np.ndarray:
+        """The known walk's force of a foot in this walker's weights (n, 3)."""
+        forward, upward, _ = self.walk.cycle.ground(self.phase(side, time))
+        loads = self._load * np.column_stack([forward, upward, -SIGN[side] * INWARD * upward])
+        return loads * np.maximum(0.0, 1.0 - LEAST / np.maximum(loads[:, 1:2], 1e-9))
+
+    def bears(self, side: str) -> float:
+        """How much sooner a foot takes its part of the weight while both stand."""
+        return 1.0
+
     def force(self, side: str, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Ground on foot [N] (n, 3), and its place on the floor [m] (n, 3); no force below 5 N."""
-        phase = self.phase(side, time)
-        forward, upward, ahead = self.walk.cycle.ground(phase)
-        weight = self._load * self.mass * GRAVITY
-        force = weight * np.column_stack([forward, upward, -SIGN[side] * INWARD * upward])
-        force[force[:, 1] < 5.0] = 0.0
+        """Ground on foot [N] (n, 3), and its place on the floor [m] (n, 3); none while the foot swings.
+
+        Newton: both feet's force is what moves the centre of mass and carries it. Its upward part is shared
+        as the known walk's feet do; the level parts are theirs, and what lacks is shared likewise.
+        """
+        weight, calm = self.mass * GRAVITY, self._share * self.size / self.slower**2
+        loads = {each: self._loads(each, time) * [calm, self.bears(each), calm] for each in SIDES}
+        total = loads["right"] + loads["left"]
+        part = loads[side][:, 1:2] / total[:, 1:2]
+        whole = self.mass * (self.mass_centre(time, 2) + np.array([0.0, GRAVITY, 0.0]))
+        level = np.array([1.0, 0.0, 1.0])
+        force = weight * level * loads[side] + part * (whole - weight * level * total)
+        ahead = self.size * self.walk.cycle.ground(self.phase(side, time))[2]
         ankle = self.centres(side, time)["ankle"]
         place = np.column_stack(
             [
@@ -201,23 +387,53 @@ class Walker:
             return moment
         mass = FOOT_MASS * self.mass
         pitch, spin, jerk = (self.angle(side, "pitch", time, k) for k in range(3))
-        local = about_y(-SIGN[side] * self.toe_out) @ FOOT_CENTRE
+        local = self.size * about_y(-SIGN[side] * self.toe_out) @ FOOT_CENTRE
         to = np.column_stack([np.cos(pitch), np.sin(pitch)]) * local[0]
         to += np.column_stack([-np.sin(pitch), np.cos(pitch)]) * local[1]
         turned = np.column_stack([-to[:, 1], to[:, 0]])
         drive = self.ankle_plane(side, time, 2) + jerk[:, None] * turned - (spin**2)[:, None] * to
         drive = mass * (drive + np.array([0.0, GRAVITY]))
-        inertia = mass * FOOT_GYRATION**2
+        inertia = mass * (self.size * FOOT_GYRATION) ** 2
         return moment + inertia * jerk + to[:, 0] * drive[:, 1] - to[:, 1] * drive[:, 0]
 
     # ---- events ------------------------------------------------------------------------------------------
 
     def heel_strike(self, side: str, number: int) -> float:
         """When the upward force passes 20 N about heel strike `number` of this foot, from 0 [s]."""
-        middle = self.start + (number + (0.0 if side == "right" else 0.5)) * self.stride_time
-        time = np.linspace(middle - 0.1, middle + 0.05, 15_001)
-        weight = self._load * self.mass * GRAVITY
-        return float(time[np.argmax(weight * self.walk.cycle.ground(self.phase(side, time))[1] > 20.0)])
+        wanted = float(number)
+        near = self.start + (wanted + np.linspace(-0.2, 0.7, 901)) * self.stride_time
+        middle = float(np.interp(wanted, self.phase(side, near), near))
+        time = np.linspace(middle - 0.1 * self.slower, middle + 0.05 * self.slower, 15_001)
+        return float(time[np.argmax(self.force(side, time)[0][:, 1] > 20.0)])
+
+
+def _hip(pitch: Any, ankle: np.ndarray, shank: np.ndarray, knee: np.ndarray) -> np.ndarray:
+    """Hip of a leg in its plane (n, 2) [m]."""
+    thigh = shank - knee
+    at_knee = ankle + SHANK * np.column_stack([np.sin(shank), np.cos(shank)])
+    return at_knee + THIGH * np.column_stack([np.sin(thigh), np.cos(thigh)])
+
+
+def _length(knee: float) -> float:
+    """Hip to ankle [m]."""
+    return float(np.sqrt(THIGH**2 + SHANK**2 + 2.0 * THIGH * SHANK * np.cos(knee)))
+
+
+def _reach(hip: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Shank and knee angle of a leg whose hip is there from its ankle."""
+    knee = np.arccos(((hip**2).sum(axis=1) - THIGH**2 - SHANK**2) / (2.0 * THIGH * SHANK))
+    ahead = np.arctan2(THIGH * np.sin(knee), SHANK + THIGH * np.cos(knee))
+    return np.arctan2(hip[:, 0], hip[:, 1]) + ahead, knee
+
+
+def _step(part: np.ndarray) -> np.ndarray:
+    """From 0 to 1, with no speed and no acceleration at either end."""
+    return part**3 * (10.0 + part * (6.0 * part - 15.0))
+
+
+def _bounded(rng: np.random.Generator, shape: tuple[int, ...]) -> np.ndarray:
+    """Normal deviates, none beyond two."""
+    return np.clip(rng.normal(0.0, 1.0, shape), -2.0, 2.0)
 
 
 def about_z(angle: np.ndarray | float) -> np.ndarray:

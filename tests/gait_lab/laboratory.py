@@ -35,6 +35,15 @@ class Laboratory:
     rate: float = 100.0  # of the cameras [Hz]
     plate_rate: float = 500.0  # [Hz]
     began: float = 0.0  # the recording's first moment, on the walker's clock [s]
+    # ---- what errs
+    seed: int = 0  # of what follows
+    noise: float = 0.0  # SD of a marker's coordinate, from sample to sample [m]
+    blinks: int = 0  # short times, of 20 to 80 ms, in which one marker or another is not seen
+    ends: float = 0.0  # longest time for which a marker is not yet, or no more, in view [s]
+    unseen: float = np.nan  # coordinate of a marker that is not seen: not a number, or 0
+    offset: float = 0.0  # SD of what a plate reads with nobody on it [N], and its moments by 50 mm of that
+    late: float = 0.0  # what the plates show after the cameras [s]
+    gains: tuple[float, ...] = (1.0,)  # of the plates' forces in turn: right and left foot's, or one by one
 
     @property
     def time(self) -> np.ndarray:
@@ -63,7 +72,19 @@ class Laboratory:
     def markers(self, name: str, prefix: str = "") -> dict[str, np.ndarray]:
         """A set's trajectories, each (n, 3) [m]."""
         found = in_world(self.walker, name, self.time)
-        return {prefix + label: self.seen(p, self.time) for label, p in found.items()}
+        return self._erring({prefix + label: self.seen(p, self.time) for label, p in found.items()})
+
+    def _erring(self, points: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """Markers as cameras have them: shaken, and out of view at times."""
+        rng, span = np.random.default_rng(self.seed), self.time - self.began
+        found = {name: p + rng.normal(0.0, self.noise, p.shape) for name, p in points.items()}
+        for path in found.values():
+            first, last = self.ends * np.clip(rng.uniform(-1.0, 1.0, 2), 0.0, None)
+            path[(span < first) | (span > span[-1] - last)] = self.unseen
+        for name in rng.choice(list(found), self.blinks):
+            start, lasting = rng.uniform(0.0, span[-1]), rng.uniform(0.02, 0.08)
+            found[name][(span >= start) & (span < start + lasting)] = self.unseen
+        return found
 
     def standing(self, name: str, prefix: str = "", seconds: float = 1.5) -> dict[str, np.ndarray]:
         """The set and its medial markers of the upright walker, who sways 2 mm, each (n, 3) [m]."""
@@ -81,14 +102,15 @@ class Laboratory:
         time, walker = self.plate_time, self.walker
         if kind == "none":
             return []
+        time = time - self.late
         feet = {side: walker.force(side, time) for side in SIDES}
         if kind == "both":
             total = feet["right"][0] + feet["left"][0]
             weighted = sum(f[:, 1:2] * p for f, p in feet.values())
             place = weighted / np.maximum(total[:, 1:2], 1e-6)
-            return [self._plate("1", total, np.where(total[:, 1:2] > 0.0, place, 0.0))]
+            return self._reading([self._plate("1", total, np.where(total[:, 1:2] > 0.0, place, 0.0))])
         if kind == "feet":
-            return [self._plate(side[0], *feet[side]) for side in SIDES]
+            return self._reading([self._plate(side[0], *feet[side]) for side in SIDES])
         found = []
         for side in SIDES:
             force, place = feet[side]
@@ -102,12 +124,30 @@ class Laboratory:
                 if kind == "single":
                     break
         order = [plate for _, plate in sorted(found, key=lambda pair: pair[0])]
-        return [dataclasses.replace(plate, name=str(k)) for k, plate in enumerate(order, 1)]
+        return self._reading([dataclasses.replace(plate, name=str(k)) for k, plate in enumerate(order, 1)])
+
+    def _reading(self, plates: list[Recorded]) -> list[Recorded]:
+        """Plates as they read: with another gain, and something with nobody on them."""
+        rng, up, found = np.random.default_rng([self.seed, 1]), self.axes[:, 1], []
+        for k, plate in enumerate(plates):
+            idle = self.axes @ (self.offset * rng.normal(0.0, 1.0, 3) * [0.3, 1.0, 0.3])
+            lever = 0.05 * self.offset * rng.normal(0.0, 1.0, 3)
+            lever -= (lever @ up) * up
+            force = self.gains[k % len(self.gains)] * plate.force + idle
+            if self.offset:
+                middle = plate.corners.mean(axis=0)
+                pressed = self.gains[k % len(self.gains)] * (plate.force @ up)[:, None]
+                carried = (force @ up)[:, None]
+                carried = np.where(np.abs(carried) < 0.5, 0.5, carried)
+                place = middle + (pressed * (plate.place - middle) + lever) / carried
+                plate = dataclasses.replace(plate, place=place)
+            found.append(dataclasses.replace(plate, force=force))
+        return found
 
     def _plate(self, name: str, force: np.ndarray, place: np.ndarray) -> Recorded:
         time = self.plate_time
         loaded = force[:, 1] > 0.0
-        on_belt = place - self.belt * np.outer(time, [1.0, 0.0, 0.0])
+        on_belt = place - self.belt * np.outer(time - self.late, [1.0, 0.0, 0.0])
         low = on_belt[loaded].min(axis=0) - 0.15
         high = on_belt[loaded].max(axis=0) + 0.15
         corners = np.array(
@@ -155,12 +195,13 @@ class Laboratory:
 
 def upright(walker: Walker, time: np.ndarray) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     """Segments of the walker who stands still, legs straight, feet flat and toeing out."""
-    from gait_lab.known_walker import HIP, HIP_Z, MTP, SIGN
+    from gait_lab.known_walker import HIP, HIP_Z, MTP, SIGN, TRUNK_UP
 
     whole = np.ones((len(time), 1))
     eye = np.tile(np.eye(3), (len(time), 1, 1))
     height = SOLE - ankle_in_tibia("right")[1] - knee_in_femur("right")[1]
     found = {"pelvis": (eye, whole * [-HIP[0], height - HIP[1], 0.0])}
+    found["trunk"] = eye, whole * [0.0, height + TRUNK_UP, 0.0]
     for side, sign in SIGN.items():
         s = side[0]
         hip = np.array([0.0, height, sign * HIP_Z])
@@ -170,7 +211,7 @@ def upright(walker: Walker, time: np.ndarray) -> dict[str, tuple[np.ndarray, np.
         found |= {f"femur_{s}": (eye, whole * hip), f"tibia_{s}": (eye, whole * knee)}
         found |= {f"talus_{s}": (eye, whole * ankle), f"foot_{s}": (eye @ foot, whole * ankle)}
         found[f"toes_{s}"] = eye @ foot, whole * (ankle + foot @ MTP)
-    return found
+    return {name: (turned, walker.size * origin) for name, (turned, origin) in found.items()}
 
 
 def _axis(name: str) -> np.ndarray:

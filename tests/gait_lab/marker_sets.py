@@ -49,6 +49,12 @@ MT5: Place = ("foot", (0.115, -0.05, 0.05))
 MIDFOOT: Place = ("foot", (0.07, 0.0, 0.0))
 MIDFOOT_LATERAL: Place = ("foot", (0.05, -0.045, 0.04))
 TOE_TIP: Place = ("toes", (0.05, 0.0, 0.0))
+C7: Place = ("trunk", (-0.09, 0.21, 0.0))
+T10: Place = ("trunk", (-0.10, -0.05, 0.0))
+CLAVICLE: Place = ("trunk", (0.06, 0.16, 0.0))
+STERNUM: Place = ("trunk", (0.10, 0.03, 0.0))
+SHOULDER: Place = ("trunk", (-0.02, 0.19, 0.18))
+HEAD: Place = ("trunk", (-0.02, 0.48, 0.0))
 
 _CLUSTERS = {f"{{S}}.TH{k}": p for k, p in enumerate(THIGH_MARKERS, 1)} | {
     f"{{S}}.SH{k}": p for k, p in enumerate(SHANK_MARKERS, 1)
@@ -58,6 +64,7 @@ SETS: dict[str, dict[str, Place]] = {
     "plug-in gait": {
         "{S}ASI": ASIS, "{S}PSI": PSIS, "{S}THI": THIGH_MARKERS[1], "{S}KNE": KNEE_LATERAL,
         "{S}TIB": SHANK_MARKERS[1], "{S}ANK": ANKLE_LATERAL, "{S}HEE": HEEL, "{S}TOE": MT2,
+        "C7": C7, "T10": T10, "CLAV": CLAVICLE, "STRN": STERNUM, "{S}SHO": SHOULDER,
     },
     "helen hayes": {
         "{S}ASI": ASIS, "SACR": SACRUM, "{S}KNE": KNEE_LATERAL, "{S}ANK": ANKLE_LATERAL, "{S}HEE": HEEL,
@@ -70,10 +77,12 @@ SETS: dict[str, dict[str, Place]] = {
         "{S}.Shank.Rear": SHANK_MARKERS[2], "{S}.Ankle.Lat": ANKLE_LATERAL, "{S}.Heel": HEEL,
         "{S}.Midfoot.Sup": MIDFOOT, "{S}.Midfoot.Lat": MIDFOOT_LATERAL, "{S}.Toe.Tip": TOE_TIP,
         "{S}.Toe.Lat": MT5, "{S}.Toe.Med": MT1,
+        "Sternum": STERNUM, "{S}.Acromium": SHOULDER, "Top.Head": HEAD,
     },
     "rajagopal": {
         "{S}ASI": ASIS, "{S}PSI": PSIS, "{S}LFC": KNEE_LATERAL, "{S}MFC": KNEE_MEDIAL,
         "{S}LMAL": ANKLE_LATERAL, "{S}MMAL": ANKLE_MEDIAL, "{S}CAL": HEEL, "{S}TOE": MT2, "{S}MT5": MT5,
+        "C7": C7, "CLAV": CLAVICLE, "{S}ACR": SHOULDER,
     },
     "rajagopal, joint centres": {
         "{S}ASI": ASIS, "{S}PSI": PSIS, "{S}HJC": HIP_CENTRE, "{S}KJC": KNEE_CENTRE, "{S}AJC": ANKLE_CENTRE,
@@ -82,10 +91,12 @@ SETS: dict[str, dict[str, Place]] = {
     "moco": {
         "{S}.ASIS": ASIS, "{S}.PSIS": PSIS, "S2": SACRUM, "{S}.Knee": KNEE_LATERAL,
         "{S}.Ankle": ANKLE_LATERAL, "{S}.Heel": HEEL, "{S}.MT5": MT5, "{S}.Toe": TOE_TIP, **_CLUSTERS,
+        "C7": C7, "CLAV": CLAVICLE, "{S}.Shoulder": SHOULDER,
     },
     "opensim c3d": {
         "{S}ASI": ASIS, "{S}PSI": PSIS, "{S}LFC": KNEE_LATERAL, "{S}MFC": KNEE_MEDIAL,
         "{S}LMAL": ANKLE_LATERAL, "{S}MMAL": ANKLE_MEDIAL, "{S}CAL": HEEL, "{S}MT1": MT1, "{S}MT2": MT2,
+        "C7": C7, "CLAV": CLAVICLE, "{S}ACR": SHOULDER,
     },
     "bmc": {
         "{S}.ASIS": ASIS, "{S}.PSIS": PSIS, "{S}.GTR": TROCHANTER, "{S}.Knee": KNEE_LATERAL,
@@ -100,6 +111,7 @@ SETS: dict[str, dict[str, Place]] = {
         "{s}.ASIS_study": ASIS, "{s}.PSIS_study": PSIS, "{s}_knee_study": KNEE_LATERAL,
         "{s}_mknee_study": KNEE_MEDIAL, "{s}_ankle_study": ANKLE_LATERAL, "{s}_mankle_study": ANKLE_MEDIAL,
         "{s}_calc_study": HEEL, "{s}_5meta_study": MT5, "{s}_toe_study": MT2,
+        "C7_study": C7, "{s}_shoulder_study": SHOULDER,
     },
     "cast": {
         "{S}_IAS": ASIS, "{S}_IPS": PSIS, "{S}_FLE": KNEE_LATERAL, "{S}_FME": KNEE_MEDIAL,
@@ -124,7 +136,7 @@ def placed(name: str, *, standing: bool = False) -> dict[str, tuple[str, np.ndar
         for side, sign in SIGN.items():
             letter = side[0]
             label = pattern.format(S=letter.upper(), s=letter if letter == "r" else "L")
-            part = segment if segment == "pelvis" else f"{segment}_{letter}"
+            part = segment if segment in ("pelvis", "trunk") else f"{segment}_{letter}"
             found[label] = part, np.array(place) * [1.0, 1.0, sign]
     return found
 
@@ -137,5 +149,5 @@ def in_world(
     found = {}
     for label, (segment, place) in placed(name, standing=standing).items():
         rotation, origin = segments[segment]
-        found[label] = rotation @ place + origin
+        found[label] = rotation @ (walker.size * place) + origin
     return found

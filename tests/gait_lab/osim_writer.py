@@ -47,6 +47,8 @@ def write_osim(
             parts.append(_part(f"{body}_{s}", parent, scale * at, mass, axes, turned=turned))
     seen = {}
     for label, (segment, place) in placed(markers, standing=True).items():
+        if segment == "trunk":  # this model has none
+            continue
         foot = segment.startswith("foot")
         at = place - CALCANEUS if foot else place
         seen[label] = segment.replace("foot", "calcn"), tuple(scale * at)

@@ -3,6 +3,7 @@
 import dataclasses
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from gait_lab.known_walker import MTP, Walker
@@ -15,9 +16,8 @@ class Patient(Walker):
     """The known walker with less of it, or with more."""
 
     share: float = 1.0  # of the joint angles' ranges and of the step's length
-    slower: float = 1.0  # factor of the stride's time
     equinus: float = 0.0  # plantarflexion that is added throughout; the ball carries the foot [rad]
-    right_load: float = 1.0  # factor of the right foot's force; the left one carries the rest
+    right_load: float = 1.0  # how readily the right foot takes its part while both stand
 
     @cached_property
     def walk(self) -> Walk:
@@ -36,8 +36,6 @@ class Patient(Walker):
             cop = np.where(np.isfinite(cop), np.maximum(cop, 0.10), np.nan)
         changed = dataclasses.replace(
             cycle,
-            stride_time=cycle.stride_time * self.slower,
-            walking_speed=cycle.walking_speed * self.share / self.slower,
             shank_angle=shank,
             knee_angle=knee,
             ankle_angle=ankle,
@@ -47,14 +45,15 @@ class Patient(Walker):
         )
         return dataclasses.replace(walk, cycle=changed)
 
-    def ankle_plane(self, side: str, time: np.ndarray, derivative: int = 0) -> np.ndarray:
-        plane = super().ankle_plane(side, time, derivative)
-        raised = MTP[0] * np.sin(self.equinus)
-        return plane if derivative else plane + np.array([0.0, raised])
+    @property
+    def _share(self) -> float:
+        return self.share
 
-    def force(self, side: str, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        force, place = super().force(side, time)
-        return force * (self.right_load if side == "right" else 2.0 - self.right_load), place
+    def raised(self) -> float:
+        return float(MTP[0] * np.sin(self.equinus))
+
+    def bears(self, side: str) -> float:
+        return self.right_load if side == "right" else 2.0 - self.right_load
 
 
 def _ahead(shank: np.ndarray, knee: np.ndarray) -> np.ndarray:
@@ -68,19 +67,31 @@ def laboratory(patient: Patient, strides: float = 2.2, **choices: float) -> Labo
     return dataclasses.replace(Laboratory(patient, seconds=seconds), **choices)
 
 
+def anybody(seed: int, **fields: Any) -> Walker:
+    """A healthy adult of another body and another speed, whose strides differ."""
+    rng = np.random.default_rng([seed, 7])
+    size = rng.uniform(0.85, 1.1)
+    drawn = {
+        "mass": rng.uniform(45.0, 110.0),
+        "size": size,
+        "slower": rng.uniform(max(0.85, np.sqrt(size / 1.25)), 1.2),  # else the moment is a runner's
+        "toe_out": np.radians(rng.uniform(2.0, 12.0)),
+        "start": rng.uniform(0.2, 0.6),
+        "seed": seed,
+    }
+    return Walker(**(drawn | fields))
+
+
 @dataclass(frozen=True)
 class LameWalker(Patient):
     """A patient whose right foot drops in swing, carries less, and whose left foot strikes early."""
 
     drop: float = np.radians(15.0)  # of the right foot, the most in mid-swing [rad]
-    left_strike: float = 0.45  # of the right foot's stride [-]
+    left_strike: float = 0.45
 
-    def phase(self, side: str, time: np.ndarray) -> np.ndarray:
-        return (time - self.start) / self.stride_time - (0.0 if side == "right" else self.left_strike)
-
-    def angle(self, side: str, name: str, time: np.ndarray, derivative: int = 0) -> np.ndarray:
-        found = super().angle(side, name, time, derivative)
-        if side == "left" or name != "ankle" or derivative:
+    def recorded(self, side: str, name: str, phase: np.ndarray) -> np.ndarray:
+        found = super().recorded(side, name, phase)
+        if side == "left" or name != "ankle":
             return found
-        part = (self.phase(side, time) % 1.0 - 0.66) / 0.30
+        part = (phase % 1.0 - 0.66) / 0.30
         return np.asarray(found - self.drop * np.where((part > 0) & (part < 1), np.sin(np.pi * part) ** 2, 0))

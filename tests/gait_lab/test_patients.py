@@ -82,9 +82,9 @@ def test_flat_foot_is_level_beside_a_standing_trial(tmp_path: pathlib.Path) -> N
     assert done.cycle.foot_pitch()[done.cycle.foot_flat()].mean() == pytest.approx(0.0, abs=1e-3)
 
 
-@pytest.mark.parametrize("load", [0.76, 1.2])
+@pytest.mark.parametrize("load", [0.3, 1.7])
 def test_one_plate_under_a_lame_leg_refuses_no_mass(tmp_path: pathlib.Path, load: float) -> None:
-    """A leg that carries 38 % of the weight says nothing against the mass of a pair of scales."""
+    """A leg that carries 41 or 59 % of the weight says nothing against the mass of a pair of scales."""
     patient = Patient(right_load=load)
     recorded = laboratory(patient)
     done = imported(tmp_path, recorded, sides="r", mass=patient.mass)
