@@ -64,11 +64,12 @@ class Walker:
     slower: float = 1.0  # factor of the stride's time
     size: float = 1.0  # factor of every length
     seed: int | None = None
+    gait: str = "gatk_stride1"  # shipped cycle that moves the feet
     left_strike: float = 0.5  # of the right foot's stride [-]
 
     @cached_property
     def walk(self) -> Walk:
-        return known_walk()
+        return known_walk(self.gait)
 
     @property
     def stride_time(self) -> float:

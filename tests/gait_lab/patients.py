@@ -21,7 +21,7 @@ class Patient(Walker):
 
     @cached_property
     def walk(self) -> Walk:
-        walk = known_walk()
+        walk = known_walk(self.gait)
         cycle, flat = walk.cycle, walk.cycle.foot_flat()
 
         def less(signal: np.ndarray) -> np.ndarray:

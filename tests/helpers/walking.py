@@ -70,9 +70,9 @@ class Walk:
         return float(time[np.argmax(self.force(time)[1] > 20.0)])
 
 
-def known_walk() -> Walk:
-    """The shipped first stride without its drift, the foot level where it lies flat: it repeats exactly."""
-    cycle = read(assets.find_gait("gatk_stride1"))
+def known_walk(gait: str = "gatk_stride1") -> Walk:
+    """A shipped stride without its drift, the foot level where it lies flat: it repeats exactly."""
+    cycle = read(assets.find_gait(gait))
     closed = {name: cycle.signal(name, cycle.phase) for name in KINEMATICS}
     again = dataclasses.replace(cycle, **closed)
     level = again.foot_pitch()[again.foot_flat()].mean()
