@@ -66,6 +66,7 @@ class Walker:
     seed: int | None = None
     gait: str = "gatk_stride1"  # shipped cycle that moves the feet
     left_strike: float = 0.5  # of the right foot's stride [-]
+    calm: float = 0.84  # of the trunk's rise and fall that the centre of mass has; legs move less (measured)
 
     @cached_property
     def walk(self) -> Walk:
@@ -112,6 +113,14 @@ class Walker:
         rest -= rest[4:].mean()
         place, value = np.r_[phase, 0.72, 0.80, 0.88, 1.0], np.r_[rest, 0.0, 0.0, 0.0, rest[0]]
         return slope, CubicSpline(place, value, bc_type="periodic")
+
+    @cached_property
+    def _heel(self) -> float:
+        """Point of the sole that presses while the foot rolls over its heel, ahead of the ankle [m]."""
+        phase = np.arange(0.02, 0.07, 0.01)
+        pitch = self.recorded("right", "ankle", phase) - self.recorded("right", "shank", phase)
+        ahead = self.walk.cycle.ground(phase)[2]
+        return float(np.mean((ahead - SOLE * np.sin(pitch)) / np.cos(pitch)))
 
     @cached_property
     def _load(self) -> float:
@@ -208,7 +217,13 @@ class Walker:
         plane[:, 0] += (before + (after - before) * _step(swing)) / self.size
         hump = np.sin(np.pi * swing) ** 4
         plane[:, 1] += self._of_contact("height", side, phase) * hump / self.size
-        return ankle - shank + self._of_contact("pitch", side, phase) * hump, plane, shank, knee
+        pitch = ankle - shank + self._of_contact("pitch", side, phase) * hump
+        if not self.raised():  # a foot that lands on its heel rolls about where it presses
+            rolls = SOLE * np.cos(pitch) - self._heel * np.sin(pitch)
+            share = _step(np.clip(((phase + 0.5) % 1.0 - 0.44) / 0.06, 0.0, 1.0))
+            share *= 1.0 - _step(np.clip(((phase + 0.5) % 1.0 - 0.60) / 0.06, 0.0, 1.0))
+            plane[:, 1] += share * (rolls - plane[:, 1])
+        return pitch, plane, shank, knee
 
     # ---- the body ----------------------------------------------------------------------------------------
 
@@ -269,10 +284,17 @@ class Walker:
     def mass_centre(self, time: np.ndarray, derivative: int = 0) -> np.ndarray:
         """The body's: forward, up from an unknown height, right [m, m/s, m/s²] (n, 3).
 
-        Hips and trunk stay by it within millimetres, and their mean, weighted by `PELVIS_SHARE`, exactly, but
-        that the hips do not sway aside.
+        Hips and trunk stay by it within millimetres, but that they rise and fall by more and that the hips do
+        not sway aside.
         """
         return np.asarray(self._mass_course(time, derivative))
+
+    def _body(self, time: np.ndarray) -> np.ndarray:
+        """The centre of mass, but rising and falling as pelvis and trunk do (n, 3) [m]."""
+        course = self.mass_centre(time)
+        middle = self.size * self._swing_of_mass[1](WHOLE).mean(axis=0)[1]
+        course[:, 1] = middle + (course[:, 1] - middle) / self.calm
+        return course
 
     def _off(self, time: np.ndarray) -> np.ndarray:
         """The hips' middle from the centre of mass, forward and up (n, 2) [m]."""
@@ -282,11 +304,11 @@ class Walker:
 
     def _hips(self, time: np.ndarray) -> np.ndarray:
         """Middle of the hips in the plane, at the known walk's size (n, 2) [m]."""
-        return (self.mass_centre(time)[:, :2] + self._off(time)) / self.size
+        return (self._body(time)[:, :2] + self._off(time)) / self.size
 
     def _trunk(self, time: np.ndarray) -> np.ndarray:
         """Centre of the trunk above the pelvis (n, 3) [m]."""
-        centre = self.mass_centre(time)
+        centre = self._body(time)
         centre[:, :2] -= PELVIS_SHARE / (1.0 - PELVIS_SHARE) * self._off(time)
         return centre + self.size * np.array([0.0, TRUNK_UP, 0.0])
 

@@ -77,6 +77,7 @@ def anybody(seed: int, **fields: Any) -> Walker:
         "slower": rng.uniform(max(0.85, np.sqrt(size / 1.25)), 1.2),  # else the moment is a runner's
         "toe_out": np.radians(rng.uniform(2.0, 12.0)),
         "start": rng.uniform(0.2, 0.6),
+        "calm": rng.uniform(0.79, 0.88),
         "seed": seed,
     }
     return Walker(**(drawn | fields))
