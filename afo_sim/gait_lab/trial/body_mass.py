@@ -10,6 +10,7 @@ from afo_sim.common import GRAVITY, InputError, Notice
 from afo_sim.gait import RANGES
 from afo_sim.gait_lab.noted import Noted, note
 from afo_sim.gait_lab.trial.ground_force import GroundForce, PlateContact
+from afo_sim.gait_lab.trial.newton import Newton
 from afo_sim.gait_lab.trial.recorded_stride import RecordedStride
 
 _DIFFERENCE = 0.1  # between two masses from which on a person is warned
@@ -17,6 +18,7 @@ _DIFFERENCE = 0.1  # between two masses from which on a person is warned
 # derived
 _BOTH_LEGS = 0.02
 _ONE_LEG = 0.05  # error where one leg's share is taken for half; assumed, and more of a hemiparetic walk
+_NEWTON = 0.01  # error of Newton's law beside its own: what a trunk is not of the whole body; assumed
 _UNLIKE = 1.25  # ratio of the legs' impulses that are reported, 44 % and 56 % of the weight; assumed
 _QUIET = 0.1  # distance from any contact at which a plate carries nobody [s]
 _QUIET_ENOUGH = 0.1  # time of that which shows a plate's offset [s]
@@ -41,10 +43,18 @@ def find_mass(
     given: float | None,
     of_model: float | None,
     of_file: float | None = None,
+    law: Newton | str = "",
 ) -> BodyMass:
     """The mass that is given, or else the laboratory's in its file, the model's, the plates' estimate."""
-    found, notices = _estimate(grounds, strides)
+    found, error, notices = _estimate(grounds, strides)
     one_leg = found is not None and len({s.side for s in strides if s.loaded and s.side in grounds}) == 1
+    by_newton = isinstance(law, Newton) and float(np.hypot(law.mass[1], _NEWTON * law.mass[0])) < error
+    if isinstance(law, Newton) and by_newton:
+        (found, error), one_leg = law.mass, False
+        text = "the plates carry {mass:.1f} kg (±{percent:.0f} %) by Newton's law over {time:.2f} s"
+        percent = 100.0 * float(np.hypot(error / found, _NEWTON))
+        said = note("mass-by-plates", text, mass=found, percent=percent, time=law.time)
+        notices = [said, *(each for each in notices if each.code == "plate-offset-in-mass")]
     masses = {"given": given, "of the file": of_file, "of the model": of_model, "by the plates": found}
     sure = found is not None and not one_leg and not any(n.code == "legs-unlike" for n in notices)
     if sure and found and of_model and abs(of_model / found - 1.0) > _DIFFERENCE:
@@ -64,7 +74,8 @@ def find_mass(
         )
         notices.append(Notice("mass-of-one-leg", text, mass=mass))
     for name, other in masses.items():
-        if other is not None and name != how and abs(mass / other - 1.0) > _DIFFERENCE:
+        judged = by_newton and name == "by the plates"  # with its own error, among the trial's checks
+        if other is not None and name != how and not judged and abs(mass / other - 1.0) > _DIFFERENCE:
             text = "the mass {how}, {mass:.1f} kg, is taken; {subject} it is {other:.1f} kg "
             text += "({percent:+.0f} % off that)"
             off = 100.0 * (mass / other - 1.0)
@@ -75,8 +86,8 @@ def find_mass(
 
 def _estimate(
     grounds: Mapping[str, GroundForce], strides: Sequence[RecordedStride]
-) -> tuple[float | None, list[Notice]]:
-    """Mass by the plates [kg], None where no whole stance is on them; notices."""
+) -> tuple[float | None, float, list[Notice]]:
+    """Mass by the plates, None where no whole stance is on them, and its error [kg]; notices."""
     offsets = _offsets(grounds)
     shares: dict[str, list[float]] = {}
     for stride in strides:
@@ -90,7 +101,7 @@ def _estimate(
         if abs(offset) > _OFFSET
     ]
     if not shares:
-        return None, notices
+        return None, np.inf, notices
     means = {side: float(np.mean(each)) for side, each in shares.items()}
     mass = sum(means.values()) * 2.0 / len(means)
     error, symmetry = (_BOTH_LEGS, "") if len(means) == 2 else (_ONE_LEG, ", both legs taken as alike")
@@ -107,7 +118,7 @@ def _estimate(
     word = "strides" if sum(map(len, shares.values())) > 1 else "stride"
     text = "the plates carry {mass:.1f} kg (±{percent:.0f} %) over {strides}{symmetry}"
     data: dict[str, Any] = {"percent": 100.0 * error, "strides": f"{counted} {word}", "symmetry": symmetry}
-    return mass, [note("mass-by-plates", text, mass=mass, **data), *notices]
+    return mass, error * mass, [note("mass-by-plates", text, mass=mass, **data), *notices]
 
 
 def _impulse(ground: GroundForce, stride: RecordedStride, offsets: Mapping[str, float]) -> float:

@@ -13,6 +13,7 @@ from afo_sim.gait_lab.trial.files import WalkingTrial
 from afo_sim.gait_lab.trial.ground_force import GroundForce
 from afo_sim.gait_lab.trial.leg_motion import LegMotion
 from afo_sim.gait_lab.trial.leg_points import LegPoints
+from afo_sim.gait_lab.trial.newton import Newton
 from afo_sim.gait_lab.trial.recorded_stride import RecordedStride
 from afo_sim.gait_lab.trial.walking_frame import WalkingFrame
 
@@ -47,6 +48,7 @@ class Imported(Noted):
     grounds: Mapping[str, GroundForce]
     frame: WalkingFrame
     mass: BodyMass
+    newton: Newton | str  # what Newton's law says of it, or what that needs
     zero: float  # taken out of the ankle angle [rad]
     reference: np.ndarray | None  # internal ankle moment of a given inverse-dynamics file at the cycle's
     # phases, dorsiflexion positive [N·m/kg] (n,)

@@ -20,7 +20,8 @@ from afo_sim.gait_lab.trial.imported import Imported
 from afo_sim.gait_lab.trial.leg_motion import from_points
 from afo_sim.gait_lab.trial.leg_points import LegPoints, leg_length
 from afo_sim.gait_lab.trial.legs import find_legs
-from afo_sim.gait_lab.trial.plausibility import clock_doubts, doubts
+from afo_sim.gait_lab.trial.newton import find_newton
+from afo_sim.gait_lab.trial.plausibility import doubts
 from afo_sim.gait_lab.trial.quality import examine, words
 from afo_sim.gait_lab.trial.recorded_stride import RecordedStride
 from afo_sim.gait_lab.trial.steps import find_steps, open_ends
@@ -116,7 +117,8 @@ def cut_cycle(trial: WalkingTrial, choices: Choices) -> Imported:
     motions = {side: replace(motion, marked=marked[side]) for side, motion in found.items()}
     grounds, strides, left_out = find_steps(trial, legs, motions, frame, choices)
     require_loaded(strides, choices)
-    mass = find_mass(grounds, strides, choices.mass, None if model is None else model.mass, stated.mass)
+    law = find_newton(trial, legs, motions, grounds, frame)
+    mass = find_mass(grounds, strides, choices.mass, None if model is None else model.mass, stated.mass, law)
     _require_mass(mass)
     by_side = {side: [stride for stride in strides if stride.side == side] for side in motions}
     cutters = {
@@ -157,15 +159,14 @@ def cut_cycle(trial: WalkingTrial, choices: Choices) -> Imported:
         grounds=grounds,
         frame=frame,
         mass=mass,
+        newton=law,
         zero=cutters[choices.side].zero,
         reference=reference_of(trial, [strides[k] for k in chosen], mass.mass, choices.rows),
         trial=trial,
         notices=tuple(dict.fromkeys(notices)),
     )
     checks = examine(done)
-    apart = bool(with_code(notices, "clocks-apart"))  # the same, coarser, where it is large
     doubted = [check.notice for check in checks if check.notice is not None]
-    doubted = [notice for notice in doubted if not (apart and notice.code == "force-late")]
     cycle = replace(cycle, notes={**cycle.notes, QUALITY: words(checks)})
     return _with_notices(replace(done, cycle=cycle, checks=checks), (*done.notices, *doubted))
 
@@ -183,7 +184,6 @@ def _doubts(
         cutter = cutters[side]
         reference = reference_of(trial, [strides[k] for k in chosen], cutter.mass, cutter.choices.rows)
         own = [
-            *clock_doubts(cutter.motion, [stride for stride in strides if stride.side == side]),
             *cutter.notices,
             *doubts(cycle, legs[side], cutter.motion, cutter.ground, cutter.zero, reference),
         ]

@@ -1,6 +1,6 @@
 """Plausibility of a stride that was cut from a trial: markers, clocks and curves that are odd."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -19,11 +19,9 @@ from afo_sim.gait import (
     signs,
     stance,
 )
-from afo_sim.gait_lab.trial.events import find_events
 from afo_sim.gait_lab.trial.ground_force import GroundForce
 from afo_sim.gait_lab.trial.leg_motion import LegMotion
 from afo_sim.gait_lab.trial.leg_points import LegPoints
-from afo_sim.gait_lab.trial.recorded_stride import FORCE, RecordedStride
 
 _PEOPLE = 6.0  # standard deviation of the ankle angle between healthy adults; 4 to 8 (Bovi 2011) [deg]
 _ADULT = 1.75  # height of a person of whom none is known; assumed [m]
@@ -54,9 +52,6 @@ _LEAP = 0.1  # of a point in a frame, from where it would have gone; assumed [m]
 _ACCELERATION = 60.0  # of a foot at heel strike, that adds to it half a frame's time squared; assumed [m/s²]
 _LONGEST_STEP = 0.1  # between two samples over which a point's way can be foretold [s]
 _UNEVEN = 0.1  # of the usual step of time, that a step may differ
-_EARLY = 0.02  # of heel strikes by kinematics: 0 to 40 ms in four strides of two recorded walks [s]
-_APART = (-0.03, 0.04)  # of the events, beyond which clocks are doubted; kinematics are sure to 20 ms [s]
-_NEAR = 0.25  # that two events can be apart and still be the same [s] (assumed)
 
 
 def doubts(
@@ -198,10 +193,13 @@ def _outline(points: LegPoints, motion: LegMotion) -> tuple[float, float]:
     if {"heel", "toe"} <= set(points.outline):
         behind, ahead = points.outline["heel"], points.outline["toe"]
     else:
-        heel, toe = motion.heel, motion.toe
+        seen = np.ones(len(motion.time), dtype=bool)  # a marker that is not seen is held at its last place
+        for _, start, end in motion.hidden:
+            seen &= (motion.time < start) | (motion.time > end)
+        heel, toe, ankle_x = (way[seen] for way in (motion.heel, motion.toe, motion.ankle_x))
         raised = np.maximum(heel[:, 1] - heel[:, 1].min(), toe[:, 1] - toe[:, 1].min())
         flat = raised <= np.quantile(raised, 0.25)
-        behind, ahead = (float(np.median((end[:, 0] - motion.ankle_x)[flat])) for end in (heel, toe))
+        behind, ahead = (float(np.median((end[:, 0] - ankle_x)[flat])) for end in (heel, toe))
     whole = _WHOLE_FOOT * _shank(points) / _ADULT_SHANK
     return behind - _MARGIN, ahead + (_MARGIN if ahead - behind >= whole else _TOES)
 
@@ -371,28 +369,3 @@ def _steps_of_time(what: str, time: np.ndarray, rate: float) -> list[Notice]:
         data |= {"step_ms": 1e3 * step, "worst_ms": 1e3 * float(worst)}
         found.append(Notice("sampled-unevenly", text, subject=what, **data))
     return found
-
-
-def clock_doubts(motion: LegMotion, strides: Sequence[RecordedStride]) -> list[Notice]:
-    """A warning if the plates show heel strikes and toe-offs later or earlier than the motion does."""
-    events = find_events(motion)
-    loaded = [stride for stride in strides if stride.loaded and stride.closed is None]
-    late = _after([stride.start for stride in loaded if stride.start_by == FORCE], events.strikes)
-    strikes, offs = [time - _EARLY for time in late], _after([s.toe_off for s in loaded], events.toe_offs)
-    if not strikes or not offs:
-        return []
-    shift = 0.5 * float(np.median(strikes) + np.median(offs))
-    if _APART[0] <= shift <= _APART[1]:
-        return []
-    text = (
-        "the plates show heel strike and toe-off {apart_ms:.0f} ms {order} the motion does: "
-        "do they have the same clock?"
-    )
-    order = "after" if shift > 0.0 else "before"
-    return [Notice("clocks-apart", text, apart_ms=1e3 * abs(shift), order=order)]
-
-
-def _after(times: Sequence[float], events: Sequence[float]) -> list[float]:
-    """How long after the nearest of some events something happened [s], where one is near."""
-    nearest = [min((time - event for event in events), key=abs, default=np.inf) for time in times]
-    return [apart for apart in nearest if abs(apart) < _NEAR]
