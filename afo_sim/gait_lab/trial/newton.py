@@ -61,10 +61,12 @@ class Newton:
 
     @property
     def mass(self) -> tuple[float, float]:
-        """Of the body with all it carries, by all plates [kg]."""
+        """Of the body with all it carries, by all plates, the less sure the more these differ [kg]."""
         each, error = np.array(list(self.masses.values())).T
         weight = error**-2.0
-        return float(each @ weight / weight.sum()), float(weight.sum() ** -0.5)
+        mean = float(each @ weight / weight.sum())
+        spread = float((each - mean) ** 2 @ weight) / max(len(each) - 1, 1)
+        return mean, float(np.sqrt(max(spread, 1.0) / weight.sum()))
 
 
 def find_newton(
@@ -118,15 +120,16 @@ def _acceleration(
         if np.ptp(np.quantile(way[:, 0], [0.02, 0.98])) < _ARM:
             trunk.append(path)
     seen = bool(trunk) and bool(np.isfinite(trunk).all(axis=(0, 2)).any())
-    path = np.mean(trunk, axis=0) if seen else base
-    height = frame.plane(path)[:, 1]
-    filled, _ = fill_gaps(leg.time, height)
-    time, even = evenly(leg.time, filled)
-    upward = np.gradient(np.gradient(low_pass(time, even, _CUTOFF), time), time)
-    known = np.interp(time, leg.time, np.isfinite(height).astype(float)) == 1.0
-    edge = max(round(_END / float(time[1] - time[0])), 1)
-    known = np.convolve(known, np.ones(2 * edge + 1), "same") > 2 * edge + 0.5
-    return time, np.where(known, upward, np.nan), "trunk" if seen else "pelvis"
+    filled = [fill_gaps(leg.time, frame.plane(path)[:, 1]) for path in (trunk if seen else [base])]
+    time, height = evenly(leg.time, np.mean([heights for heights, _ in filled], axis=0))
+    upward = np.gradient(np.gradient(low_pass(time, height, _CUTOFF), time), time)
+    for start, end in [
+        (time[0], time[0]),
+        (time[-1], time[-1]),
+        *(gap for _, gaps in filled for gap in gaps),
+    ]:
+        upward[(time > start - _END) & (time < end + _END)] = np.nan
+    return time, upward, "trunk" if seen else "pelvis"
 
 
 def _complete(
