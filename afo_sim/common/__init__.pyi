@@ -59,6 +59,7 @@ from .phase_table import read_phase_table as read_phase_table
 from .phase_table import write_phase_table as write_phase_table
 from .reading import check_regular as check_regular
 from .reading import read_bytes as read_bytes
+from .reading import read_foreign as read_foreign
 from .reading import read_text as read_text
 from .reading import unpack as unpack
 from .retired import RETIRED as RETIRED

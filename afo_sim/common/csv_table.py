@@ -2,6 +2,7 @@
 
 import csv
 import difflib
+import io
 import math
 import os
 import pathlib
@@ -12,12 +13,15 @@ from typing import Any
 
 from afo_sim.common.errors import InputError
 from afo_sim.common.magnitude import LARGEST, LEAST, plausible
-from afo_sim.common.reading import read_bytes
-from afo_sim.common.sealing import check_text
+from afo_sim.common.reading import read_foreign
+from afo_sim.common.sealing import SEALED, check_text
 from afo_sim.common.units import parse_quantity
 
 _TITLE = re.compile(r"\s*([^\[\]()]+?)\s*(?:[\[(]\s*([^\])]*?)\s*[\])])?\s*$")
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?$")
+_DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?")
+_SEPARATOR = re.compile(r'"?sep=.?"?[,;\t]*', re.IGNORECASE)  # a spreadsheet's first line
+_MARKS, _PADDING = (",", ";", "\t"), ",;\t "  # between cells; what follows the last one
 _LARGEST_CSV = 2**26  # bytes; an hour of 15 columns at 100 Hz is less
 RATIOS = {"-": 1.0, "1": 1.0, "%": 0.01}  # units of what has no dimension
 
@@ -34,12 +38,9 @@ class Table:
 
 def read_table(file: pathlib.Path, example: str) -> Table:
     """Read a CSV as text."""
-    try:
-        text = read_bytes(file, _LARGEST_CSV).decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise InputError(f"cannot be read: {error}", file=file) from None
+    text, first = _without_spreadsheet(file, read_foreign(file, _LARGEST_CSV))
     facts, numbered = {}, []
-    for number, line in enumerate(check_text(text, file).splitlines(), 1):
+    for number, line in enumerate(check_text(text, file).splitlines(), first):
         if line.lstrip().startswith("#"):
             key, colon, text = line.lstrip()[1:].partition(":")
             if colon:
@@ -48,15 +49,6 @@ def read_table(file: pathlib.Path, example: str) -> Table:
             numbered.append((number, line))
     if not numbered:
         raise InputError("holds no points", file=file, allowed=example)
-    for separator, word in ((";", "semicolons"), ("\t", "tabs")):
-        if separator in numbered[0][1]:
-            raise InputError(
-                f"its values stand between {word}",
-                file=file,
-                field="header",
-                value=numbered[0][1].strip(),
-                allowed=f"commas between the values, and a point for decimals: {example}",
-            )
     titles = _cells(file, *numbered[0])
     rows = []
     for number, line in numbered[1:]:
@@ -67,6 +59,36 @@ def read_table(file: pathlib.Path, example: str) -> Table:
             raise InputError(problem, file=file, allowed=allowed)
         rows.append((number, cells))
     return Table(file, titles, tuple(rows), facts)
+
+
+def _without_spreadsheet(file: pathlib.Path, text: str) -> tuple[str, int]:
+    """A text as before a spreadsheet saved it, which pads, quotes and separates otherwise; its first line."""
+    lines = re.split("\r\n|\r|\n", text)
+    said = _SEPARATOR.fullmatch(lines[0])
+    first, lines = (2, lines[1:]) if said else (1, lines)
+    notes = [line.lstrip(' "').startswith("#") for line in lines]
+    top = next((k for k, line in enumerate(lines) if line.strip(_PADDING) and not notes[k]), 0)
+    names = lines[top].rstrip(_PADDING)
+    mark = max(_MARKS, key=names.count)  # the first of those that are most
+    looked = [lines[top], *(line for line, note in zip(lines, notes, strict=True) if note)]
+    padded = any(line.endswith(_MARKS) or line.startswith('"') for line in looked)
+    if lines[0].endswith(SEALED) or not (said or padded or mark != ","):
+        return text, 1
+    width, found, numbers = len(_cells(file, first + top, names, mark)), list[str](), list[str]()
+    for k, line in enumerate(lines):
+        if notes[k]:
+            found.append(",".join(_cells(file, first + k, line, mark, trim=False)).rstrip(_PADDING))
+            continue
+        cells = _cells(file, first + k, line.rstrip("; \t") if mark == "," else line, mark)
+        cells = cells if any(cells[width:]) else cells[:width]
+        numbers += cells if k > top else ()
+        cells = tuple(cell.replace(",", ".") if _DECIMAL_COMMA.fullmatch(cell) else cell for cell in cells)
+        written = io.StringIO()
+        csv.writer(written, lineterminator="").writerow(cells if any(cells) else ())
+        found.append(written.getvalue())
+    if any(map(_DECIMAL_COMMA.fullmatch, numbers)) and any("." in cell for cell in numbers):
+        raise InputError("has decimal commas and decimal points", file=file, allowed="one of them throughout")
+    return "\n".join(found), first
 
 
 def table_of(data: Any, example: str, name: str) -> Table:
@@ -162,9 +184,10 @@ def read_facts(table: Table, units: dict[str, str | None]) -> dict[str, Any]:
     return facts
 
 
-def _cells(file: pathlib.Path, number: int, line: str) -> tuple[str, ...]:
+def _cells(file: pathlib.Path, number: int, line: str, mark: str = ",", trim: bool = True) -> tuple[str, ...]:
     try:
-        return tuple(cell.strip() for cell in next(csv.reader([line], skipinitialspace=True)))
+        cells = next(csv.reader([line], delimiter=mark, skipinitialspace=trim), [])
+        return tuple(cell.strip() if trim else cell for cell in cells)
     except csv.Error as error:
         raise InputError(f"line {number} is not a line of a CSV: {error}", file=file) from None
 

@@ -35,6 +35,21 @@ def check_regular(path: pathlib.Path, most: int = LARGEST_DATA) -> None:
         raise InputError("is too large", file=path, allowed=f"up to {most / 2**20:g} MiB")
 
 
+def read_foreign(path: str | os.PathLike[str], most: int = LARGEST_DATA) -> str:
+    """A text of another program: UTF-8, UTF-16 with its mark, or Latin-1, with its own line ends."""
+    raw = read_bytes(path, most)
+    if raw.startswith((b"\xff\xfe", b"\xfe\xff")):
+        text = raw.decode("utf-16", errors="replace")
+    else:
+        try:
+            text = raw.decode("utf-8-sig")
+        except UnicodeDecodeError:
+            text = raw.decode("latin-1")
+    if "\0" in text:
+        raise InputError("cannot be read: it is not a text file", file=path)
+    return text
+
+
 @contextmanager
 def _in_words(path: str | os.PathLike[str]) -> Iterator[None]:
     """The system's refusals as InputError."""

@@ -26,11 +26,11 @@ WRITTEN = (
     "stand", "stand summary", "law fit", "torque fit", "run fit",
     "adapted gait", "walk", "walked columns", "wearers", "role map", "electronics", "commands",
 )  # fmt: skip
-_HINT = "(delete this line when you edit the file)"
-_LINE = re.compile(r"# digest: ([0-9a-f]{32}) " + re.escape(_HINT))
+SEALED = "(delete this line when you edit the file)"
+_LINE = re.compile(r"# digest: ([0-9a-f]{32}) " + re.escape(SEALED))
 _BESIDE = re.compile(r"# digest of (.+): ([0-9a-f]{32})")
 _LAST = re.compile(r',\n  "digest": "([0-9a-f]{32})"\n}\n\Z')
-_MARKS = re.compile("# digest:|" + re.escape(_HINT))  # one bit spoils one of them
+_MARKS = re.compile("# digest:|" + re.escape(SEALED))  # one bit spoils one of them
 _JSON_MARKS = re.compile(r'"digest"|[0-9a-f]{32}"\n}\n\Z')
 _OWN = (".toml", ".json", ".parquet")  # sealed themselves; a TOML has the digests of other files beside it
 _SEAL = b"afo-sim\1"  # before the digest in a Parquet file
@@ -64,7 +64,7 @@ def sealed_text(text: str, folder: pathlib.Path | None = None) -> str:
     for path in files:
         if folder and path.suffix not in _OWN:
             text = f"# digest of {path.relative_to(folder).as_posix()}: {file_digest(path)}\n{text}"
-    return f"# digest: {_of_text(text)} {_HINT}\n{text}"
+    return f"# digest: {_of_text(text)} {SEALED}\n{text}"
 
 
 def write_sealed(path: pathlib.Path, text: str, kind: str, folder: pathlib.Path | None = None) -> None:
@@ -86,7 +86,8 @@ def check_text(text: str, file: pathlib.Path) -> str:
     found = _LINE.fullmatch(line.rstrip("\r"))
     changed = file if found is None or found[1] != _of_text(rest) else _changed_beside(rest, file)
     if changed is not None:
-        allowed = f"the file as it was written; whoever has changed it deletes the first line of {file.name}"
+        allowed = "the file as it was written; whoever has changed it, as a spreadsheet does that saves it, "
+        allowed += f"deletes the first line of {file.name}"
         problem = "has changed since this program wrote it, or is damaged (its digest does not match)"
         raise InputError(problem, file=changed, allowed=allowed)
     return "\n" + rest

@@ -62,7 +62,7 @@ def test_what_is_no_log(text: str, words: str, tmp_path: pathlib.Path) -> None:
 
 
 def test_a_file_that_is_no_text(tmp_path: pathlib.Path) -> None:
-    (tmp_path / "log.csv").write_bytes(b"\xff\xfe\x00\x01")
+    (tmp_path / "log.csv").write_bytes(b"\x80\x00\x01")
     with pytest.raises(InputError, match="cannot be read"):
         read_log(tmp_path / "log.csv", CHAMBERS)
 

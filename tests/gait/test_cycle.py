@@ -293,7 +293,7 @@ TEXT = [
     ("# body_mass_kg: 67.2", "# body_mass_kg: 67200", "body_mass_kg", "out of range"),
     ("# side: right", "# side: R", "side", "is not a valid side"),
     ("\n0.5,", "\nhalf,", "phase", "is not a number (line"),
-    (",", ";", "header", "between semicolons"),
+    ("\n0.5,", "\n0,5,", "", "has 11 values where the header names 10"),
     ("\n0.5,", "\n0.5,1,", "", "has 11 values where the header names 10"),
 ]
 

@@ -107,6 +107,27 @@ def test_everything_in_one_file(tmp_path: pathlib.Path) -> None:
     assert trial.remarks == ("columns that were not used: soleus",)
 
 
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "cp1252"])
+@pytest.mark.parametrize(
+    ("separator", "comma"), [(",", False), (";", True), ("\t", True), ("\t", False), (";", False)]
+)
+def test_a_trial_that_a_spreadsheet_has_saved(
+    tmp_path: pathlib.Path, separator: str, comma: bool, encoding: str
+) -> None:
+    """Its separator in the first line, quoted remarks, lines padded to a width, capital exponents."""
+    path = write(tmp_path / "a.csv", columns(), separator=separator, comma=comma)
+    lines = [line.replace("e-", "E-") for line in path.read_text().splitlines()]
+    above = [f"sep={separator}", '"# Müller, at this time [s]"', "# trial 3"]
+    padded = [above[0], *(line + 3 * separator for line in [*above[1:], *lines, ""])]
+    path.write_bytes(("\r\n".join(padded) + "\r\n").encode(encoding))
+    trial = read_csv_trial(path)
+    assert trial.markers is not None and not trial.warnings
+    assert trial.markers.time == pytest.approx(TIME, abs=1e-9)
+    for name, height in HEIGHTS.items():
+        expected = np.column_stack([1.2 * TIME, np.full_like(TIME, height), np.full_like(TIME, 0.1)])
+        assert trial.markers.positions[name] == pytest.approx(expected, abs=1e-6)
+
+
 def test_empty_cells_are_gaps(tmp_path: pathlib.Path) -> None:
     path = write(tmp_path / "a.csv", columns())
     lines = path.read_text().splitlines()
@@ -145,6 +166,7 @@ def test_columns_without_a_unit_are_all_named(tmp_path: pathlib.Path) -> None:
             "time [s],knee_angle_r [deg]\n0,1\n0,01,2\n0,02,3\n0,03,4\n",
             "decimal commas only where semicolons",
         ),
+        ("time [s];knee_angle_r [deg]\n0;1,234\n0.01;1,235\n", "has decimal commas and decimal points"),
         ("time [kg],knee_angle_r [deg]\n0,1\n0.01,2\n", "is not a valid time"),
         ("time [s],knee_angle_r [deg]\n0,1\n10,2\n20,3\n", "its time runs in steps of 10 s"),
         ("time [s],R.Knee x [m],R.Knee z [m]\n0,1,1\n0.01,2,2\n", "marker R.Knee lacks its y"),

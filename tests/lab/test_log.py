@@ -113,7 +113,7 @@ def test_empty_and_short_and_foreign_files(tmp_path: pathlib.Path) -> None:
     file.write_text("")
     with pytest.raises(InputError, match="holds no points"):
         read_log(file, SCENARIO)
-    file.write_bytes(b"\xff\xfe\x00")
+    file.write_bytes(b"\x80\x00")
     with pytest.raises(InputError, match="cannot be read"):
         read_log(file, SCENARIO)
     with pytest.raises(InputError, match="cannot be read"):

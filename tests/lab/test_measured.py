@@ -101,7 +101,7 @@ BAD = {
     ),
     "two points": ("pressure [bar],contraction [-],force [N]\n1,0,5\n2,0,6\n", "data.csv", "2 points"),
     "empty": ("# nothing\n", "data.csv", "no points"),
-    "semicolons": (GOOD.replace(",", ";"), "header", "semicolons"),
+    "both decimals": (GOOD.replace(",", ";").replace("2;5;150", "2.5;5;150,5"), "data.csv", "decimal commas"),
     "underscore": (GOOD.replace("150", "1_50"), "1_50", "finite"),
     "near header": ("# hangar: 0.1 kg\n" + GOOD, "hangar", "did you mean 'hanger'"),
     "negative bore": ("# bore: -11.5 mm\n" + GOOD, "bore", "0.05 to 20 cm"),

@@ -118,6 +118,8 @@ def numbers(
     """The numbers (n, columns), NaN where a cell is empty, and warnings."""
     width, rows = len(titles), list[list[float]]()
     require_size(path, len(lines), width)
+    if separator != "," and all(any(mark in line for line in lines) for mark in ",."):
+        raise InputError("has decimal commas and decimal points", file=path, allowed="one of them throughout")
     for k, line in enumerate(lines):
         cells = cells_of(line, separator)
         cells = without_empty_end(cells) if len(cells) > width else cells

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from afo_sim.common import InputError, Notice, plausible, read_bytes
+from afo_sim.common import InputError, Notice, plausible, read_foreign
 
 _MISSING = re.compile(
     r"-?(nan(\(.*\))?|n/?a|null|none|-+|\?+|[+-]?1[.,]#(qnan|snan|ind|nan)[0-9]*)?$", re.IGNORECASE
@@ -26,16 +26,7 @@ CUT_SHORT = Notice("last-row-cut", "its last row is cut short and was left out")
 
 def read_lines(path: pathlib.Path) -> tuple[list[str], bool]:
     """Lines of a text file in UTF-8, UTF-16 with its mark, or Latin-1."""
-    raw = read_bytes(path, _LARGEST)
-    if raw.startswith((b"\xff\xfe", b"\xfe\xff")):
-        text = raw.decode("utf-16", errors="replace")
-    else:
-        try:
-            text = raw.decode("utf-8-sig")
-        except UnicodeDecodeError:
-            text = raw.decode("latin-1")
-    if "\0" in text:
-        raise InputError("is not a text file", file=path)
+    text = read_foreign(path, _LARGEST)
     if text.count("\n") + text.count("\r") > _MOST_LINES:
         raise InputError("has too many lines", file=path, allowed=f"up to {_MOST_LINES:.0e}")
     ended = text.endswith(("\n", "\r"))
