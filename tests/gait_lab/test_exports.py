@@ -1,6 +1,8 @@
 """Exports of Vicon Nexus, Qualisys and D-Flow: the stride of the same walk in a CSV; damage is a sentence."""
 
+import dataclasses
 import pathlib
+import re
 from collections.abc import Callable, Mapping
 
 import numpy as np
@@ -61,6 +63,39 @@ def write_qualisys(folder: pathlib.Path, lab: Laboratory, points: Points) -> lis
         titles = "\t".join(f"{kind}_{axis}" for kind in ("Force", "Moment", "COP") for axis in "XYZ")
         files[f"walk_f_{k}.tsv"] = [*head, titles, *lines_of(table, "\t", 3)]
     return write(folder, files)
+
+
+CORNERS = ("POSX_POSY", "NEGX_POSY", "NEGX_NEGY", "POSX_NEGY")
+
+
+def write_qualisys_local(
+    folder: pathlib.Path, lab: Laboratory, points: Points, first: int = 0, mirrored: bool = False
+) -> list[pathlib.Path]:
+    """Each plate in its own axes, x and y from its centre towards the corners of those names, z = x × y.
+
+    The corners are the laboratory's from `first` on, round the plate one way or the other.
+    """
+    files = write_qualisys(folder, lab, points)
+    for file, plate in zip(files[1:], lab.plates(), strict=True):
+        order = np.roll(np.arange(4)[::-1] if mirrored else np.arange(4), first)
+        corners = plate.corners[order]
+        x, y = corners[0] - corners[1], corners[0] - corners[3]
+        axes = np.column_stack([x, y, np.cross(x, y)]) / [1.0, 1.0, np.linalg.norm(x)]
+        axes /= np.linalg.norm(axes, axis=0)
+        table = np.c_[
+            -plate.force @ axes, 0.0 * plate.force, 1e3 * (plate.place - corners.mean(axis=0)) @ axes
+        ]
+        head = [line for line in file.read_text().splitlines() if re.match("[A-Z_]+\t", line)]
+        head = [line for line in head if "CORNER" not in line]
+        head += [
+            f"FORCE_PLATE_CORNER_{place}_{axis}\t{1e3 * x:.3f}"
+            for place, corner in zip(CORNERS, corners, strict=True)
+            for axis, x in zip("XYZ", corner, strict=True)
+        ]
+        head.insert(2, "DESCRIPTION\tForce data in local (force plate) coordinates")
+        titles = next(line for line in file.read_text().splitlines() if line.startswith("Force_X"))
+        write(folder, {file.name: [*head, titles, *lines_of(table, "\t", 6)]})
+    return files
 
 
 def write_d_flow(folder: pathlib.Path, lab: Laboratory, points: Points) -> list[pathlib.Path]:
@@ -152,3 +187,53 @@ def test_a_damaged_file_is_one_sentence(
     with pytest.raises(InputError) as caught:
         read_trial(files)
     assert sentence in str(caught.value) and not caught.value.others
+
+
+@pytest.mark.parametrize("mirrored", [False, True])
+@pytest.mark.parametrize("first", range(4))
+def test_forces_in_a_plate_s_own_axes_are_those_of_the_world(
+    tmp_path: pathlib.Path, first: int, mirrored: bool
+) -> None:
+    """Plates turned by quarters, z down or up by the corners' way round: within what 0.5 µm and mN leave."""
+    lab = dataclasses.replace(CASES["qualisys"][1], turn=0.2)
+    (tmp_path / "world").mkdir()
+    world = read_trial(write_qualisys(tmp_path / "world", lab, seen(lab)))
+    own = read_trial(write_qualisys_local(tmp_path, lab, seen(lab), first, mirrored))
+    for theirs, ours in zip(world.plates, own.plates, strict=True):
+        pressed = np.linalg.norm(theirs.force, axis=1) > 20.0
+        assert ours.force == pytest.approx(theirs.force, rel=0.0, abs=1e-3)
+        assert ours.place[pressed] == pytest.approx(theirs.place[pressed], rel=0.0, abs=2e-6)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "what"),
+    [
+        ("CORNER_POSX_POSY_X", "CORNER", "not the four corners of a rectangle"),
+        ("CORNER_NEGX_POSY", "CORNER_POSX_NEGY", "not the four corners of a rectangle"),
+        ("POSX_NEGY", "NEGX_POSY", "in their order"),  # and the reverse: x and y exchanged
+    ],
+)
+def test_own_axes_without_clear_corners_are_refused(
+    tmp_path: pathlib.Path, old: str, new: str, what: str
+) -> None:
+    lab = CASES["qualisys"][1]
+    files = write_qualisys_local(tmp_path, lab, seen(lab))
+    text = files[1].read_text()
+    if what == "in their order":
+        text = text.replace(new, "?").replace(old, new).replace("?", old)
+    else:
+        text = text.replace(old, new)
+    files[1].write_text(text)
+    with pytest.raises(InputError) as caught:
+        read_trial(files)
+    assert what in str(caught.value) and "world (lab)" in str(caught.value.allowed)
+
+
+SHARED = pathlib.Path("shared/data/faults/trials/qtm_local_axes")
+
+
+@pytest.mark.skipif(not SHARED.exists(), reason="the shared inputs are not here")
+def test_the_public_laboratory_s_kind() -> None:
+    found = import_gait(sorted(SHARED.glob("*.tsv")), Choices(walker="healthy"))
+    assert float(np.abs(found.cycle.ankle_moment).max()) == pytest.approx(1.81, abs=0.02)
+    assert found.mass.mass == pytest.approx(67.2, rel=0.01)

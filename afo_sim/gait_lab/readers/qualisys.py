@@ -9,6 +9,7 @@ import numpy as np
 
 from afo_sim.common import InputError
 from afo_sim.gait_lab.readers.csv_trial import Column, CsvTrial, numbers, trial_of
+from afo_sim.gait_lab.readers.plates import Plate
 from afo_sim.gait_lab.readers.text import (
     cells_of,
     miscounts,
@@ -50,9 +51,30 @@ def read_qualisys(path: pathlib.Path) -> CsvTrial:
     trial = trial_of(path, np.arange(len(table)) / rate, columns, notices)
     places = [f"FORCE_PLATE_CORNER_{place}_{axis}" for place in _CORNERS for axis in "XYZ"]
     corners = None  # where not all are stated
-    with contextlib.suppress(ValueError, IndexError):
-        corners = 1e-3 * np.array([float(stated.get(place, [""])[0]) for place in places]).reshape(4, 3)
-    return replace(trial, plates=tuple(replace(plate, corners=corners) for plate in trial.plates))
+    with contextlib.suppress(ValueError, LookupError):
+        corners = 1e-3 * np.reshape(parse_row([stated[place][0] for place in places]), (4, 3))
+    plates = tuple(replace(plate, corners=corners) for plate in trial.plates)
+    if plates and "local" in " ".join(stated.get("DESCRIPTION", [])).lower():
+        plates = tuple(_turned(path, plate) for plate in plates)
+    return replace(trial, plates=plates)
+
+
+def _turned(path: pathlib.Path, plate: Plate) -> Plate:
+    """A plate whose numbers are in its own axes: x and y to the corners so named, z by them downward."""
+    corners = np.full((4, 3), np.nan) if plate.corners is None else plate.corners
+    x, y = np.array([[1.0, -1.0, -1.0, 1.0], [1.0, 1.0, -1.0, -1.0]]) @ corners
+    z, size = np.cross(x, y), float(np.linalg.norm(x) * np.linalg.norm(y))
+    problem = "has its forces in the plate's own axes, and "
+    allowed = "QTM's export in world (lab) coordinates"
+    if not np.linalg.norm(z) > 0.98 * size:  # x and y within 11 deg of a right angle
+        problem += "not the four corners of a rectangle that they could be turned by"
+        raise InputError(problem, file=path, allowed=f"{allowed}, or FORCE_PLATE_CORNER_… of all four [mm]")
+    axes = np.column_stack([axis / np.linalg.norm(axis) for axis in (x, np.cross(z, x), z)])
+    force = plate.force @ axes.T
+    if np.sum(z) > 0.0 < np.sum(plate.force[:, 2]):  # QTM writes what presses on the plate, along z downward
+        problem += "its corners make the axis along which it is pressed point up: are they in their order?"
+        raise InputError(problem, file=path, allowed=allowed)
+    return replace(plate, force=force, place=corners.mean(axis=0) + plate.place @ axes.T)
 
 
 def _is_row(line: str) -> bool:
@@ -72,9 +94,6 @@ def _titles(path: pathlib.Path, stated: dict[str, list[str]], last: list[str], r
         if last[0].lower() in ("frame", "time"):
             lead = sum(cell.lower() in ("frame", "time") for cell in last[:2])
         return [""] * lead + [f"{name} {axis}" for name in names for axis in "xyz"]
-    if "local" in " ".join(stated.get("DESCRIPTION", [])).lower():
-        problem = "has its forces in the plate's own axes"
-        raise InputError(problem, file=path, allowed="QTM's export in world (lab) coordinates")
     plate = " ".join(stated.get("FORCE_PLATE_NAME", [])) or "1"
     found = [_PLATE.get(cell.lower(), "") for cell in without_empty_end(last)]
     if not set(_PLATE.values()) <= set(found):
