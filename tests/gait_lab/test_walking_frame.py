@@ -2,14 +2,17 @@
 
 import dataclasses
 import math
+import pathlib
+import re
 
 import numpy as np
 import pytest
-from analytic_walker import AnalyticWalker, changed
+from analytic_walker import TOE_OFF, AnalyticWalker, changed
+from scipy.spatial.transform import Rotation
 
-from afo_sim.common import InputError
-from afo_sim.gait_lab import Choices
-from afo_sim.gait_lab.trial.leg_points import leg_length, unit_doubt
+from afo_sim.common import InputError, with_code
+from afo_sim.gait_lab import Choices, import_gait
+from afo_sim.gait_lab.trial.leg_points import LegPoints, leg_length, unit_doubt
 from afo_sim.gait_lab.trial.travel import heading, stride_period
 from afo_sim.gait_lab.trial.walking_frame import find_frame
 
@@ -293,3 +296,106 @@ def test_heading_of_a_circle() -> None:
     assert found.turn == pytest.approx(0.3, abs=0.005)
     assert found.speed == pytest.approx(1.2, rel=0.01)
     assert np.degrees(found.off) == pytest.approx(0.5 * (np.degrees(0.3) + 15.0), abs=0.5)
+
+
+# ---- slopes, stairs, chairs ------------------------------------------------------------------------------
+
+
+def sloped(walker: AnalyticWalker, degrees: float) -> dict[str, LegPoints]:
+    """The walker's paths tilted as on a ramp or an inclined belt; forward is x, up y."""
+    turn = Rotation.from_rotvec([0.0, 0.0, math.radians(degrees)])
+    return changed(walker.legs(TIME), lambda path: turn.apply(path))
+
+
+def on_stairs(riser: float, tread: float, first: int = 0) -> dict[str, LegPoints]:
+    """Up or down stairs, a step a foot: each foot rises by two risers in swing, the body evenly.
+
+    Of the steps before `first` none rises.
+    """
+    walker = AnalyticWalker(speed=2.0 * tread / 1.3, period=1.3)
+    found = walker.legs(TIME)
+    body = 2.0 * riser * np.maximum(TIME / walker.period - first, 0.0)
+    for side, leg in found.items():
+        strides = TIME / walker.period + (0.0 if side == "right" else 0.5)
+        share = np.clip((strides % 1.0 - TOE_OFF) / (1.0 - TOE_OFF), 0.0, 1.0)
+        step = np.floor(strides) + share**2 * (3.0 - 2.0 * share)
+        foot = 2.0 * riser * np.maximum(step - first, 0.0)
+        rises = {"hip": body, "knee": 0.5 * (body + foot), "ankle": foot, "heel": foot, "toe": foot}
+        points = {
+            role: dataclasses.replace(leg.points[role], path=leg.points[role].path + np.outer(rise, Y))
+            for role, rise in rises.items()
+        }
+        assert leg.pelvis is not None
+        found[side] = dataclasses.replace(leg, points=points, pelvis=leg.pelvis + np.outer(body, Y))
+    return found
+
+
+Y = np.array([0.0, 1.0, 0.0])
+
+
+@pytest.mark.parametrize("belt", [0.0, 1.2])
+@pytest.mark.parametrize("degrees", [-15.0, -10.0, -5.0, 5.0, 10.0, 15.0])
+def test_a_slope_is_refused_by_what_it_is(degrees: float, belt: float) -> None:
+    with pytest.raises(InputError) as caught:
+        find_frame(sloped(AnalyticWalker(belt=belt, noise=0.002), degrees), Choices())
+    where, found = re.search(r"goes (\w+) by .*\((\S+) deg\)", caught.value.problem).groups()
+    assert where == ("up" if degrees > 0.0 else "down")
+    assert float(found) == pytest.approx(abs(degrees), abs=0.3)
+    assert "level floor" in str(caught.value.allowed)
+
+
+@pytest.mark.parametrize("belt", [0.0, 1.2])
+@pytest.mark.parametrize("degrees", [-2.5, 2.5])
+def test_a_ramp_is_told_and_read(degrees: float, belt: float) -> None:
+    frame = find_frame(sloped(AnalyticWalker(belt=belt, noise=0.002), degrees), Choices())
+    (told,) = with_code(frame.notices, "floor-slopes")
+    assert told.severity == "warning" and told.data["tilt"] == pytest.approx(2.5, abs=0.3)
+    assert frame.belt_speed == pytest.approx(belt, rel=0.02)
+
+
+@pytest.mark.parametrize("riser", [-0.17, 0.17])
+def test_stairs_are_refused(riser: float) -> None:
+    with pytest.raises(InputError, match="stairs") as caught:
+        find_frame(on_stairs(riser, 0.29), Choices())
+    found = float(re.search(r"\((\S+) deg\)", caught.value.problem)[1])
+    assert found == pytest.approx(math.degrees(math.atan(0.17 / 0.29)), abs=2.0)
+
+
+def test_a_single_kerb_is_refused() -> None:
+    with pytest.raises(InputError, match="stairs"):
+        find_frame(on_stairs(0.06, 0.6, first=2), Choices())
+
+
+@pytest.mark.parametrize("low", [0.4, -0.1])
+def test_a_body_that_rises_over_a_level_floor_is_no_slope(low: float) -> None:
+    """Who sits at first, or walks in a crouch at last, has the same ground under the feet."""
+    fall = low * np.clip((1.5 - TIME) / 1.5, 0.0, 1.0)
+    legs = {
+        side: dataclasses.replace(
+            leg,
+            pelvis=leg.pelvis - np.outer(fall, Y),
+            points={
+                role: dataclasses.replace(point, path=point.path - np.outer(fall * (role == "hip"), Y))
+                for role, point in leg.points.items()
+            },
+        )
+        for side, leg in AnalyticWalker(noise=0.002).legs(TIME).items()
+        if leg.pelvis is not None
+    }
+    assert not with_code(find_frame(legs, Choices()).notices, "floor-slopes")
+
+
+@pytest.mark.parametrize("speed", [0.2, 0.5, 1.2, 2.0])
+@pytest.mark.parametrize("belt", [False, True])
+def test_a_level_floor_is_level_with_noise_too(speed: float, belt: bool) -> None:
+    walker = AnalyticWalker(speed=speed, period=1.1 + 0.2 / speed, belt=belt * speed, noise=0.005)
+    assert not with_code(find_frame(walker.legs(TIME), Choices()).notices, "floor-slopes")
+
+
+DOWN = pathlib.Path("shared/data/faults/trials/slope_down/walk.c3d")
+
+
+@pytest.mark.skipif(not DOWN.exists(), reason="the shared inputs are not here")
+def test_a_walk_down_a_slope() -> None:
+    with pytest.raises(InputError, match=r"goes down by .* \(15.1 deg\): a slope"):
+        import_gait([DOWN], Choices())

@@ -27,9 +27,15 @@ _LEAN = 40.0  # of a shank at toe-off, about its largest in walking [deg]
 _TURNED_OUT = 45.0  # of a foot [deg]
 _APART = 0.02  # distance of the hips below which right and left are not told apart; assumed [m]
 
-_LOWEST = 0.25  # share of a stride in which a foot surely lies flat; derived from 15–35 %, `USUAL` [-]
-_RIPPLE = 0.005  # of a marker's height while the foot lies flat; assumed [m]
-_SWING = 0.03  # least rise of heel or toe that is a step; assumed [m]
+_REST = 0.3  # of a foot's greatest speed over the ground, and of its turning, where it lies flat; assumed [-]
+_RIPPLE = 0.01  # of the heel's height over the toe's while the foot lies flat; assumed [m]
+_WAY = 0.2  # least way over which the feet show whether the ground is level; assumed [m]
+_RAMP, _SLOPE = (
+    1.0,
+    3.0,
+)  # tilt of the ground that is told, and refused: the ankle's zero is wrong by as much,
+# markers place it to 2.2 deg RMS; level ones showed up to 0.3 deg [deg]
+_STEP = 0.05  # of the ground beside the line through it, that is no level floor; assumed [m]
 _STEADY = 0.08  # shortest time of a foot's rest that shows its speed; assumed [s]
 _BELT_ERROR = 0.05  # between the belt's speeds as given and as found
 _BELT_SPREAD = 0.1  # of the belt's speed from step to step, or between the feet; assumed
@@ -41,6 +47,7 @@ class _StandingFoot:
 
     velocity: np.ndarray  # in the two level axes [m/s] (2,)
     speeds: np.ndarray  # of each time it stood [m/s] (k,)
+    places: np.ndarray  # of its middle [m] (n, 3)
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +91,7 @@ def find_frame(legs: Mapping[str, LegPoints], choices: Choices) -> WalkingFrame:
     if len(time) < 3:
         raise InputError("the walking direction cannot be seen: neither pelvis, hip nor ankle is seen")
     body = heading(time, path[:, level], period)
-    feet = {side: _standing_foot(leg, up, level, period) for side, leg in legs.items()}
+    feet = {side: _standing_foot(leg, up, period) for side, leg in legs.items()}
     found = [foot.velocity for foot in feet.values() if len(foot.speeds)]
     under = np.mean(found, axis=0) if found else np.zeros(2)  # velocity of what is under the feet
     speed = float(np.linalg.norm(body.speed * body.direction - under))
@@ -95,6 +102,7 @@ def find_frame(legs: Mapping[str, LegPoints], choices: Choices) -> WalkingFrame:
     flat = -under / np.linalg.norm(under) if belt else body.direction
     travel = np.zeros(3)
     travel[level] = flat
+    sloping = _require_level(feet, travel, up)
     forward, off_axis = _forward(travel, choices)
     span, turns = (None, []) if belt else _span(body)
     belt_speed, belts = _belt_speed_of(feet, float(np.linalg.norm(under)) if belt else 0.0, choices)
@@ -104,7 +112,9 @@ def find_frame(legs: Mapping[str, LegPoints], choices: Choices) -> WalkingFrame:
     walks = note("direction", text, subject="belt" if belt else "overground", **data)
     frame = WalkingFrame(forward, up, belt_speed, span=span)
     feet_ahead, sides = _require_feet_ahead(legs, frame), _exchanged_sides(legs, frame)
-    return dataclasses.replace(frame, notices=(walks, *off_axis, *turns, *belts, *feet_ahead, *sides))
+    return dataclasses.replace(
+        frame, notices=(walks, *sloping, *off_axis, *turns, *belts, *feet_ahead, *sides)
+    )
 
 
 def _up(legs: Mapping[str, LegPoints], choices: Choices) -> np.ndarray:
@@ -221,34 +231,62 @@ def _in_words(vector: np.ndarray) -> str:
     return axis if turned < 0.5 else f"{axis} turned by {turned:.0f} deg towards {nearest_axis(rest)}"
 
 
-def _standing_foot(leg: LegPoints, up: np.ndarray, level: list[int], period: float | None) -> _StandingFoot:
-    """Velocity of a foot while it lies flat: both its ends at their lowest."""
-    nothing = _StandingFoot(np.zeros(2), np.zeros(0))
-    time, ends = seen(leg.time, np.hstack([leg.points["heel"].path, leg.points["toe"].path]))
+def _standing_foot(leg: LegPoints, up: np.ndarray, period: float | None) -> _StandingFoot:
+    """How a foot moves, and where, while it lies flat: both its ends go the same way, and no faster."""
+    nothing = _StandingFoot(np.zeros(2), np.zeros(0), np.zeros((0, 3)))
+    paths = np.hstack([leg.points["heel"].path, leg.points["toe"].path])
+    time, ends = seen(leg.time, paths)
     if len(time) < 10:
         return nothing
-    ends = low_pass(time, ends, SMOOTH)
-    heights = np.column_stack([ends[:, :3] @ up, ends[:, 3:] @ up])
-    raised = np.max(heights - np.quantile(heights, 0.02, axis=0), axis=1)
-    if raised.max() < _SWING:
-        return nothing
-    swing = np.flatnonzero(raised > 0.5 * raised.max())
+    heel, toe = np.split(low_pass(time, ends, SMOOTH), 2, axis=1)
+    middle, level = 0.5 * (heel + toe), np.eye(3)[up == 0.0].T
+    speed, turning = np.gradient(middle @ level, time, axis=0), np.gradient(heel - toe, time, axis=0)
+    turning = np.linalg.norm(turning, axis=1)
+    swing = np.flatnonzero(turning > 0.5 * turning.max())
     reach = period or math.inf
     walks = (time >= time[swing[0]] - reach) & (time <= time[swing[-1]] + reach)
-    low = walks & (raised <= np.quantile(raised[walks], _LOWEST) + _RIPPLE)
-    runs = stretches(low)
+    walks &= np.interp(time, leg.time, np.isfinite(paths).all(axis=1)) > 0.9  # a bridged gap turns nowhere
+    still = walks & (turning <= _REST * turning.max())
+    if not still.any():
+        return nothing
+    moved = np.linalg.norm(speed - np.median(speed[still], axis=0), axis=1)
+    pitch = np.abs((heel - toe) @ up - np.median((heel - toe)[still] @ up))
+    flat = still & (moved < _REST * np.quantile(moved[walks], 0.98)) & (pitch < _RIPPLE)
+    runs = stretches(flat)
     # before the first and after the last swing the walker may stand on a belt that stands
     between = [run for run in runs if swing[0] < run[0] and run[1] <= swing[-1]]
-    middle = 0.5 * (ends[:, level] + ends[:, [3 + k for k in level]])
     found, weights = [], []
     for start, stop in between or runs:
         clock = time[start:stop] - time[start:stop].mean()
         if clock[-1] - clock[0] >= _STEADY:
             weights.append(float(clock @ clock))
-            found.append(clock @ middle[start:stop] / weights[-1])
+            found.append(clock @ middle[start:stop] @ level / weights[-1])
     if not found:
         return nothing
-    return _StandingFoot(np.average(found, axis=0, weights=weights), np.linalg.norm(found, axis=1))
+    velocity = np.average(found, axis=0, weights=weights)
+    return _StandingFoot(velocity, np.linalg.norm(found, axis=1), middle[flat])
+
+
+def _require_level(feet: Mapping[str, _StandingFoot], travel: np.ndarray, up: np.ndarray) -> list[Notice]:
+    """Refuse a slope or stairs, by where the feet lie flat; a warning on a ramp."""
+    places = [foot.places for foot in feet.values()]
+    way, height = (np.concatenate(places) @ axis for axis in (travel, up))
+    if not len(way) or np.ptp(way) < _WAY:
+        return []
+    # a straight line; one foot's markers may sit higher than the other's, but by no more than they must
+    foot = np.repeat([-0.5, 0.5][: len(places)], [len(own) for own in places])
+    rows = np.vstack([np.column_stack([np.ones_like(way), way, foot]), [0.0, 0.0, 1.0]])
+    line = np.linalg.lstsq(rows, np.append(height, 0.0))[0]
+    tilt, uneven = math.degrees(math.atan(line[1])), np.ptp(height - rows[:-1] @ line)
+    over, rise = np.ptp(way), np.ptp(height)
+    if rise < _RIPPLE or (abs(tilt) < _RAMP and uneven < _STEP):
+        return []
+    text = "the ground underfoot goes {subject} by {rise:.2f} m over {over:.1f} m of way ({tilt:.1f} deg)"
+    where = "up" if tilt > 0.0 else "down"
+    found = Notice("floor-slopes", text, subject=where, rise=rise, over=over, tilt=abs(tilt))
+    if abs(tilt) > _SLOPE or uneven > _STEP:
+        raise InputError(f"{found}: a slope or stairs", allowed="a walk on a level floor")
+    return [found]
 
 
 def _belt_speed_of(
