@@ -19,7 +19,7 @@ _NAMES = {  # in letters alone
     "lleglength": "left leg", "leftleglength": "left leg",
 }  # fmt: skip
 _LEG = (0.3, 1.3)  # length of a leg, a child's or a tall adult's; assumed [m]
-_LIKELY = {"mass": RANGES["body_mass_kg"], "height": BODY_HEIGHT, "right leg": _LEG, "left leg": _LEG}
+LIKELY = {"mass": RANGES["body_mass_kg"], "height": BODY_HEIGHT, "right leg": _LEG, "left leg": _LEG}
 _RESULT = re.compile(r"(?:.*:)?(?P<side>[rl])ankle(?P<kind>angle|moment)s?(?:_\w+)?", re.IGNORECASE)
 _PER_MASS = 10.0  # a plantarflexor moment's peak beyond it is no moment per mass; runners reach 4 [N·m/kg]
 _KINDS = {"strike": "heel strike", "contact": "heel strike", "off": "toe-off"}  # by words of an event's label
@@ -86,7 +86,7 @@ def _measures(file: C3dFile) -> tuple[dict[str, float], list[Notice]]:
             value = listed.get(name, file.numbers(group, name)) if quantity else np.empty(0)
             if quantity in found or len(value) != 1 or not value[0] > 0.0:
                 continue  # programs write 0 where nobody typed a number
-            low, high = _LIKELY[quantity]
+            low, high = LIKELY[quantity]
             factors = (1.0,) if quantity == "mass" else UNITS.values()
             fits = [float(value[0]) * factor for factor in factors if low <= value[0] * factor <= high]
             if len(fits) == 1:

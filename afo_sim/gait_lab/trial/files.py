@@ -18,6 +18,7 @@ from afo_sim.gait_lab.readers.qualisys import read_qualisys
 from afo_sim.gait_lab.readers.stated import Stated
 from afo_sim.gait_lab.readers.trc import read_trc
 from afo_sim.gait_lab.readers.vicon import read_vicon
+from afo_sim.gait_lab.trial.opencap import of_session
 
 _STILL = 0.05  # way of a middle marker in a trial in which a person stands [m]; a step is ten times as long
 _JOINTS = ("ankle_angle_", "knee_angle_")
@@ -61,7 +62,8 @@ class _Content:
 
 
 def read_trial(files: Sequence[pathlib.Path]) -> WalkingTrial:
-    """Read the files of one trial, in any order."""
+    """Read the files of one trial, in any order, or a session's folder."""
+    files, person = of_session(files)
     contents: list[_Content] = []
     problems: list[InputError] = []
     for file in files:
@@ -90,7 +92,7 @@ def read_trial(files: Sequence[pathlib.Path]) -> WalkingTrial:
         moments=tables.get("moments"),
         model=models[0] if models else None,
         standing=standing.markers if standing else None,
-        stated=next((c.stated for c in contents if c is not standing and c.stated), Stated()),
+        stated=next((c.stated for c in contents if c is not standing and c.stated), person),
         notices=(*(notice.after(f"{c.file.name}: ") for c, own in told.items() for notice in own), *unused),
     )
 

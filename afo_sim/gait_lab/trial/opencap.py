@@ -1,0 +1,43 @@
+"""A session's folder as OpenCap hands it out: the person's model, each trial's angles and markers."""
+
+import pathlib
+import re
+from collections.abc import Sequence
+
+from afo_sim.common import InputError, read_foreign
+from afo_sim.gait_lab.readers.stated import LIKELY, Stated
+
+_MOTIONS = ("MarkerData/*.trc", "Kinematics/*.mot")  # of a trial by its name; angles count before markers
+_STANDING = "neutral"  # trial by which OpenCap scales the model
+
+
+def of_session(files: Sequence[pathlib.Path]) -> tuple[list[pathlib.Path], Stated]:
+    """Of a session's folder the files of one trial, and what it says of the person; else the files given."""
+    folder = next((file for file in files if file.is_dir()), None)
+    motions = {} if folder is None else {file.stem: file for kind in _MOTIONS for file in folder.rglob(kind)}
+    motions.pop(_STANDING, None)
+    if folder is None or not motions:
+        return list(files), Stated()
+    given = [file for file in files if file != folder]
+    named = [file.stem for file in given if file.stem in motions] or sorted(motions)
+    if len(set(named)) > 1:
+        problem = f"holds {len(named)} trials: {', '.join(named)}"
+        allowed = f"the folder and a file of one of them, such as {motions[named[0]]}"
+        raise InputError(problem, file=folder, allowed=allowed)
+    forces = re.compile(rf"{re.escape(named[0])}(_\w+)?_(forces|grf)")
+    plates = [file for file in sorted(folder.rglob("*.mot")) if forces.fullmatch(file.stem)]
+    plates += [file for file in given if file.stem not in motions]
+    if not plates:
+        problem = f"has no ground forces of {named[0]}: OpenCap's cameras measure none"
+        allowed = (
+            "the folder and a .mot of force plates that recorded this trial, by its clock and in its axes"
+        )
+        raise InputError(problem, file=folder, allowed=allowed)
+    models = sorted(folder.rglob("*.osim"), key=lambda file: len(file.name))[:1]  # before those made of it
+    said = "".join(read_foreign(file) for file in folder.rglob("sessionMetadata.yaml"))
+    typed = {
+        key: float(text) for key, text in re.findall(r"^(mass|height)_(?:kg|m): *([0-9.]+)$", said, re.M)
+    }
+    likely = {key: value for key, value in typed.items() if LIKELY[key][0] <= value <= LIKELY[key][1]}
+    person = Stated(mass=likely.get("mass"), height=likely.get("height"))
+    return [motions[named[0]], *models, *plates], person
