@@ -14,12 +14,9 @@ from afo_sim.gait_lab.readers.opensim_table import OpenSimTable
 from afo_sim.gait_lab.readers.plates import Plate, plate_of
 from afo_sim.gait_lab.readers.signals import check_clock, even_clock, refuse_slow
 from afo_sim.gait_lab.readers.text import (
-    CUT_SHORT,
     cells_of,
-    measured,
-    parse_row,
+    numbers,
     read_lines,
-    require_size,
     unique_names,
     without_empty_end,
 )
@@ -110,34 +107,6 @@ def _titles(path: pathlib.Path, lines: list[str]) -> tuple[int, str, list[str]]:
 
 def _is_time(name: str) -> bool:
     return name.strip().lower() in ("time", "t", "zeit")
-
-
-def numbers(
-    path: pathlib.Path, lines: list[str], titles: list[str], separator: str, ended: bool
-) -> tuple[np.ndarray, list[Notice]]:
-    """The numbers (n, columns), NaN where a cell is empty, and warnings."""
-    width, rows = len(titles), list[list[float]]()
-    require_size(path, len(lines), width)
-    if separator != "," and all(any(mark in line for line in lines) for mark in ",."):
-        raise InputError("has decimal commas and decimal points", file=path, allowed="one of them throughout")
-    for k, line in enumerate(lines):
-        cells = cells_of(line, separator)
-        cells = without_empty_end(cells) if len(cells) > width else cells
-        last = k == len(lines) - 1 and not ended and k >= 2
-        try:
-            if len(cells) > width or (len(cells) < width and (last or separator == ",")):
-                raise ValueError
-            rows.append(parse_row(cells + [""] * (width - len(cells))))
-        except ValueError:
-            if last:
-                return measured(path, titles, rows), [CUT_SHORT]
-            problem = f"row {k + 1} of its table is not {width} numbers"
-            allowed = "decimal commas only where semicolons or tabs stand between the cells"
-            allowed = allowed if separator == "," and len(cells) > width else "numbers or empty cells"
-            raise InputError(problem, file=path, value=line.strip(), allowed=allowed) from None
-    if len(rows) < 2:
-        raise InputError("has fewer than two rows of numbers", file=path, allowed=_EXAMPLE)
-    return measured(path, titles, rows), []
 
 
 def unit_of(text: str) -> tuple[str, float]:

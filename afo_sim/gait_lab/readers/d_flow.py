@@ -8,9 +8,9 @@ import numpy as np
 
 from afo_sim.common import InputError
 from afo_sim.gait_lab.noted import note
-from afo_sim.gait_lab.readers.csv_trial import Column, CsvTrial, numbers, trial_of
+from afo_sim.gait_lab.readers.csv_trial import Column, CsvTrial, trial_of
 from afo_sim.gait_lab.readers.signals import check_clock
-from afo_sim.gait_lab.readers.text import cells_of, read_lines, without_empty_end
+from afo_sim.gait_lab.readers.text import cells_of, numbers, read_lines, without_empty_end
 
 _LAYOUT = "TimeStamp, FrameNumber, NAME.PosX …, FP1.ForX …, FP1.CopX … in its first line, with tabs"
 _PART = re.compile(r"(?P<name>.+)\.(?P<kind>pos|for|cop)(?P<axis>[xyz])$", re.IGNORECASE)

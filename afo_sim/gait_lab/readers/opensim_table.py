@@ -11,11 +11,9 @@ from afo_sim.gait_lab.noted import Noted, note
 from afo_sim.gait_lab.readers.signals import check_clock, even_clock, refuse_slow
 from afo_sim.gait_lab.readers.text import (
     cells_of,
-    measured,
     miscounts,
-    parse_row,
+    numbers,
     read_lines,
-    require_size,
     separator_of,
     unique_names,
     without_empty_end,
@@ -51,7 +49,7 @@ def read_opensim_table(path: pathlib.Path) -> OpenSimTable:
     separator = separator_of(body[0])
     names = without_empty_end(cells_of(body[0], separator))
     _refuse_vectors(path, header, names, body[1], separator)
-    table, notices = _table(path, body[1:], names, separator, ended)
+    table, notices = numbers(path, body[1:], names, separator, ended, gaps=False)
     notices += miscounts(header, dict.fromkeys(("nrows", "datarows"), ("rows", len(table))))[:1]
     # each row has its columns: no harm
     wide = miscounts(header, dict.fromkeys(("ncolumns", "datacolumns"), ("columns", table.shape[1])))[:1]
@@ -97,33 +95,6 @@ def _refuse_vectors(
     of = ", ".join(names[1:5]) + (", …" if len(names) > 5 else "")
     allowed = "joint angles, exported from inverse kinematics (export joint angles)"
     raise InputError(f"holds {word} of {of}, several numbers to a cell", file=path, allowed=allowed)
-
-
-def _table(
-    path: pathlib.Path, lines: list[str], names: list[str], separator: str | None, ended: bool
-) -> tuple[np.ndarray, list[Notice]]:
-    """The numbers (n, width), and warnings; the last row is left out where it was cut."""
-    width, rows = len(names), list[list[float]]()
-    require_size(path, len(lines), width)
-    for k, line in enumerate(lines):
-        try:
-            cells = cells_of(line, separator)
-            if len(cells) != width and separator is not None:
-                cells = without_empty_end(cells) if len(cells) > width else cells_of(line, None)
-            if len(cells) != width:
-                raise ValueError
-            rows.append(parse_row(cells))
-        except ValueError:
-            if k == len(lines) - 1 and k >= 2:
-                text = "its last row, the {row}th, is cut short and was left out"
-                return measured(path, names, rows), [Notice("last-row-cut", text, row=k + 1)]
-            problem = f"row {k + 1} of its table is not {width} numbers"
-            raise InputError(problem, file=path, value=" ".join(line.split())) from None
-    # "12.345" cut to "12" is a number too, but the row is shorter than those before it
-    if not ended and len(rows) > 11 and len(lines[-1]) < min(len(line) for line in lines[-11:-1]):
-        text = "its last row ends with the file and may be cut: left out"
-        return measured(path, names, rows[:-1]), [Notice("last-row-cut", text)]
-    return measured(path, names, rows), []
 
 
 def _clock_column(path: pathlib.Path, names: list[str], table: np.ndarray) -> tuple[int, float, list[Notice]]:

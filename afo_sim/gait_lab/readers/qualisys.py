@@ -8,11 +8,12 @@ from dataclasses import replace
 import numpy as np
 
 from afo_sim.common import InputError
-from afo_sim.gait_lab.readers.csv_trial import Column, CsvTrial, numbers, trial_of
+from afo_sim.gait_lab.readers.csv_trial import Column, CsvTrial, trial_of
 from afo_sim.gait_lab.readers.plates import Plate
 from afo_sim.gait_lab.readers.text import (
     cells_of,
     miscounts,
+    numbers,
     parse_row,
     rate_of,
     read_lines,

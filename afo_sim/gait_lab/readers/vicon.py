@@ -6,9 +6,9 @@ import re
 import numpy as np
 
 from afo_sim.common import InputError
-from afo_sim.gait_lab.readers.csv_trial import Column, CsvTrial, numbers, trial_of, unit_of
+from afo_sim.gait_lab.readers.csv_trial import Column, CsvTrial, trial_of, unit_of
 from afo_sim.gait_lab.readers.signals import check_clock
-from afo_sim.gait_lab.readers.text import cells_of, rate_of, read_lines, separator_of
+from afo_sim.gait_lab.readers.text import cells_of, numbers, rate_of, read_lines, separator_of
 
 _LAYOUT = "'Trajectories' or 'Devices', the rate, the names, 'Frame,Sub Frame,X,Y,Z', the units, the rows"
 _TITLES = re.compile(r'"?frame"?\s*[,;\t]\s*"?sub ?frame', re.IGNORECASE)
