@@ -2,6 +2,7 @@
 
 import itertools
 import pathlib
+import re
 
 import numpy as np
 import pytest
@@ -116,6 +117,22 @@ def test_all_problems_are_told_at_once(folder: pathlib.Path, tmp_path: pathlib.P
         ),
     ):
         assert sentence in line
+
+
+def test_what_is_read_elsewhere_is_refused_with_the_way_out(tmp_path: pathlib.Path) -> None:
+    (tmp_path / "subject.b3d").write_bytes(bytes(64))
+    with pytest.raises(InputError) as caught:
+        read_trial([tmp_path / "subject.b3d"])
+    assert "final.osim" in str(caught.value.allowed) and "_grf.mot" in str(caught.value.allowed)
+
+
+def test_forces_without_their_place_are_named(folder: pathlib.Path, tmp_path: pathlib.Path) -> None:
+    text = (folder / "grf.mot").read_text()
+    path = tmp_path / "grf.mot"
+    path.write_text(re.sub(r"_p([xyz])\b", r"_q\1", text))
+    with pytest.raises(InputError, match="and not its place") as caught:
+        read_trial([path])
+    assert "_px, _py, _pz" in str(caught.value.allowed)
 
 
 def test_two_walks_are_refused_and_so_are_two_files_of_plates(folder: pathlib.Path) -> None:

@@ -58,10 +58,9 @@ def read_opensim_table(path: pathlib.Path) -> OpenSimTable:
     check_clock(path, time)
     refuse_slow(path, time, "time", "seconds, or a title 'time [ms]'")
     columns, doubles = unique_names(_coordinates(names), "column")
+    # of the leg, the second may have been meant
     if not any(re.match(r"(pelvis|hip|knee|ankle)_.*\.\d+$", name) for name in columns):
-        doubles = [
-            each.with_severity("note") for each in doubles
-        ]  # of the leg, the second may have been meant
+        doubles = [each.with_severity("note") for each in doubles]
     degrees = {"yes": True, "no": False}.get(header.get("indegrees", "").lower())
     return OpenSimTable(
         path,

@@ -62,6 +62,12 @@ def plates_of(table: OpenSimTable) -> list[Plate]:
         match = _COMPONENT.match(name)
         if match:
             found.setdefault(match["plate"], {})[match["kind"] + match["axis"]] = values
+    for name, parts in found.items():
+        if {"vx", "vy"} <= set(parts) and "px" not in parts and "force" in name.lower():
+            problem = f"has the force of plate {name}, and not its place"
+            raise InputError(
+                problem, file=table.file, allowed=f"{name}_px, _py, _pz beside {name}_vx, _vy, _vz"
+            )
     whole = {name: parts for name, parts in found.items() if {"vx", "vy", "px"} <= set(parts)}
     return [plate_of(table.file, name, table.time, parts) for name, parts in whole.items()]
 

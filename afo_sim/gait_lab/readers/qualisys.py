@@ -38,17 +38,14 @@ def read_qualisys(path: pathlib.Path) -> CsvTrial:
     if not header or not rows:
         raise InputError("has no rows of numbers", file=path, allowed=_LAYOUT)
     titles = _titles(path, stated, header[-1], rows[0])  # `NAME x`; `PLATE fx`, `PLATE px`; "" of the others
-    scale = {"m": 1e-3, "N": 1.0}
     table, notices = numbers(path, rows, titles, "\t", ended)
-    columns = []
-    for k, title in enumerate(titles):
-        if title:
-            unit = "N" if re.search(" f[xyz]$", title) else "m"
-            columns.append(Column(title, unit, scale[unit], table[:, k]))
+    units = [("N", 1.0) if re.search(" f[xyz]$", title) else ("m", 1e-3) for title in titles]
+    columns = [
+        Column(t, *unit, table[:, k]) for k, (t, unit) in enumerate(zip(titles, units, strict=True)) if t
+    ]
     said = {key: cells[0] for key, cells in stated.items() if cells}
-    notices += miscounts(
-        said, {"NO_OF_FRAMES": ("frames", len(table)), "NO_OF_SAMPLES": ("rows", len(table))}
-    )
+    counted = {"NO_OF_FRAMES": ("frames", len(table)), "NO_OF_SAMPLES": ("rows", len(table))}
+    notices += miscounts(said, counted)
     trial = trial_of(path, np.arange(len(table)) / rate, columns, notices)
     places = [f"FORCE_PLATE_CORNER_{place}_{axis}" for place in _CORNERS for axis in "XYZ"]
     corners = None  # where not all are stated
@@ -71,11 +68,10 @@ def _turned(path: pathlib.Path, plate: Plate) -> Plate:
         problem += "not the four corners of a rectangle that they could be turned by"
         raise InputError(problem, file=path, allowed=f"{allowed}, or FORCE_PLATE_CORNER_… of all four [mm]")
     axes = np.column_stack([axis / np.linalg.norm(axis) for axis in (x, np.cross(z, x), z)])
-    force = plate.force @ axes.T
     if np.sum(z) > 0.0 < np.sum(plate.force[:, 2]):  # QTM writes what presses on the plate, along z downward
         problem += "its corners make the axis along which it is pressed point up: are they in their order?"
         raise InputError(problem, file=path, allowed=allowed)
-    return replace(plate, force=force, place=corners.mean(axis=0) + plate.place @ axes.T)
+    return replace(plate, force=plate.force @ axes.T, place=corners.mean(axis=0) + plate.place @ axes.T)
 
 
 def _is_row(line: str) -> bool:

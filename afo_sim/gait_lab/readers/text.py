@@ -91,17 +91,12 @@ def measured(path: pathlib.Path, names: Sequence[str], rows: ArrayLike) -> np.nd
 
 
 def numbers(
-    path: pathlib.Path,
-    lines: list[str],
-    names: Sequence[str],
-    separator: str | None,
-    ended: bool,
-    gaps: bool = True,
+    path: pathlib.Path, lines: list[str], names: list[str], mark: str | None, ended: bool, gaps: bool = True
 ) -> tuple[np.ndarray, list[Notice]]:
     """A table (n, names), NaN where a cell is empty or lacks at a row's end, and a warning on a cut row."""
     width, rows, notices = len(names), list[list[float]](), list[Notice]()
     require_size(path, len(lines), width)
-    if separator in ("\t", ";") and all(any(mark in line for line in lines) for mark in ",."):
+    if mark in ("\t", ";") and all(any(sign in line for line in lines) for sign in ",."):
         raise InputError("has decimal commas and decimal points", file=path, allowed="one of them throughout")
     # "12.345" cut to "12" is a number too, but the row is shorter than those before it
     if not (gaps or ended) and len(lines) > 11 and len(lines[-1]) < min(map(len, lines[-11:-1])):
@@ -109,11 +104,11 @@ def numbers(
         lines, notices = lines[:-1], [Notice("last-row-cut", text)]
     for k, line in enumerate(lines):
         last = 2 <= k == len(lines) - 1 and not (gaps and ended)
-        cells = cells_of(line, separator)
+        cells = cells_of(line, mark)
         if len(cells) != width:
             cells = without_empty_end(cells) if gaps or len(cells) > width else cells_of(line, None)
         try:
-            if len(cells) > width or (len(cells) < width and (last or separator == "," or not gaps)):
+            if len(cells) > width or (len(cells) < width and (last or mark == "," or not gaps)):
                 raise ValueError
             rows.append(parse_row(cells + [""] * (width - len(cells))))
         except ValueError:
@@ -121,7 +116,7 @@ def numbers(
                 return measured(path, names, rows), [CUT_SHORT]
             problem = f"row {k + 1} of its table is not {width} numbers"
             allowed = "decimal commas only where semicolons or tabs stand between the cells"
-            allowed = allowed if separator == "," and len(cells) > width else "numbers or empty cells"
+            allowed = allowed if mark == "," and len(cells) > width else "numbers or empty cells"
             raise InputError(problem, file=path, value=" ".join(line.split()), allowed=allowed) from None
     if len(rows) < 2:
         raise InputError("has fewer than two rows of numbers", file=path)

@@ -218,6 +218,9 @@ def _kind_of(file: pathlib.Path) -> str:
     """What a file is, by its first lines, and by its name if they do not show it."""
     if file.is_dir():
         raise InputError("is a folder", file=file, allowed=f"the files of one trial: {_SUFFIXES}")
+    if file.suffix.lower() == ".b3d":
+        instead = "AddBiomechanics' OpenSim results: IK/NAME_ik.mot, ID/NAME_grf.mot, Models/final.osim"
+        raise InputError("is read by nimblephysics alone", file=file, allowed=instead)
     by_name = _READ_AS.get(file.suffix.lower(), "")
     try:
         with file.open("rb") as stream:

@@ -29,15 +29,10 @@ def of_session(files: Sequence[pathlib.Path]) -> tuple[list[pathlib.Path], State
     plates += [file for file in given if file.stem not in motions]
     if not plates:
         problem = f"has no ground forces of {named[0]}: OpenCap's cameras measure none"
-        allowed = (
-            "the folder and a .mot of force plates that recorded this trial, by its clock and in its axes"
-        )
+        allowed = "the folder and a .mot of force plates, by the trial's clock and in its axes"
         raise InputError(problem, file=folder, allowed=allowed)
     models = sorted(folder.rglob("*.osim"), key=lambda file: len(file.name))[:1]  # before those made of it
     said = "".join(read_foreign(file) for file in folder.rglob("sessionMetadata.yaml"))
-    typed = {
-        key: float(text) for key, text in re.findall(r"^(mass|height)_(?:kg|m): *([0-9.]+)$", said, re.M)
-    }
-    likely = {key: value for key, value in typed.items() if LIKELY[key][0] <= value <= LIKELY[key][1]}
-    person = Stated(mass=likely.get("mass"), height=likely.get("height"))
-    return [motions[named[0]], *models, *plates], person
+    typed = {key: float(text) for key, text in re.findall(r"^(mass|height)_\w+: *(\d+\.?\d*)$", said, re.M)}
+    person = {key: value for key, value in typed.items() if LIKELY[key][0] <= value <= LIKELY[key][1]}
+    return [motions[named[0]], *models, *plates], Stated(mass=person.get("mass"), height=person.get("height"))
