@@ -17,7 +17,7 @@ class Trial:
 
     files: Annotated[
         list[Path],
-        Argument(help="of one trial, in any order: .c3d, .trc, .mot, .sto, .csv; .osim is the model"),
+        Argument(help="of one trial: .c3d, .trc, .mot, .sto, .csv; .osim is the model; or OpenCap's folder"),
     ]
     out: Annotated[
         Path | None, Option(help="needed: the CSV to write; its picture, of the same name, goes with it")
