@@ -19,7 +19,7 @@ from afo_sim.common.units import parse_quantity
 
 _TITLE = re.compile(r"\s*([^\[\]()]+?)\s*(?:[\[(]\s*([^\])]*?)\s*[\])])?\s*$")
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?$")
-_DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?")
+_SHOWN = re.compile(r"[+-]?\d*[.,]?\d+(?:[eE][+-]?\d+)?")  # a number in a spreadsheet
 _SEPARATOR = re.compile(r'"?sep=.?"?[,;\t]*', re.IGNORECASE)  # a spreadsheet's first line
 _MARKS, _PADDING = (",", ";", "\t"), ",;\t "  # between cells; what follows the last one
 _LARGEST_CSV = 2**26  # bytes; an hour of 15 columns at 100 Hz is less
@@ -81,12 +81,12 @@ def _without_spreadsheet(file: pathlib.Path, text: str) -> tuple[str, int]:
             continue
         cells = _cells(file, first + k, line.rstrip("; \t") if mark == "," else line, mark)
         cells = cells if any(cells[width:]) else cells[:width]
-        numbers += cells if k > top else ()
-        cells = tuple(cell.replace(",", ".") if _DECIMAL_COMMA.fullmatch(cell) else cell for cell in cells)
+        numbers += filter(_SHOWN.fullmatch, cells)
+        cells = tuple(c.replace(",", ".").replace("E", "e") if _SHOWN.fullmatch(c) else c for c in cells)
         written = io.StringIO()
         csv.writer(written, lineterminator="").writerow(cells if any(cells) else ())
         found.append(written.getvalue())
-    if any(map(_DECIMAL_COMMA.fullmatch, numbers)) and any("." in cell for cell in numbers):
+    if all(any(sign in cell for cell in numbers) for sign in ",."):
         raise InputError("has decimal commas and decimal points", file=file, allowed="one of them throughout")
     return "\n".join(found), first
 
