@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from walking import known_walk, write_angles, write_forces, write_table, write_trc
 
-from afo_sim.common import InputError
+from afo_sim.common import InputError, with_code
 from afo_sim.gait_lab import read_trial
 
 SLOW, FAST = np.arange(0.0, 1.6, 0.01), np.arange(0.0, 1.6, 0.002)
@@ -133,6 +133,23 @@ def test_forces_without_their_place_are_named(folder: pathlib.Path, tmp_path: pa
     with pytest.raises(InputError, match="and not its place") as caught:
         read_trial([path])
     assert "_px, _py, _pz" in str(caught.value.allowed)
+
+
+def test_plates_of_a_standing_trial_alone_are_told(folder: pathlib.Path, tmp_path: pathlib.Path) -> None:
+    """Nobody walks over them; the same file's plates count where it is all there is."""
+    markers = read_trial(paths(folder, "standing.trc")).markers
+    assert markers is not None
+    time, points = markers.time, markers.positions
+    still = np.column_stack(
+        [time, np.column_stack(list(points.values())), np.tile([0.0, 700.0, 0.3], (len(time), 1))]
+    )
+    titles = ["time [s]", *(f"{name} {axis} [m]" for name in points for axis in "xyz")]
+    titles += ["plate1 fx [N]", "plate1 fy [N]", "plate1 px [m]"]
+    rows = [",".join("" if np.isnan(x) else f"{x:.6f}" for x in row) for row in still]
+    (tmp_path / "standing.csv").write_text("\n".join([",".join(titles), *rows]) + "\n")
+    trial = read_trial([folder / "walk.trc", tmp_path / "standing.csv"])
+    assert not trial.plates
+    assert [notice.subject for notice in with_code(trial.notices, "plate-left-out")] == ["standing.csv"]
 
 
 def test_two_walks_are_refused_and_so_are_two_files_of_plates(folder: pathlib.Path) -> None:

@@ -202,6 +202,9 @@ def _plates(
         for content in copies
         if content is not first[0]
     ]
+    if standing and standing.plates and not first:
+        text = "the plates of {subject} were left out: nobody walks in it"
+        unused.append(Notice("plate-left-out", text, subject=standing.file.name))
     taken = list(first[0].plates) if first else []
     problems = []
     for content in first[1:]:

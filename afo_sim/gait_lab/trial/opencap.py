@@ -8,14 +8,13 @@ from afo_sim.common import InputError, read_foreign
 from afo_sim.gait_lab.readers.stated import LIKELY, Stated
 
 _MOTIONS = ("MarkerData/*.trc", "Kinematics/*.mot")  # of a trial by its name; angles count before markers
-_STANDING = "neutral"  # trial by which OpenCap scales the model
 
 
 def of_session(files: Sequence[pathlib.Path]) -> tuple[list[pathlib.Path], Stated]:
     """Of a session's folder the files of one trial, and what it says of the person; else the files given."""
     folder = next((file for file in files if file.is_dir()), None)
     motions = {} if folder is None else {file.stem: file for kind in _MOTIONS for file in folder.rglob(kind)}
-    motions.pop(_STANDING, None)
+    motions.pop("neutral", None)  # the standing trial by which the model is scaled
     if folder is None or not motions:
         return list(files), Stated()
     given = [file for file in files if file != folder]
