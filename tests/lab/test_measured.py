@@ -33,6 +33,16 @@ def test_units_are_those_of_the_titles(tmp_path: pathlib.Path) -> None:
     assert not data.loaded
 
 
+@pytest.mark.parametrize("mark", [";", "\t"])
+def test_a_spreadsheet_s_decimal_commas_are_points(tmp_path: pathlib.Path, mark: str) -> None:
+    text = (
+        GOOD.replace(",", mark).replace("150", "1,505E+02").replace("# a remark", f'"# a; remark"{2 * mark}')
+    )
+    data = read_measured(write(tmp_path, text))
+    assert list(data.force) == [100.0, 150.5, 120.0]
+    assert data.facts["total_length"] == pytest.approx(0.2)
+
+
 def test_loads_hang_with_their_hanger(tmp_path: pathlib.Path) -> None:
     text = "# total_length: 215 mm\n# hanger: 100 g\npressure (MPa), load (g), length (cm)\n"
     text += ".2,1000,20\n.3,1500,19\n.4,2000,18\n"
