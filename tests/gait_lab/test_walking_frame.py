@@ -5,9 +5,10 @@ import math
 import pathlib
 import re
 
+import analytic_walker
 import numpy as np
 import pytest
-from analytic_walker import TOE_OFF, AnalyticWalker, changed
+from analytic_walker import PITCH, TOE_OFF, AnalyticWalker, changed
 from scipy.spatial.transform import Rotation
 
 from afo_sim.common import InputError, with_code
@@ -121,6 +122,15 @@ def test_standing_before_the_walk_does_not_matter() -> None:
 def test_slow_and_fast_belts(speed: float, period: float) -> None:
     walker = AnalyticWalker(speed=speed, period=period, belt=speed, noise=0.002)
     assert find_frame(walker.legs(TIME), Choices()).belt_speed == pytest.approx(speed, rel=0.01)
+
+
+@pytest.mark.parametrize("speed", [0.3, 0.8, 1.2])
+def test_a_shuffling_foot_shows_the_belt(speed: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It turns by a tenth of what a foot usually does, 2 deg up and 6 deg down."""
+    monkeypatch.setattr(analytic_walker, "PITCH", lambda phase: 0.1 * PITCH(phase))
+    walker = AnalyticWalker(speed=speed, period=1.0 + 0.25 / speed, belt=speed, noise=0.002)
+    frame = find_frame(walker.legs(TIME), Choices())
+    assert frame.belt_speed == pytest.approx(speed, rel=0.01) and not frame.warnings
 
 
 def test_a_walker_who_drifts_on_the_belt() -> None:

@@ -27,7 +27,7 @@ _LEAN = 40.0  # of a shank at toe-off, about its largest in walking [deg]
 _TURNED_OUT = 45.0  # of a foot [deg]
 _APART = 0.02  # distance of the hips below which right and left are not told apart; assumed [m]
 
-_REST = 0.3  # of a foot's greatest speed over the ground, and of its turning, where it lies flat; assumed [-]
+_TURNS, _MOVES = 0.3, 0.2  # of a foot's fastest turning and motion: below both it lies flat; assumed [-]
 _RIPPLE = 0.01  # of the heel's height over the toe's while the foot lies flat; assumed [m]
 _WAY = 0.2  # least way over which the feet show whether the ground is level; assumed [m]
 _RAMP, _SLOPE = (
@@ -246,12 +246,12 @@ def _standing_foot(leg: LegPoints, up: np.ndarray, period: float | None) -> _Sta
     reach = period or math.inf
     walks = (time >= time[swing[0]] - reach) & (time <= time[swing[-1]] + reach)
     walks &= np.interp(time, leg.time, np.isfinite(paths).all(axis=1)) > 0.9  # a bridged gap turns nowhere
-    still = walks & (turning <= _REST * turning.max())
+    still = walks & (turning <= _TURNS * turning.max())
     if not still.any():
         return nothing
     moved = np.linalg.norm(speed - np.median(speed[still], axis=0), axis=1)
     pitch = np.abs((heel - toe) @ up - np.median((heel - toe)[still] @ up))
-    flat = still & (moved < _REST * np.quantile(moved[walks], 0.98)) & (pitch < _RIPPLE)
+    flat = still & (moved < _MOVES * np.quantile(moved[walks], 0.98)) & (pitch < _RIPPLE)
     runs = stretches(flat)
     # before the first and after the last swing the walker may stand on a belt that stands
     between = [run for run in runs if swing[0] < run[0] and run[1] <= swing[-1]]
