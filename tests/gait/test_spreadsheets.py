@@ -7,12 +7,11 @@ import pathlib
 
 import numpy as np
 import pytest
+from kept_inputs import FOLDER, kept
 
 from afo_sim.common import InputError, assets
 from afo_sim.gait import file as gait
 from afo_sim.gait.cycle import COLUMNS
-
-SHARED = pathlib.Path("shared/data/faults/trials/csv_saved_by_excel/gait.csv")
 
 
 def saved(text: str, reads: str, writes: str, comma: bool, quoted: bool = False) -> str:
@@ -125,7 +124,7 @@ def test_what_is_not_clear_is_refused(written: pathlib.Path, old: str, new: str,
     assert what in str(caught.value)
 
 
-@pytest.mark.skipif(not SHARED.exists(), reason="the shared inputs are not here")
+@kept("csv_saved_by_excel")
 def test_a_file_that_a_spreadsheet_has_saved() -> None:
-    cycle = gait.read(SHARED)
+    cycle = gait.read(FOLDER / "csv_saved_by_excel" / "gait.csv")
     assert cycle.stride_time == 1.0588 and cycle.source == "HC038A11.c3d"

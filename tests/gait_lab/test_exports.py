@@ -11,6 +11,7 @@ from gait_lab.faulty_trials import SET
 from gait_lab.known_walker import Walker
 from gait_lab.laboratory import Laboratory
 from gait_lab.trial_files import write_csv_forces, write_csv_markers
+from kept_inputs import FOLDER, kept
 
 from afo_sim.common import InputError
 from afo_sim.gait_lab import Choices, import_gait, read_trial
@@ -229,11 +230,8 @@ def test_own_axes_without_clear_corners_are_refused(
     assert what in str(caught.value) and "world (lab)" in str(caught.value.allowed)
 
 
-SHARED = pathlib.Path("shared/data/faults/trials/qtm_local_axes")
-
-
-@pytest.mark.skipif(not SHARED.exists(), reason="the shared inputs are not here")
+@kept("qtm_local_axes")
 def test_the_public_laboratory_s_kind() -> None:
-    found = import_gait(sorted(SHARED.glob("*.tsv")), Choices(walker="healthy"))
+    found = import_gait(sorted((FOLDER / "qtm_local_axes").glob("*.tsv")), Choices(walker="healthy"))
     assert float(np.abs(found.cycle.ankle_moment).max()) == pytest.approx(1.81, abs=0.02)
     assert found.mass.mass == pytest.approx(67.2, rel=0.01)

@@ -2,13 +2,13 @@
 
 import dataclasses
 import math
-import pathlib
 import re
 
 import analytic_walker
 import numpy as np
 import pytest
 from analytic_walker import PITCH, TOE_OFF, AnalyticWalker, changed
+from kept_inputs import FOLDER, kept
 from scipy.spatial.transform import Rotation
 
 from afo_sim.common import InputError, with_code
@@ -402,10 +402,7 @@ def test_a_level_floor_is_level_with_noise_too(speed: float, belt: bool) -> None
     assert not with_code(find_frame(walker.legs(TIME), Choices()).notices, "floor-slopes")
 
 
-DOWN = pathlib.Path("shared/data/faults/trials/slope_down/walk.c3d")
-
-
-@pytest.mark.skipif(not DOWN.exists(), reason="the shared inputs are not here")
+@kept("slope_down")
 def test_a_walk_down_a_slope() -> None:
     with pytest.raises(InputError, match=r"goes down by .* \(15.1 deg\): a slope"):
-        import_gait([DOWN], Choices())
+        import_gait([FOLDER / "slope_down" / "walk.c3d"], Choices())
