@@ -99,16 +99,12 @@ def test_a_stated_mass_that_the_plates_contradict_is_doubted(share: float) -> No
     assert notice.data["percent"] == pytest.approx(100.0 / (1.0 + share) - 100.0, abs=1.5)
 
 
-def test_a_marker_of_one_foot_is_no_shift_of_the_plates() -> None:
-    """A common shift shows in both feet alike."""
-    whole = trial(7001)
-    assert whole.markers is not None
-    moved = {
-        name: path - np.array([0.0, 0.0, 0.04]) if name in ("LMT1", "LMT2", "LCAL") else path
-        for name, path in whole.markers.positions.items()
-    }
-    done = cut_cycle(dataclasses.replace(whole, markers=Markers(FILE, whole.markers.time, moved)), Choices())
-    assert "pressure-aside" not in codes(done)
+def test_a_shift_sideways_is_told_by_foot() -> None:
+    """The sentence shows whether both feet are off, or a marker of one."""
+    done = cut_cycle(trial(7001, "across", 0.03), Choices())
+    (notice,) = with_code(done.warnings, "pressure-aside")
+    right, left = (float(part.split()[1]) for part in notice.data["each"].split(", "))
+    assert notice.data["off"] == pytest.approx(0.5 * (right + left), abs=1.0)
 
 
 @pytest.mark.parametrize(

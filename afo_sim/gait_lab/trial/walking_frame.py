@@ -30,8 +30,8 @@ _APART = 0.02  # distance of the hips below which right and left are not told ap
 _TURNS, _MOVES = 0.3, 0.2  # of a foot's fastest turning and motion: below both it lies flat; assumed [-]
 _RIPPLE = 0.01  # of the heel's height over the toe's while the foot lies flat; assumed [m]
 _WAY = 0.2  # least way over which the feet show whether the ground is level; assumed [m]
-# Tilt of the ground that is told, and refused [deg]: the ankle's zero is wrong by as much, which markers place
-# to 2.2 RMS; level ones showed up to 0.3 (measured)
+# Tilt of the ground that is told, and refused [deg]: the ankle's zero is wrong by as much, which markers
+# place to 2.2 RMS; level ones showed up to 0.3 (measured)
 _RAMP, _SLOPE = 1.0, 3.0
 _STEP = 0.05  # of the ground beside the line through it, that is no level floor; assumed [m]
 _STEADY = 0.08  # shortest time of a foot's rest that shows its speed; assumed [s]
