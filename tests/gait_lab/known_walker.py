@@ -64,6 +64,7 @@ class Walker:
     slower: float = 1.0  # factor of the stride's time
     size: float = 1.0  # factor of every length
     seed: int | None = None
+    uneven: float = 1.0  # factor of what strides differ by
     gait: str = "gatk_stride1"  # shipped cycle that moves the feet
     left_strike: float = 0.5  # of the right foot's stride [-]
     calm: float = 0.84  # of the trunk's rise and fall that the centre of mass has; legs move less (measured)
@@ -137,12 +138,14 @@ class Walker:
         if self.seed is None:
             return {"length": np.zeros((2, count)), "height": np.zeros((2, count)),
                     "pitch": np.zeros((2, count)), "wave": np.zeros((2, 4))}  # fmt: skip
-        rng = np.random.default_rng(self.seed)
+        rng, far = np.random.default_rng(self.seed), self.uneven * self.size
         return {
-            "length": self.size * LENGTH_VARIES * _bounded(rng, (2, count)),
-            "height": self.size * HEIGHT_VARIES * _bounded(rng, (2, count)),
-            "pitch": PITCH_VARIES * _bounded(rng, (2, count)),
-            "wave": np.array([rng.normal(0.0, TIME_VARIES / 2.0, 4), rng.uniform(0.0, 2.0 * np.pi, 4)]),
+            "length": far * LENGTH_VARIES * _bounded(rng, (2, count)),
+            "height": far * HEIGHT_VARIES * _bounded(rng, (2, count)),
+            "pitch": self.uneven * PITCH_VARIES * _bounded(rng, (2, count)),
+            "wave": np.array(
+                [self.uneven * rng.normal(0.0, TIME_VARIES / 2.0, 4), rng.uniform(0.0, 2.0 * np.pi, 4)]
+            ),
         }
 
     def phase(self, side: str, time: np.ndarray) -> np.ndarray:

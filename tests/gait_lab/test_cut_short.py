@@ -1,6 +1,7 @@
 """Recordings trimmed to about one stride: mass, period and moment of a known walker at any beginning."""
 
 import dataclasses
+import itertools
 import pathlib
 
 import numpy as np
@@ -13,6 +14,11 @@ from gait_lab.trial_files import write_csv_forces, write_csv_markers
 
 from afo_sim.common import InputError, with_code
 from afo_sim.gait_lab import Choices, import_gait, read_options
+from afo_sim.gait_lab.readers.markers import Markers
+from afo_sim.gait_lab.trial.events import period_by_motion
+from afo_sim.gait_lab.trial.leg_motion import LegMotion, from_points
+from afo_sim.gait_lab.trial.marker_legs import legs_from_markers
+from afo_sim.gait_lab.trial.walking_frame import find_frame
 
 WALKER = Walker()
 PERIOD = WALKER.stride_time
@@ -61,6 +67,33 @@ def test_a_trimmed_recording_gives_the_same_walk(
         assert import_gait(trial, dataclasses.replace(choices, mass=WALKER.mass)).mass.how == "given"
 
 
+@pytest.mark.parametrize("gait", ["gatk_stride1", "bovi2011_xs", "bovi2011_m"])
+@pytest.mark.parametrize("legs", ["both", "one"])
+def test_the_period_of_a_cut_of_unlike_strides_is_the_stride(gait: str, legs: str) -> None:
+    """Strides that differ by up to 32 mm: the first return is taken, no longer period that is hardly covered."""
+    wrong = []
+    for seed in range(2):
+        walker = Walker(seed=seed, uneven=2.0, gait=gait)
+        period = walker.stride_time
+        for length, begun in itertools.product((1.1, 1.3, 1.6), (0.05, 0.4, 0.75)):
+            lab = Laboratory(walker, began=0.5 + begun * period, seconds=length * period, noise=5e-4)
+            motions = motions_of(lab)
+            found = period_by_motion(motions["right"], motions["left"] if legs == "both" else None)
+            time = np.linspace(lab.time[0] - 0.5, lab.time[-1] + 0.5, 2000)
+            middle = np.interp(lab.time.mean(), time, walker.phase("right", time))
+            true = np.diff(np.interp(middle + np.array([-0.5, 0.5]), walker.phase("right", time), time))[0]
+            if isinstance(found, str) or abs(found / true - 1.0) > 0.02:
+                wrong.append((seed, length, begun, found))
+    assert wrong == []
+
+
+def motions_of(lab: Laboratory) -> dict[str, LegMotion]:
+    markers = Markers(pathlib.Path("walk.trc"), lab.time, lab.markers(SET))
+    legs = legs_from_markers(markers, Choices())
+    frame = find_frame(legs, Choices())
+    return {side: from_points(leg, frame, 10.0) for side, leg in legs.items()}
+
+
 def test_the_other_side_is_taken_of_a_healthy_walker_and_said_and_of_no_other(tmp_path: pathlib.Path) -> None:
     trial = files(tmp_path, FULL)
     left = [plate for plate in FULL.plates() if plate.name == "l"]
@@ -69,8 +102,9 @@ def test_the_other_side_is_taken_of_a_healthy_walker_and_said_and_of_no_other(tm
     found = import_gait(trial, dataclasses.replace(either, walker="healthy"))
     assert found.cycle.side == "left" and with_code(found.warnings, "other-side-taken")
     for asked in (dataclasses.replace(either, walker="patient"), Choices(mass=WALKER.mass, walker="healthy")):
-        with pytest.raises(InputError, match="side = 'right'"):
+        with pytest.raises(InputError, match="side = 'right'") as refused:
             import_gait(trial, asked)
+        assert "left" in refused.value.allowed
 
 
 def test_the_other_side_is_taken_where_a_leg_is_lost_but_not_with_markers_or_a_stride_of_that_side(
@@ -85,6 +119,9 @@ def test_the_other_side_is_taken_where_a_leg_is_lost_but_not_with_markers_or_a_s
     for asked in ({"stride": 1}, {"markers": {"ankle": ("RLMAL", "RMMAL")}}):
         with pytest.raises(InputError):
             import_gait(trial, dataclasses.replace(either, **asked))
+    with pytest.raises(InputError) as refused:  # a patient's side is never guessed, but told
+        import_gait(trial, dataclasses.replace(either, walker="patient"))
+    assert "left" in refused.value.allowed
 
 
 def test_one_cycle_of_each_side_is_refused(tmp_path: pathlib.Path) -> None:

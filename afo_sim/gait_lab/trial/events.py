@@ -181,14 +181,16 @@ def period_by_motion(motion: LegMotion, other: LegMotion | None = None) -> float
         values = np.column_stack([values, *(np.interp(time, at, column) for column in beside.T)])
         values /= np.sqrt(2.0)  # distances are those of one leg
     strange = np.array([_strangeness(time, values, period) for period in tried])
-    k = int(np.argmin(strange))
-    if not 0 < k < len(tried) - 1 or strange[k] > _STRANGE:
-        lows = np.flatnonzero((strange[1:-1] <= strange[:-2]) & (strange[1:-1] < strange[2:])) + 1
-        if not len(lows):
-            return f"the leg's motion does not come back within its {length:.2f} s"
-        k = int(lows[np.argmin(strange[lows])])
-        off, most = np.degrees([strange[k], _STRANGE])
-        return f"the leg's motion comes back after {tried[k]:.2f} s within {off:.1f} deg, not {most:.1f} deg"
+    # the first return: longer periods are hardly covered, or are several, and any motion is near to such
+    lows = np.flatnonzero((strange[1:-1] <= strange[:-2]) & (strange[1:-1] < strange[2:])) + 1
+    if not len(lows):
+        return f"the leg's motion does not come back within its {length:.2f} s"
+    k = int(next((low for low in lows if strange[low] <= _STRANGE), lows[np.argmin(strange[lows])]))
+    if strange[k] > _STRANGE:
+        off, most = np.ceil(10.0 * np.degrees(strange[k])) / 10.0, np.degrees(_STRANGE)
+        return (
+            f"after {tried[k]:.2f} s the leg is {off:.1f} deg off its motion before, not {most:.1f} or less"
+        )
     return float(tried[k] + _STATISTIC_STEP * _vertex(strange[k - 1 : k + 2] ** 2))
 
 
@@ -206,8 +208,7 @@ def _strangeness(time: np.ndarray, values: np.ndarray, period: float) -> float:
     order = np.arange(1, _HARMONICS + 1)
     wave = 2.0 * np.pi * np.outer((time - time[0]) / period, order)
     basis = np.column_stack([np.ones(len(time)), np.cos(wave), np.sin(wave)])
-    rough = np.sqrt(_ROUGHNESS * len(time)) * np.r_[0.0, np.tile((order / _HARMONICS) ** 3.0, 2)]
-    system = np.vstack([basis, np.diag(rough)])
-    wanted = np.vstack([values, np.zeros((len(rough), values.shape[1]))])
-    weights = np.linalg.lstsq(system, wanted, rcond=None)[0]
-    return float(np.sqrt(np.sum((system @ weights - wanted) ** 2) / len(time)))
+    rough = _ROUGHNESS * len(time) * np.r_[0.0, np.tile((order / _HARMONICS) ** 6.0, 2)]
+    shared = basis.T @ values
+    explained = np.sum(shared * np.linalg.solve(basis.T @ basis + np.diag(rough), shared))
+    return float(np.sqrt(max(0.0, np.sum(values**2) - explained) / len(time)))
