@@ -26,8 +26,12 @@ class Trial:
         str | None, Option(metavar="healthy|patient", help="needed: whose walk it is; it is never guessed")
     ] = None
     side: Annotated[
-        str, Option(help="right|left|both (the mean of both)|each (NAME_right.csv, NAME_left.csv)")
-    ] = "right"
+        str | None,
+        Option(
+            help="right|left|both (the mean of both)|each (NAME_right.csv, NAME_left.csv); by default right, "
+            "or, if that has no usable stride, a healthy walker's left"
+        ),
+    ] = None
     stride: Annotated[
         str | None, Option(metavar="N|mean", help="which stride; the first that is whole by default")
     ] = None

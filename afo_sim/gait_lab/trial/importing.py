@@ -46,7 +46,7 @@ def import_gait(files: Sequence[str | pathlib.Path], choices: Choices) -> Import
         return cut_cycle(trial, choices)
     except InputError as error:
         asked = choices.markers or choices.stride is not None  # of that side, whose they are
-        if not choices.either or choices.walker != "healthy" or asked:
+        if not choices.either or asked:
             raise
         refused = error
     # the other leg's stride of a healthy walker for whom no side was asked
@@ -55,6 +55,9 @@ def import_gait(files: Sequence[str | pathlib.Path], choices: Choices) -> Import
         done = cut_cycle(trial, replace(choices, side=other))
     except InputError:
         raise refused from None
+    if choices.walker != "healthy":
+        way = f"the {other} side, whose stride can be cut"
+        raise refused.replaced(allowed="; ".join(filter(None, (refused.allowed, way))))
     text = "the {subject} leg's stride is taken, since {problem}"
     notice = Notice("other-side-taken", text, subject=other, problem=refused.problem)
     return _with_notices(done, (notice, *done.notices))
