@@ -70,7 +70,7 @@ def test_a_trimmed_recording_gives_the_same_walk(
 @pytest.mark.parametrize("gait", ["gatk_stride1", "bovi2011_xs", "bovi2011_m"])
 @pytest.mark.parametrize("legs", ["both", "one"])
 def test_the_period_of_a_cut_of_unlike_strides_is_the_stride(gait: str, legs: str) -> None:
-    """Strides that differ by up to 32 mm: the first return is taken, no longer period that is hardly covered."""
+    """Strides that differ by up to 32 mm: the first return counts, no longer time that is hardly covered."""
     wrong = []
     for seed in range(2):
         walker = Walker(seed=seed, uneven=2.0, gait=gait)

@@ -75,7 +75,7 @@ def test_a_foot_that_leaves_the_plate_early_is_told(walk: Walk) -> None:
     short = tuple(dataclasses.replace(contact, end=contact.end - 0.3) for contact in own.contacts)
     found = find_strides(motion, dataclasses.replace(own, contacts=short))
     assert not found[0].loaded
-    assert "the foot leaves the plate 0.30 s from its toe-off" in found[0].by
+    assert "the foot leaves the plate 0.30 s before its toe-off" in found[0].by
 
 
 def test_hidden_markers_leave_strides_out(walk: Walk) -> None:

@@ -98,7 +98,7 @@ def require_loaded(strides: Sequence[RecordedStride], choices: Choices) -> tuple
         raise InputError(problem, field="side", value="both", allowed=strides[found[0]].side)
     if not found:
         other = next((s.side for s in strides if s.loaded), "")
-        others = f"{other}, whose stance is;" if other else "the other side,"
+        others = f"{other}, whose stance is; or " if other else ""
         seen = "; ".join(
             f"{strides[k].start:.2f} to {strides[k].end:.2f} s: {strides[k].by}" for k in own[:4]
         )
@@ -107,7 +107,7 @@ def require_loaded(strides: Sequence[RecordedStride], choices: Choices) -> tuple
             f"moment is not known ({seen})",
             field="side",
             value=choices.side,
-            allowed=f"{others} or a trial in which this foot steps on a plate between two heel strikes",
+            allowed=f"{others}a trial in which this foot steps on a plate between two heel strikes",
         )
     return found
 

@@ -255,8 +255,8 @@ def _require_height(height: float, choices: Choices) -> None:
     if choices.thigh is not None and stated is not None and abs(height - stated) > _CHAIN_ERROR:
         word = "short" if height > stated else "long"
         raise InputError(
-            f"thigh, shank and ankle height are {100.0 * abs(height - stated):.0f} cm too {word}: they leave "
-            f"the ankle {100.0 * height:.0f} cm above the floor with the foot flat",
+            f"thigh, shank and ankle height are {100.0 * abs(height - stated):.1f} cm too {word}: they leave "
+            f"the ankle {100.0 * height:.1f} cm above the floor with the foot flat",
             field="thigh",
             allowed=f"the walker's own, within {100.0 * _CHAIN_ERROR:.0f} cm together; or the scaled model, "
             "`model`",

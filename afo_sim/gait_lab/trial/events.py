@@ -174,7 +174,7 @@ def period_by_motion(motion: LegMotion, other: LegMotion | None = None) -> float
     length = float(motion.time[-1] - motion.time[0])
     tried = np.arange(STRIDE[0], min(length / _LOOKED, STRIDE[1]), _STATISTIC_STEP)
     if len(tried) < 3:
-        return f"the motion lasts {length:.2f} s, less than a stride"
+        return f"the motion is seen for {length:.2f} s at a stretch, less than a stride"
     time, values = _signals(motion)
     if other is not None and other.time[0] <= time[0] and time[-1] <= other.time[-1] and not other.hidden:
         at, beside = _signals(other)
@@ -184,13 +184,12 @@ def period_by_motion(motion: LegMotion, other: LegMotion | None = None) -> float
     # the first return: longer periods are hardly covered, or are several, and any motion is near to such
     lows = np.flatnonzero((strange[1:-1] <= strange[:-2]) & (strange[1:-1] < strange[2:])) + 1
     if not len(lows):
-        return f"the leg's motion does not come back within its {length:.2f} s"
+        return f"the leg's motion does not come back within {length:.2f} s"
     k = int(next((low for low in lows if strange[low] <= _STRANGE), lows[np.argmin(strange[lows])]))
     if strange[k] > _STRANGE:
         off, most = np.ceil(10.0 * np.degrees(strange[k])) / 10.0, np.degrees(_STRANGE)
-        return (
-            f"after {tried[k]:.2f} s the leg is {off:.1f} deg off its motion before, not {most:.1f} or less"
-        )
+        came = f"after {tried[k]:.2f} s within {off:.1f} deg"
+        return f"the leg's motion comes back {came}, and a walk's within {most:.1f} deg"
     return float(tried[k] + _STATISTIC_STEP * _vertex(strange[k - 1 : k + 2] ** 2))
 
 

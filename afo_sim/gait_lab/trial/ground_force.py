@@ -105,7 +105,8 @@ def foot_force(
             seen = f"nobody stands on a plate while the motion is known, {start:.2f} to {end:.2f} s ({spans})"
             raise InputError(seen, field="time", allowed="motion and forces of one trial, by one clock")
         problem = f"no contact has its centre of pressure under the {side} foot throughout ({spans})"
-        allowed = f"a plate that carries this foot alone, in the motion's axes; or one of {among} alone"
+        allowed = "a plate that carries this foot alone, in the motion's axes"
+        allowed += f"; or one of {among} alone" if len(chosen) > 1 else ""
         raise InputError(problem, field="side", value=side, allowed=allowed)
     grid, _ = evenly(chosen[0].time, chosen[0].time)
     force_x, force_z, moment = np.sum([load.on_grid(grid, choices.cutoff) for load in loads], axis=0).T

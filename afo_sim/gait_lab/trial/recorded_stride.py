@@ -147,8 +147,8 @@ def seam(
 
 def too_short(length: float, period: float) -> str:
     """The sentence that refuses a gap."""
-    share = 100.0 * length / period
+    share = np.floor(1000.0 * length / period) / 10.0
     return (
-        f"the motion lasts {length:.3f} s, {share:.1f} % of a period of {period:.3f} s; at least "
-        f"{100.0 * (1.0 - WIDEST):.0f} % are needed to close it"
+        f"the motion is seen for {length:.3f} s at a stretch, {share:.1f} % of a period of {period:.3f} s; "
+        f"at least {100.0 * (1.0 - WIDEST):.0f} % are needed to close it"
     )

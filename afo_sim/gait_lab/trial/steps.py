@@ -54,7 +54,8 @@ def find_steps(
             straight = [stride for stride in found if _straight(stride, frame)]
             if not straight:
                 turns = "; ".join(frame.warnings)
-                raise InputError(f"no whole stride lies in the walk's straight part: {turns}")
+                problem = f"no whole stride lies in the walk's straight part: {turns}"
+                raise InputError(problem, allowed="a stride or more straight ahead")
             strides += [_over_ground(stride, frame.belt_speed) for stride in straight]
         except InputError as error:
             if side == choices.side or choices.both:
@@ -95,7 +96,7 @@ def _refuse_running(strides: Sequence[RecordedStride]) -> None:
             duty.setdefault(stride.side, []).append((stride.toe_off - stride.start) / stride.time)
     means = {side: float(np.mean(each)) for side, each in duty.items()}
     if duty and 2.0 * sum(means.values()) / len(means) < (1.0 if len(means) == 2 else _LAME):
-        each = " and ".join(f"the {side} foot {100.0 * mean:.0f} %" for side, mean in means.items())
+        each = " and ".join(f"the {side} foot {100.0 * mean:.1f} %" for side, mean in means.items())
         seen = f"the walker runs: {each} of the stride on its plate, so that at times both are off the floor"
         raise InputError(seen, allowed="a walk, in which both feet together stand for more than a stride")
 

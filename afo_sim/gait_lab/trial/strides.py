@@ -45,6 +45,7 @@ _SUNK = 0.75  # share of the toe's fall after heel strike that is over when a fo
 _RAISED = 0.02  # height of the toe at heel strike from which on its fall is looked at [m] (assumed)
 _WINDOWS = 41  # that are tried where a recording holds more than a period
 _BARE = 0.01  # share of a period without force that is no gap in a stance [-] (assumed: a motion's sample)
+_WAY_OUT = "a recording with a whole stride of this leg in view, or 95 % of one"
 _Contacts = Sequence[PlateContact]
 _SIGNALS = ("shank_angle", "knee_angle", "ankle_angle", "ankle_x", "ankle_z")
 
@@ -73,7 +74,7 @@ def find_strides(
     leg, why = _known(motion, ground)
     if leg.events.reach < STEP:
         seen = f"the foot moves only {leg.events.reach:.2f} m against the body, which is not walking"
-        raise InputError("no whole stride was found: " + "; ".join([seen, *why][:6]))
+        raise InputError("no whole stride was found: " + "; ".join([seen, *why][:6]), allowed=_WAY_OUT)
     found = _whole(leg, _strikes(leg), why)
     whole = [contact for contact in leg.contacts if contact not in leg.beside]
     if any(stride.loaded for stride in found) or (found and not whole):
@@ -90,7 +91,7 @@ def find_strides(
     if isinstance(closed, RecordedStride):
         return [closed]
     why = [str(closed), *why, *(_incomplete(contact, leg) for contact in whole)]
-    raise InputError("no whole stride was found: " + "; ".join(why[:6]))
+    raise InputError("no whole stride was found: " + "; ".join(why[:6]), allowed=_WAY_OUT)
 
 
 def _known(motion: LegMotion, ground: GroundForce | None) -> tuple[_Leg, list[str]]:
@@ -157,7 +158,7 @@ def _whole(leg: _Leg, strikes: Sequence[_Strike], why: list[str]) -> list[Record
         span = f"{first.time:.2f} to {second.time:.2f} s"
         gaps = [name for name, a, b in leg.motion.hidden if a < second.time and b > first.time]
         if not STRIDE[0] <= time <= STRIDE[1]:
-            why.append(f"{span}: {time:.2f} s are not a valid stride")
+            why.append(f"{span}: {time:.2f} s, and a stride lasts {STRIDE[0]:g} to {STRIDE[1]:g} s")
         elif time > _MISSED * float(np.median(times)):
             why.append(f"{span}: a heel strike in it was missed")
         elif _MISSED * time < float(np.median(times)):
@@ -198,8 +199,11 @@ def _left_early(contact: PlateContact, off: float | None, end: float) -> str:
     early = 0.0 if off is None else off - contact.end
     if not contact.ends:
         seen = "the plate's recording ends before the toe-off"
-    elif contact.end > end or abs(early) > _SAME * (end - contact.start):
-        seen = f"the foot leaves the plate {abs(early):.2f} s from its toe-off"
+    elif contact.end > end:
+        seen = "the foot is on the plate beyond its next heel strike"
+    elif abs(early) > _SAME * (end - contact.start):
+        when = "before" if early > 0.0 else "after"
+        seen = f"the foot leaves the plate {abs(early):.2f} s {when} its toe-off"
     else:
         return ""
     return f"the ground force is missing in part ({seen})"
@@ -208,8 +212,11 @@ def _left_early(contact: PlateContact, off: float | None, end: float) -> str:
 def _incomplete(contact: PlateContact, leg: _Leg) -> str:
     """Why a contact that is a step begins no stride."""
     first, last = leg.motion.time[0], leg.motion.time[-1]
+    next_strike = contact.start + leg.events.stride_time
     why = "the motion ends before the next heel strike"
-    if not contact.begins:
+    if any(start < next_strike and end > contact.start for _, start, end in leg.motion.hidden):
+        why = "the leg is not in view throughout its stride"
+    elif not contact.begins:
         why = "its beginning is not on the recording"
     elif not contact.ends:
         why = "its end is not on the recording"
