@@ -63,7 +63,7 @@ class Walker:
     way: float = 0.3  # the right ankle's x at its first heel strike [m]
     slower: float = 1.0  # factor of the stride's time
     size: float = 1.0  # factor of every length
-    seed: int | None = None
+    seed: int | None = 1
     uneven: float = 1.0  # factor of what strides differ by
     gait: str = "gatk_stride1"  # shipped cycle that moves the feet
     left_strike: float = 0.5  # of the right foot's stride [-]

@@ -8,6 +8,8 @@ from gait_lab.known_walker import SIDES, SOLE, Walker, about_y, ankle_in_tibia, 
 from gait_lab.marker_sets import in_world
 from scipy.spatial.transform import Rotation
 
+LONG_PLATE = 1.3  # a longer one is the sum of a walkway's, each of which was zeroed [m]
+
 
 @dataclass(frozen=True)
 class Recorded:
@@ -36,14 +38,21 @@ class Laboratory:
     plate_rate: float = 500.0  # [Hz]
     began: float = 0.0  # the recording's first moment, on the walker's clock [s]
     # ---- what errs
+    ideal: bool = False  # nothing does, and strides are alike
     seed: int = 0  # of what follows
-    noise: float = 0.0  # SD of a marker's coordinate, from sample to sample [m]
-    blinks: int = 0  # short times, of 20 to 80 ms, in which one marker or another is not seen
-    ends: float = 0.0  # longest time for which a marker is not yet, or no more, in view [s]
+    noise: float = 0.0005  # SD of a marker's coordinate, from sample to sample [m]
+    blinks: int = 3  # short times, of 20 to 80 ms, in which one marker or another is not seen
+    ends: float = 0.1  # longest time for which a marker is not yet, or no more, in view [s]
     unseen: float = np.nan  # coordinate of a marker that is not seen: not a number, or 0
-    offset: float = 0.0  # SD of what a plate reads with nobody on it [N], and its moments by 50 mm of that
+    offset: float = 2.0  # SD of what a plate reads with nobody on it [N], and its moments by 50 mm of that
     late: float = 0.0  # what the plates show after the cameras [s]
     gains: tuple[float, ...] = (1.0,)  # of the plates' forces in turn: right and left foot's, or one by one
+
+    def __post_init__(self) -> None:
+        if self.ideal:
+            for field_, value in {"noise": 0.0, "blinks": 0, "ends": 0.0, "offset": 0.0}.items():
+                object.__setattr__(self, field_, value)
+            object.__setattr__(self, "walker", dataclasses.replace(self.walker, seed=None))
 
     @property
     def time(self) -> np.ndarray:
@@ -130,18 +139,18 @@ class Laboratory:
         """Plates as they read: with another gain, and something with nobody on them."""
         rng, up, found = np.random.default_rng([self.seed, 1]), self.axes[:, 1], []
         for k, plate in enumerate(plates):
+            gain, middle = self.gains[k % len(self.gains)], plate.corners.mean(axis=0)
             idle = self.axes @ (self.offset * rng.normal(0.0, 1.0, 3) * [0.3, 1.0, 0.3])
             lever = 0.05 * self.offset * rng.normal(0.0, 1.0, 3)
             lever -= (lever @ up) * up
-            force = self.gains[k % len(self.gains)] * plate.force + idle
-            if self.offset:
-                middle = plate.corners.mean(axis=0)
-                pressed = self.gains[k % len(self.gains)] * (plate.force @ up)[:, None]
+            plate = dataclasses.replace(plate, force=gain * plate.force)
+            if self.offset and np.ptp(plate.corners, axis=0).max() < LONG_PLATE:
+                force = plate.force + idle
                 carried = (force @ up)[:, None]
                 carried = np.where(np.abs(carried) < 0.5, 0.5, carried)
-                place = middle + (pressed * (plate.place - middle) + lever) / carried
-                plate = dataclasses.replace(plate, place=place)
-            found.append(dataclasses.replace(plate, force=force))
+                place = middle + ((plate.force @ up)[:, None] * (plate.place - middle) + lever) / carried
+                plate = dataclasses.replace(plate, force=force, place=place)
+            found.append(plate)
         return found
 
     def _plate(self, name: str, force: np.ndarray, place: np.ndarray) -> Recorded:

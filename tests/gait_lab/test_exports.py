@@ -134,9 +134,9 @@ STAMPS = 2e-4  # [s]; late by up to 2 ms, evenly spread: a line through 320 of t
 Writer = Callable[[pathlib.Path, Laboratory, Points], list[pathlib.Path]]
 BELT = Walker().speed
 CASES: dict[str, tuple[Writer, Laboratory]] = {
-    "vicon": (write_vicon, Laboratory(forward="y", up="z")),
-    "qualisys": (write_qualisys, Laboratory(forward="-x", up="z")),
-    "d-flow": (write_d_flow, Laboratory(forward="-z", up="y", belt=BELT, plate_rate=100.0)),
+    "vicon": (write_vicon, Laboratory(forward="y", up="z", ideal=True)),
+    "qualisys": (write_qualisys, Laboratory(forward="-x", up="z", ideal=True)),
+    "d-flow": (write_d_flow, Laboratory(forward="-z", up="y", belt=BELT, plate_rate=100.0, ideal=True)),
 }
 
 
