@@ -14,7 +14,7 @@ import pytest
 from campaign import nightly
 from command import Call
 from documents import PAGES
-from gait_lab.patients import LameWalker, laboratory
+from gait_lab.patients import LameWalker, Patient, laboratory
 from gait_lab.trial_files import write_forces as patients_forces
 from gait_lab.trial_files import write_trc as patients_trc
 from walking import known_walk, write_angles, write_forces, write_trc
@@ -317,6 +317,26 @@ PAGE = PAGES["gait_data"]
 
 
 @pytest.mark.usefixtures("blank")
+@pytest.mark.parametrize("asked", [(), ("--side", "right")])
+@pytest.mark.parametrize("walker", ["healthy", "patient"])
+def test_without_a_side_a_healthy_walkers_left_stride_is_taken(
+    tmp_path: pathlib.Path, call: Call, walker: str, asked: tuple[str, ...]
+) -> None:
+    """The left foot alone is on a plate."""
+    recorded, out = laboratory(Patient()), tmp_path / "my_walk.csv"
+    files = (
+        patients_trc(tmp_path / "walk.trc", recorded.time, recorded.markers("opensim c3d")),
+        patients_forces(tmp_path / "grf.mot", [plate for plate in recorded.plates() if plate.name == "l"]),
+    )
+    options = ("--walker", walker, *asked, "--out", str(out))
+    code, printed, complaint = call("gait", "import", *map(str, files), *options)
+    if walker == "healthy" and not asked:
+        assert code == 0, complaint
+        assert gait.read(out).side == "left" and "the left leg's stride is taken" in printed
+    else:
+        assert code == 2 and "--side = 'right'" in complaint and "allowed: left" in complaint
+
+
 @pytest.mark.slow
 def test_three_commands_go_from_a_raw_c3d_to_a_report(
     tmp_path: pathlib.Path, call: Call, monkeypatch: pytest.MonkeyPatch
