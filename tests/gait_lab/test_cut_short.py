@@ -13,8 +13,7 @@ from gait_lab.laboratory import Laboratory
 from gait_lab.trial_files import write_csv_forces, write_csv_markers
 
 from afo_sim.common import InputError, with_code
-from afo_sim.gait_lab import Choices, import_gait, read_options
-from afo_sim.gait_lab.readers.markers import Markers
+from afo_sim.gait_lab import Choices, Markers, import_gait, read_options
 from afo_sim.gait_lab.trial.events import period_by_motion
 from afo_sim.gait_lab.trial.leg_motion import LegMotion, from_points
 from afo_sim.gait_lab.trial.marker_legs import legs_from_markers
