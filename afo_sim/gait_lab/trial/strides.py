@@ -247,8 +247,10 @@ def _beside_heel_strike(start: float, motion: LegMotion, events: FootEvents) -> 
     if not events.strikes:
         return ""
     time = events.stride_time
-    around = np.array([events.strikes[0] - time, *events.strikes, events.strikes[-1] + time])
-    strike = float(around[np.argmin(np.abs(around - start))])
+    around = [*events.strikes]
+    if max(len(events.strikes), len(events.toe_offs)) > 1:  # else the stride's time is not seen, but usual
+        around += [events.strikes[0] - time, events.strikes[-1] + time]
+    strike = min(around, key=lambda moment: abs(moment - start))
     late = start - strike
     if _SAME * time < abs(late) < 0.5 * time:
         return f"it begins {late:+.2f} s from the foot's heel strike; another foot's, or a part of a step?"
