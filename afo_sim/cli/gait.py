@@ -44,8 +44,12 @@ class Trial:
     ] = None
     model: Annotated[Path | None, Option(help="the person's scaled OpenSim model")] = None
     static: Annotated[Path | None, Option(help="standing trial: .trc, .c3d, .csv")] = None
-    map: Annotated[Path | None, Option(help="TOML that says which marker sits where")] = None
-    write_map: Annotated[Path | None, Option(help="write such a TOML with what is guessed, and stop")] = None
+    map: Annotated[
+        Path | None, Option("--role", "--map", help="a laboratory's TOML that says which marker sits where")
+    ] = None
+    write_map: Annotated[
+        Path | None, Option("--write-role", "--write-map", help="write such a TOML with what is guessed")
+    ] = None
     marker: Annotated[
         list[str] | None,
         Option(metavar="ROLE=NAME[,NAME]", help="hip, knee, ankle, heel or toe; the midpoint of two"),
@@ -155,7 +159,7 @@ def _write_map(files: list[Path], path: Path) -> None:
             names = ", ".join(map(str, files))
             raise InputError("no file holds markers", file=names, allowed="a .trc, .c3d or .csv with markers")
         write_role_map(path, markers)
-    print(f"written to {path}; edit it, and give it with --map {path}")
+    print(f"written to {path}; edit it, and give it with --role {path}")
 
 
 @gait_app.command("show")

@@ -126,9 +126,9 @@ def test_a_map_of_markers_is_written_edited_and_read(
     out = ("--out", str(tmp_path / "x.csv"))
     code, _, complaint = call(*arguments, *out)
     assert code == 2
-    assert "--write-map roles.toml" in complaint
+    assert "--write-role roles.toml" in complaint
     map_ = tmp_path / "roles.toml"
-    code, printed, complaint = call(*arguments, "--write-map", str(map_))
+    code, printed, complaint = call(*arguments, "--write-role", str(map_))
     assert code == 0, complaint
     assert f"written to {map_}" in printed
     code, _, complaint = call(*arguments, "--write-map", str(map_))
@@ -137,8 +137,9 @@ def test_a_map_of_markers_is_written_edited_and_read(
     text = map_.read_text(encoding="utf-8").partition("\n")[2]
     line = next(line for line in text.splitlines() if line.startswith("# knee_lateral"))
     map_.write_text(text.replace(line, 'knee_lateral = ["R.Q7"]', 1), encoding="utf-8")
-    code, printed, complaint = call(*arguments, *out, "--map", str(map_))
-    assert code == 0, complaint
+    for option in ("--role", "--map"):
+        code, printed, complaint = call(*arguments, *out, option, str(map_), "--force")
+        assert code == 0, complaint
 
 
 @pytest.mark.usefixtures("blank")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from skin_markers import body, markers_of
 
-from afo_sim.common import InputError, without_digests
+from afo_sim.common import InputError
 from afo_sim.gait_lab import Choices, Markers, write_role_map
 from afo_sim.gait_lab.trial.marker_legs import legs_from_markers
 from afo_sim.gait_lab.trial.roles import find_roles, read_role_map
@@ -57,14 +57,44 @@ def test_what_is_missing_is_a_commented_line_with_candidates(tmp_path: pathlib.P
     assert read_role_map(tmp_path / "roles.toml")["right"]["ankle_lateral"] == ('R"Malleollus',)
 
 
-def test_a_map_replaces_all_guessing(markers: Markers, tmp_path: pathlib.Path) -> None:
+def test_a_map_speaks_first_and_names_complete_it(markers: Markers, tmp_path: pathlib.Path) -> None:
     file = tmp_path / "roles.toml"
-    write_role_map(file, markers)
-    text = without_digests(file.read_text()).replace('heel = ["RHEE"]', 'heel = ["RHEE", "RANK"]')
-    file.write_text("".join(line for line in text.splitlines(True) if "LTOE" not in line or line[0] == "#"))
+    file.write_text('[right]\nheel = ["RHEE", "RANK"]\n[l]\ntoe_tip = "LHEE"\n')
     legs = legs_from_markers(markers, Choices(map=file))
     assert legs["right"].points["heel"].how == "midpoint of RHEE and RANK"
-    assert list(legs) == ["right"]
+    assert legs["right"].points["toe"].source == "RTOE"
+    assert legs["left"].points["toe"].source == "LHEE"  # instead of LTOE, and the heel's no longer
+    assert legs["left"].points["heel"].source != "LHEE"
+
+
+LABORATORY = """
+[both]
+heel = "{S}CAL or {S}HEE"
+ankle_lateral = "{S}ANK or {s}-mall-x"
+ankle_medial = "{S}INNER"
+[middle]
+sacrum = "SACR or L5S1"
+"""
+
+
+def test_one_map_serves_all_trials_of_a_laboratory(tmp_path: pathlib.Path) -> None:
+    """Two namings, a standing trial that has the medial malleolus, walks that have not."""
+    file = tmp_path / "lab.toml"
+    file.write_text(LABORATORY)
+    time = np.arange(0.0, 1.0, 0.01)
+    for new in ({}, {"heel": "{S}CAL", "ankle_lateral": "{s}-mall-x", "sacrum": "L5S1"}):
+        worn = NAMES | new | {"shank_0": "{S}A", "shank_2": "{S}B"}
+        walk = markers_of(body(TIME), worn, TIME)
+        legs = legs_from_markers(walk, Choices(map=file))
+        for side in ("right", "left"):
+            assert legs[side].points["heel"].source == worn["heel"].format(S=side[0].upper())
+            assert (
+                worn["ankle_lateral"].format(S=side[0].upper(), s=side[0]) in legs[side].points["ankle"].how
+            )
+        assert any("RINNER, LINNER, which the trial lacks" in remark for remark in legs["right"].remarks)
+        still = markers_of(body(time, walks=False), worn | {"ankle_medial": "{S}INNER"}, time)
+        ankle = legs_from_markers(walk, Choices(map=file), still)["left"].points["ankle"]
+        assert np.allclose(ankle.path, body(TIME)["left"]["ankle_centre"], atol=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -73,6 +103,8 @@ def test_a_map_replaces_all_guessing(markers: Markers, tmp_path: pathlib.Path) -
         ("[rigth]\nheel = 'RHEE'", "rigth.*did you mean 'right'"),
         ("[right]\nheal = 'RHEE'", "right.heal.*did you mean 'heel'"),
         ("[right]\nheel = 'RHEEL'", "right.heel.*did you mean 'RHEE'"),
+        ("[r]\nheel = 'RHEEL or CAL'", "right.heel = 'RHEEL'.*did you mean 'RHEE'"),
+        ("[both]\nheel = '{S}HEEL'", "right.heel = 'RHEEL'.*did you mean 'RHEE'"),
         ("[right]\nheel = 3", "right.heel.*is not a valid marker"),
         ("[right]\nheel = []", "right.heel.*is not a valid marker"),
         ("right = 3", "is not a valid table"),
@@ -86,20 +118,6 @@ def test_what_cannot_be_meant_is_refused(
     (tmp_path / "roles.toml").write_text(text)
     with pytest.raises(InputError, match=words):
         legs_from_markers(markers, Choices(map=tmp_path / "roles.toml"))
-
-
-def test_a_map_may_name_a_standing_trials_markers(markers: Markers, tmp_path: pathlib.Path) -> None:
-    time = np.arange(0.0, 1.0, 0.01)
-    names = NAMES | {"ankle_medial": "{S}INNER", "shank_0": "{S}A", "shank_2": "{S}B"}
-    walk = markers_of(body(TIME), {k: v for k, v in names.items() if k != "ankle_medial"}, TIME)
-    still = markers_of(body(time, walks=False), names, time)
-    file = tmp_path / "roles.toml"
-    write_role_map(file, walk)
-    file.write_text(without_digests(file.read_text()).replace("[left]", 'ankle_medial = "RINNER"\n[left]'))
-    with pytest.raises(InputError, match="no such marker"):
-        legs_from_markers(walk, Choices(map=file))
-    ankle = legs_from_markers(walk, Choices(map=file), still)["right"].points["ankle"]
-    assert np.allclose(ankle.path, body(TIME)["right"]["ankle_centre"], atol=1e-9)
 
 
 def test_an_old_map_stays_where_writing_fails(markers: Markers, tmp_path: pathlib.Path) -> None:

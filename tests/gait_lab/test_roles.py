@@ -74,6 +74,8 @@ SETS = {
         "metatarsal_1": "{S}1MH", "metatarsal_5": "{S}5MH", "thigh_0": "{S}TH1", "shank_0": "{S}SK1",
     },
 }  # fmt: skip
+# Sets with names that mean something in them alone; those of the others are spelled.
+RECOGNISED = {"Plug-in Gait / Helen Hayes", "OpenCap", "video keypoints (BODY_25, HALPE_26)", "Visual3D"}
 LANDMARKS_ONLY = {
     known: {k: v for k, v in names.items() if not k.startswith(("thigh_", "shank_"))}
     for known, names in SETS.items()
@@ -87,7 +89,8 @@ def letters(pattern: str, side: str) -> str:
 @pytest.mark.parametrize("known", SETS)
 def test_every_marker_of_a_set_is_known_by_name(known: str) -> None:
     roles = find_roles(markers_of(body(TIME), SETS[known], TIME))
-    assert any(known in remark for remark in roles.remarks)
+    if known in RECOGNISED:
+        assert any(known in remark for remark in roles.remarks)
     for side in ("right", "left"):
         expected = {mark: (letters(name, side),) for mark, name in LANDMARKS_ONLY[known].items()}
         assert dict(roles.sides[side]) == expected

@@ -63,7 +63,9 @@ def legs_from_markers(
         if missing and side == choices.side:
             needed = {role: NEEDED[role] for role in missing}
             known = {name for names in roles.sides.values() for group in names.values() for name in group}
-            raise missing_roles(markers, side, needed, known, choices.map)
+            stood = {role: first(still.ways(side, role)) for role in missing} if still else {}
+            held = {role: point.source for role, point in stood.items() if point}
+            raise missing_roles(markers, side, needed, known, held)
         if missing:
             text = "the {subject} leg is left out: no marker of its {roles} is known"
             left_out.append(note("leg-left-out", text, subject=side, roles=", ".join(missing)))
@@ -79,7 +81,7 @@ def _roles(markers: Markers, choices: Choices, other: Markers | None) -> Roles:
     """By map or by name; `other` is a second file whose markers a map may use."""
     if choices.map is None:
         return find_roles(markers)
-    return mapped_roles(choices.map, markers, other.positions if other else ())
+    return mapped_roles(choices.map, markers, choices.side, other.positions if other else ())
 
 
 def _clusters(markers: Markers, landmarks: Landmarks, shown: Markers, ways: _Ways) -> Clusters:
