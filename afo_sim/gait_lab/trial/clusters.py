@@ -157,14 +157,8 @@ def completed(paths: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
     if len(paths) <= FEWEST:
         return dict(paths)
     seen = np.stack(list(paths.values()), axis=1)
-    shape = _mean_shape(seen)
-    if shape is None or np.isfinite(seen).all():
-        return dict(paths)
-    fit = fit_rigid(shape, seen)
-    return {
-        name: np.where(np.isfinite(path), path, fit.place(place))
-        for (name, path), place in zip(paths.items(), shape, strict=True)
-    }
+    segment = Cluster(tuple(paths), seen[0], seen)
+    return {name: segment.bridge(path)[0] for name, path in paths.items()}
 
 
 def _mean_shape(seen: np.ndarray) -> np.ndarray | None:

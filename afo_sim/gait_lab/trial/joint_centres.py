@@ -46,12 +46,12 @@ class PelvisFrame:
 
 
 def pelvis_frame(right: np.ndarray, left: np.ndarray, back: np.ndarray, below: np.ndarray) -> PelvisFrame:
-    """The pelvis' own axes: its plane holds the iliac spines and the back of the pelvis."""
+    """The pelvis' own axes: its plane holds spines and back; `below` are points of the legs (k, n, 3)."""
     origin = 0.5 * (right + left)
     across = _unit(right - left)
     forward = _unit(without(origin - back, across))
     up = np.cross(across, forward)
-    if _mostly_negative(np.sum(up * (origin - below), axis=1)):
+    if _mostly_negative(np.sum(up * (origin - below), axis=-1)):
         up = -up  # the laboratory's axes are left-handed
     return PelvisFrame(origin, forward, up, across)
 

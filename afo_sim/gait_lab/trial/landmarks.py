@@ -1,16 +1,18 @@
 """Landmarks of both legs over time, and the ways in which they give the points of a leg."""
 
-import warnings
+import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from afo_sim.common import Notice
 from afo_sim.gait_lab.readers.markers import Markers
 from afo_sim.gait_lab.trial import joint_centres
 from afo_sim.gait_lab.trial.choices import SIDES, axis_vector, nearest_axis
 from afo_sim.gait_lab.trial.clusters import completed
 from afo_sim.gait_lab.trial.leg_points import LegPoint, mean_place
+from afo_sim.gait_lab.trial.marker_sets import LANDMARKS
 from afo_sim.gait_lab.trial.roles import Roles
 
 _MODEL = "the person's scaled model"
@@ -31,13 +33,16 @@ _WAYS = {
 }
 # Landmarks of which one or more would give a point, for the message that it is missing.
 NEEDED = {
-    "hip": ("hip_centre", "asis", "psis", "trochanter"),
-    "knee": ("knee_centre", "knee_lateral", "knee_medial"),
-    "ankle": ("ankle_centre", "ankle_lateral", "ankle_medial"),
-    "heel": ("heel",),
-    "toe": ("metatarsal_1", "metatarsal_2", "metatarsal_5", "toe_tip"),
+    role: tuple(dict.fromkeys(mark for group in ways for mark in group)) for role, ways in _WAYS.items()
 }
+NEEDED["hip"] = ("hip_centre", "asis", "psis", "trochanter")
 _PELVIS = ("asis", "psis", "sacrum")
+# From a marker, beyond which a given centre is none: half a joint's width and a third more (assumed) [m]
+_REACH = {
+    "hip_centre": ("asis", 0.2),
+    "knee_centre": ("knee_lateral", 0.1),
+    "ankle_centre": ("ankle_lateral", 0.08),
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,6 +52,7 @@ class Landmarks:
     names: Mapping[str, Mapping[str, tuple[str, ...]]]  # side → landmark → markers
     paths: Mapping[str, Mapping[str, np.ndarray]]
     up: str | None = None  # the laboratory's axis upward, where a person says it
+    notices: tuple[Notice, ...] = ()
 
     def ways(self, side: str, role: str) -> list[LegPoint | None]:
         """Ways to a point of a leg, the best first; None where a landmark is missing."""
@@ -109,7 +115,9 @@ class Landmarks:
 
     def _by_malleolus(self, side: str, lateral: LegPoint) -> LegPoint:
         knee, heel, toe = (first(self.ways(side, role)) for role in ("knee", "heel", "toe"))
-        if knee is None or heel is None or toe is None:
+        if heel is None:
+            heel = lateral  # as good for the foot's direction across the shank
+        if knee is None or toe is None:
             return replace(lateral, way="lateral alone", error=joint_centres.MEDIAL_ERROR, better=_STATIC)
         ahead, above = (1e3 * offset for offset in joint_centres.ANKLE_FROM_MALLEOLUS)
         return LegPoint(
@@ -126,7 +134,9 @@ class Landmarks:
         back = np.mean(spines, axis=0) if len(spines) == 2 else self.paths["right"].get("sacrum")
         if right is None or left is None or back is None:
             return None
-        frame = joint_centres.pelvis_frame(right, left, back, self._below())
+        legs = (self.paths[each].items() for each in SIDES)
+        below = [path for leg in legs for mark, path in leg if LANDMARKS[mark][0] not in ("pelvis", "hip")]
+        frame = joint_centres.pelvis_frame(right, left, back, np.stack(below or [np.nan * right]))
         width = _middle(np.linalg.norm(right - left, axis=1))
         depth = _middle(np.linalg.norm(frame.origin - back, axis=1))
         return LegPoint(
@@ -158,19 +168,6 @@ class Landmarks:
             way="the pelvis' tilt assumed",
         )
 
-    def _below(self) -> np.ndarray:
-        """Something of the legs, for the sign of up."""
-        legs = [
-            path
-            for side in SIDES
-            for landmark, path in self.paths[side].items()
-            if landmark.startswith(("knee", "ankle", "heel", "metatarsal", "toe"))
-        ]
-        some = next(iter(self.paths["right"].values()), next(iter(self.paths["left"].values())))
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", RuntimeWarning)  # NaN where nothing is seen
-            return np.asarray(np.nanmean(legs or [np.full_like(some, np.nan)], axis=0))
-
 
 def find_landmarks(markers: Markers, roles: Roles, up: str | None) -> Landmarks:
     """The paths of landmarks; a gap of a pelvis marker is filled where three others are seen."""
@@ -185,7 +182,16 @@ def find_landmarks(markers: Markers, roles: Roles, up: str | None) -> Landmarks:
         paths[side][landmark] = whole[f"{side} {landmark}"]
     if "sacrum" in paths["right"] and "sacrum" in paths["left"]:
         paths["left"]["sacrum"] = paths["right"]["sacrum"]
-    return Landmarks(roles.sides, paths, up)
+    notices = []
+    for side, (centre, (mark, reach)) in itertools.product(SIDES, _REACH.items()):
+        if centre in paths[side] and mark in paths[side]:
+            off = _middle(np.linalg.norm(paths[side][centre] - paths[side][mark], axis=1))
+            if off > reach:
+                del paths[side][centre]
+                text = "{subject} lies {off_mm:.0f} mm from {marker}: it is no joint centre, and not used"
+                names, marker = (" and ".join(roles.sides[side][which]) for which in (centre, mark))
+                notices.append(Notice("centre-far", text, subject=names, off_mm=1e3 * off, marker=marker))
+    return Landmarks(roles.sides, paths, up, tuple(notices))
 
 
 def first(ways: list[LegPoint | None]) -> LegPoint | None:

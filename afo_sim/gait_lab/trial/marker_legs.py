@@ -11,6 +11,7 @@ from afo_sim.gait_lab.readers.markers import Markers
 from afo_sim.gait_lab.readers.signals import stretches
 from afo_sim.gait_lab.trial.choices import ROLES, SIDES, Choices
 from afo_sim.gait_lab.trial.clusters import FEWEST, Cluster, Clusters, find_clusters
+from afo_sim.gait_lab.trial.joint_centres import without
 from afo_sim.gait_lab.trial.landmarks import NEEDED, Landmarks, find_landmarks, first
 from afo_sim.gait_lab.trial.leg_points import LegPoint, LegPoints, mean_place
 from afo_sim.gait_lab.trial.roles import Roles, find_roles, mapped_roles, missing_roles, named_points
@@ -26,6 +27,13 @@ _MISFIT = 0.015  # of a posture's markers to the walk's, above which they are do
 # Segments that carry a joint, the best first: the shank's skin moves less than the thigh's.
 _Ways = Mapping[str, Mapping[str, list[LegPoint | None]]]  # by side and role
 _CARRIERS = {"hip": ("pelvis",), "knee": ("shank", "thigh"), "ankle": ("shank", "foot")}
+# How far a heel that nobody marked lies behind the ankle centre, of the shank's length: 85 to 98 mm in four
+# shod legs of two persons, less barefoot (assumed; it changes no angle), and that heel's error [m].
+_BEHIND, _BEHIND_ERROR = 0.2, 0.025
+# Of the ankle angle by the line from ankle to forefoot, RMS: 2.5 to 3.3 in these legs (measured) [deg].
+_UNMARKED = 3.0
+_FLAT = 0.1  # share of the frames, those with the lowest ankle and forefoot, in which the foot lies flat
+_AXIS = 0.1  # along the axis of the knee, to a third point of foot, by which two show its turn [m]
 _POOR = 3  # number of the way from which on no posture is asked: a medial marker alone, the trochanter
 
 
@@ -36,6 +44,7 @@ class _Chosen(Noted):
     points: Mapping[str, LegPoint]
     ranks: Mapping[str, int]
     notices: tuple[Notice, ...] = ()
+    sole: float | None = None  # pitch of the line heel–toe with the sole flat, where a posture shows it [rad]
 
 
 def legs_from_markers(
@@ -59,6 +68,8 @@ def legs_from_markers(
     legs, left_out = {}, []
     for side in SIDES:
         carried = _carry_centres(chosen[side], side, still, clusters) if still else chosen[side]
+        for end in ("heel", "toe"):
+            carried = _carry_end(carried, end, side, still, clusters, landmarks.vertical())
         missing = [role for role in ROLES if role not in carried.points]
         if missing and side == choices.side:
             needed = {role: NEEDED[role] for role in missing}
@@ -73,7 +84,9 @@ def legs_from_markers(
             legs[side] = _leg(side, markers, landmarks, carried, still)
     standing_notes = posture.notices if posture else ()
     leg = legs[choices.side]
-    legs[choices.side] = replace(leg, notices=(*roles.notices, *standing_notes, *left_out, *leg.notices))
+    legs[choices.side] = replace(
+        leg, notices=(*roles.notices, *landmarks.notices, *standing_notes, *left_out, *leg.notices)
+    )
     return legs
 
 
@@ -120,8 +133,7 @@ def _leg(
     side: str, markers: Markers, landmarks: Landmarks, chosen: _Chosen, still: Landmarks | None
 ) -> LegPoints:
     """The leg, with the flat foot's numbers where a posture shows them."""
-    sole = height = None
-    notices = chosen.notices
+    sole, height, notices = chosen.sole, None, chosen.notices
     vertical = still.vertical() if still else None
     if still and vertical is not None:
         heel, toe, ankle = (_place(still, side, role, chosen) for role in ("heel", "toe", "ankle"))
@@ -241,6 +253,65 @@ def _carry_centres(chosen: _Chosen, side: str, still: Landmarks, clusters: Clust
         same = ways[ranks[role]] if 0 <= ranks.get(role, -1) < len(ways) else None
         upper = (role, same.path[0]) if same and _seen(same) else None
     return replace(chosen, points=points, ranks=ranks, notices=tuple(notices))
+
+
+def _carry_end(
+    chosen: _Chosen, end: str, side: str, still: Landmarks | None, clusters: Clusters, up: np.ndarray | None
+) -> _Chosen:
+    """An end of the foot that the walk has no marker of: a posture's, or a heel at the forefoot's height."""
+    roles = ("knee", "ankle", {"heel": "toe", "toe": "heel"}[end])
+    if end in chosen.points or not {*roles} <= set(chosen.points):
+        return chosen
+    paths = [chosen.points[role].path for role in roles]
+    stood = [_place(still, side, role, chosen) for role in roles] if still else [None]
+    shown = (
+        paths
+        if any(place is None for place in stood)
+        else [place[None] for place in stood if place is not None]
+    )
+    ways = still.ways(side, end) if still and shown is not paths else []
+    rank, point = next(((k, way) for k, way in enumerate(ways) if way and _seen(way)), (-1, None))
+    notices, sole = chosen.notices, None
+    if point:
+        cluster = clusters[side, "foot"].joined("the ankle centre", shown[1][0], paths[1])
+        if not cluster.places_segment:
+            cluster = _turned_foot(roles[2], _with_axis(*shown)[0], paths)
+        path, off = cluster.carry(point.path[0])
+        notices = (*notices, *_misfit(cluster, off))
+        point = replace(point, path=path, carriers=tuple(cluster.names))
+    elif end == "toe" or up is None:
+        return chosen
+    else:
+        height = (shown[1] + shown[2]) @ up
+        with np.errstate(invalid="ignore"):
+            foot = (shown[2] - shown[1])[height <= np.nanquantile(height, _FLAT)]
+        rise, length = np.mean(foot @ up), np.mean(np.linalg.norm(without(foot, up), axis=1))
+        behind = _BEHIND * np.nanmedian(np.linalg.norm(paths[0] - paths[1], axis=1))
+        flat = np.array([[0.0, 0.0, 0.0], [length, rise, 0.0], [0.0, 0.0, -_AXIS]])
+        path, _ = _turned_foot("toe", flat, paths).carry(np.array([-behind, rise, 0.0]))
+        where, sole = ("where the foot lies flat", None) if shown is paths else ("in standing", 0.0)
+        point = LegPoint(
+            path, "ankle and forefoot", _BEHIND_ERROR, "a marker of the heel", way=f"level {where}"
+        )
+        text = (
+            "the {subject} heel has no marker: the foot is the line from ankle to forefoot, level {where}; "
+        )
+        text += "ankle angle ±{error:.0f} deg"
+        notices = (*notices, Notice("heel-unmarked", text, subject=side, where=where, error=_UNMARKED))
+    points, ranks = {**chosen.points, end: point}, {**chosen.ranks, end: rank}
+    return _Chosen(points, ranks, notices, sole)
+
+
+def _with_axis(knee: np.ndarray, ankle: np.ndarray, end: np.ndarray) -> np.ndarray:
+    """Ankle, one end of the foot, and a point beside the ankle on the normal of their plane with the knee."""
+    normal = np.cross(knee - ankle, end - ankle)
+    beside = ankle + _AXIS * normal / np.linalg.norm(normal, axis=1, keepdims=True)
+    return np.stack([ankle, end, beside], axis=1)
+
+
+def _turned_foot(end: str, places: np.ndarray, paths: list[np.ndarray]) -> Cluster:
+    """A foot seen by its ankle and one end, turned with the shank about the line between these."""
+    return Cluster(("the ankle centre", f"the {end}", "the shank's plane"), places, _with_axis(*paths))
 
 
 def _not_carried(role: str, side: str, clusters: Clusters) -> Notice:

@@ -78,7 +78,7 @@ def words(checks: tuple[Check, ...]) -> str:
 def _steps(done: Imported, side: str) -> _Steps | None:
     """What the whole contacts of a foot show; None of a foot without markers of heel and metatarsal heads."""
     leg, frame, time = done.legs[side], done.frame, done.legs[side].time
-    if leg.by_angles:
+    if leg.by_angles or leg.points["heel"].error is not None:
         return None
     heel, toe = (_level(frame, time, _bridged(time, leg.points[role].path)) for role in ("heel", "toe"))
     found = []
