@@ -14,7 +14,8 @@ from afo_sim.gait_lab.trial.clusters import FEWEST, Cluster, Clusters, find_clus
 from afo_sim.gait_lab.trial.joint_centres import without
 from afo_sim.gait_lab.trial.landmarks import NEEDED, Landmarks, find_landmarks, first
 from afo_sim.gait_lab.trial.leg_points import LegPoint, LegPoints, mean_place
-from afo_sim.gait_lab.trial.roles import Roles, find_roles, mapped_roles, missing_roles, named_points
+from afo_sim.gait_lab.trial.placed_roles import place_roles
+from afo_sim.gait_lab.trial.roles import Names, Roles, find_roles, mapped_roles, missing_roles, named_points
 
 _QUIET = 0.05  # speed below which a marker stands still; sway is slower by half (assumed) [m/s]
 _LONG = 0.5  # shortest quiet part [s]
@@ -62,7 +63,7 @@ def legs_from_markers(
     posture = standing_posture(standing) if standing else _quiet_posture(markers, landmarks)
     still = None
     if posture:
-        still = find_landmarks(posture, _roles(posture, choices, markers), choices.up)
+        still = find_landmarks(posture, _roles(posture, choices, markers, roles.sides), choices.up)
         standing_ways = {side: {role: still.ways(side, role) for role in ROLES} for side in SIDES}
         clusters = _clusters(markers, landmarks, posture, standing_ways)
     legs, left_out = {}, []
@@ -90,11 +91,19 @@ def legs_from_markers(
     return legs
 
 
-def _roles(markers: Markers, choices: Choices, other: Markers | None) -> Roles:
-    """By map or by name; `other` is a second file whose markers a map may use."""
-    if choices.map is None:
-        return find_roles(markers)
-    return mapped_roles(choices.map, markers, choices.side, other.positions if other else ())
+def _roles(
+    markers: Markers, choices: Choices, other: Markers | None, walk: Mapping[str, Names] | None = None
+) -> Roles:
+    """By map, name or place; `other`: a second file whose markers a map may use, `walk`: the walk's roles."""
+    if choices.map is not None:
+        return mapped_roles(choices.map, markers, choices.side, other.positions if other else ())
+    named = find_roles(markers)
+    if any(named.sides.values()):
+        return named
+    if walk is None:
+        return place_roles(markers)
+    here = {*markers.positions}
+    return Roles({s: {mark: names for mark, names in walk[s].items() if here >= {*names}} for s in SIDES})
 
 
 def _clusters(markers: Markers, landmarks: Landmarks, shown: Markers, ways: _Ways) -> Clusters:
