@@ -223,8 +223,8 @@ class Walker:
         pitch = ankle - shank + self._of_contact("pitch", side, phase) * hump
         if not self.raised():  # a foot that lands on its heel rolls about where it presses
             rolls = SOLE * np.cos(pitch) - self._heel * np.sin(pitch)
-            share = _step(np.clip(((phase + 0.5) % 1.0 - 0.44) / 0.06, 0.0, 1.0))
-            share *= 1.0 - _step(np.clip(((phase + 0.5) % 1.0 - 0.60) / 0.06, 0.0, 1.0))
+            share = _step(np.clip(((phase + 0.5) % 1.0 - 0.42) / 0.08, 0.0, 1.0))
+            share *= 1.0 - _step(np.clip(((phase + 0.5) % 1.0 - 0.57) / 0.06, 0.0, 1.0))
             plane[:, 1] += share * (rolls - plane[:, 1])
         return pitch, plane, shank, knee
 
