@@ -3,7 +3,7 @@
 import importlib.util
 
 import pytest
-from blocked import ROOM_OF, ROOMS, packages_of, without
+from blocked import ROOMS, packages_of, without
 
 from afo_sim.common import EXTRAS
 
@@ -102,6 +102,6 @@ def test_each_extra_stands_on_the_core_alone(room: str) -> None:
     if room == "rl" and importlib.util.find_spec("gymnasium") is None:
         pytest.skip("gymnasium is not installed")
     kept = {room} | NEEDS.get(room, set())
-    extras = [extra for extra in EXTRAS if ROOM_OF.get(extra, extra) != room]
+    extras = [extra for extra in EXTRAS if extra != room]
     others = [other for other in ROOMS if other not in kept]
     assert without(others, packages_of(extras), ALONE[room]).endswith("ok\n")

@@ -111,7 +111,7 @@ def test_the_list_has_every_command() -> None:
 
 @pytest.mark.slow
 def test_no_command_runs_what_lies_in_its_folder(hostile: pathlib.Path, tmp_path: pathlib.Path) -> None:
-    for package in ("ezc3d", "distributed", "rerun", "matplotlib"):
+    for package in ("distributed", "rerun", "matplotlib"):
         pytest.importorskip(package)
     write(hostile / "trial.c3d", [], [], [])
     (hostile / "sweep.toml").write_text(SWEEP)

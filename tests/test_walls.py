@@ -186,7 +186,6 @@ def test_physics_knows_no_simulator() -> None:
         ("rerun_cli", "show/rerun/"),
         ("pint", "common/units.py"),
         ("typer", "cli/"),
-        ("ezc3d", "gait_lab/readers/"),
         ("jinja2", "show/"),
         ("matplotlib", "show/"),  # the fit still draws itself
     ],

@@ -13,7 +13,6 @@ from .assets import read_toml as read_toml
 from .assets import shipped_name as shipped_name
 from .child import child_environment as child_environment
 from .child import safe_children as safe_children
-from .child import trusted_places as trusted_places
 from .compiling import compile_all as compile_all
 from .csv_table import RATIOS as RATIOS
 from .csv_table import Table as Table

@@ -2,8 +2,7 @@
 
 import os
 import pathlib
-import sys
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 
 SAFE = "PYTHONSAFEPATH"  # environment: Python leaves the current folder out of the places of its modules
@@ -11,16 +10,13 @@ SAFE = "PYTHONSAFEPATH"  # environment: Python leaves the current folder out of 
 _LISTS = ("PATH", "PYTHONPATH", "LD_LIBRARY_PATH", "DYLD_LIBRARY_PATH")
 
 
-def trusted_places() -> list[str]:
-    """The folders of this process's modules, as whole paths, without the current one."""
-    return _elsewhere(sys.path)
-
-
 def child_environment(own: Mapping[str, str] | None = None) -> dict[str, str]:
     """This process's environment for a child, without the current folder in any list of places."""
     found = {name: value for name, value in os.environ.items() if name != "PYTHONSTARTUP"}
     for name in found.keys() & set(_LISTS):
-        found[name] = os.pathsep.join(_elsewhere(found[name].split(os.pathsep)))
+        places = [pathlib.Path(place) for place in found[name].split(os.pathsep)]
+        elsewhere = [p for p in places if p.is_absolute() and p.resolve() != pathlib.Path.cwd()]
+        found[name] = os.pathsep.join(map(str, elsewhere))
     return {name: value for name, value in found.items() if value} | {SAFE: "1"} | dict(own or {})
 
 
@@ -35,11 +31,3 @@ def safe_children() -> Iterator[None]:
         os.environ.pop(SAFE)
         if before is not None:
             os.environ[SAFE] = before
-
-
-def _elsewhere(places: Iterable[str]) -> list[str]:
-    """The whole paths among places that are not the current folder."""
-    here = pathlib.Path.cwd()
-    return [
-        place for place in places if (path := pathlib.Path(place)).is_absolute() and path.resolve() != here
-    ]

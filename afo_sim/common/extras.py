@@ -11,7 +11,6 @@ from afo_sim.common.errors import InputError
 
 # {extra: the packages, as they are imported, that it brings}
 EXTRAS = {
-    "gait": ("ezc3d",),
     "legs": ("yourdfpy", "trimesh", "lxml"),
     "study": ("SALib", "cma", "pandas", "xarray", "distributed"),
     "rl": ("dm_control", "dm_env", "gymnasium"),

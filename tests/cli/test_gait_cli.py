@@ -342,7 +342,6 @@ def test_without_a_side_a_healthy_walkers_left_stride_is_taken(
 def test_three_commands_go_from_a_raw_c3d_to_a_report(
     tmp_path: pathlib.Path, call: Call, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    pytest.importorskip("ezc3d")
     from gait_lab.c3d_writer import write_c3d
     from gait_lab.laboratory import Laboratory
 

@@ -19,7 +19,6 @@ from afo_sim.common import AfoSimError
 
 TESTS = pathlib.Path(__file__).parents[1]
 WELL = {"fine", "refused"}
-NEEDS = {"c3d": "ezc3d"}  # by a base's first word
 
 
 def ended(cases: Sequence[Sequence[str]], folder: pathlib.Path) -> list[list[str]]:
@@ -47,9 +46,6 @@ def require_well(found: Sequence[Sequence[str]]) -> None:
 
 @pytest.fixture(scope="session")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> pathlib.Path:
-    for word, package in NEEDS.items():
-        if any(name.startswith(word) for name in BASES):
-            pytest.importorskip(package)
     return tmp_path_factory.mktemp("bases")
 
 

@@ -2,9 +2,9 @@
 
 import pathlib
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
 
 import numpy as np
+from c3d_bytes import C3dBytes
 from gait_lab.laboratory import Recorded
 from gait_lab.trial_files import METRE
 
@@ -20,31 +20,19 @@ def write_c3d(
     kind: int = 2,
     unit: str = "mm",
     first_frame: int = 1,
-    change: Callable[[Any], None] = lambda _: None,
+    change: Callable[[C3dBytes], None] = lambda _: None,
 ) -> pathlib.Path:
     """Markers, and plates that hold the foot's force on them in their own axes, z into the floor."""
-    import ezc3d
-
-    file = ezc3d.c3d()
     rate = 1.0 / (time[1] - time[0])
-    parameters = file["parameters"]
-    parameters["POINT"]["RATE"]["value"] = [float(rate)]
-    parameters["POINT"]["LABELS"]["value"] = list(points)
-    parameters["POINT"]["UNITS"]["value"] = [unit]
-    block = np.ones((4, len(points), len(time)))
-    for k, point in enumerate(points.values()):
-        block[:3, k] = METRE[unit] * point.T
-    file["data"]["points"] = block
-    file["header"]["points"]["first_frame"] = first_frame - 1
+    places = METRE[unit] * np.stack([*points.values()], axis=1) if points else np.zeros((len(time), 0, 3))
+    file = C3dBytes(float(rate), places, first=first_frame)
+    file.parameters = {"POINT": {"LABELS": list(points), "UNITS": [unit]}}
     if plates:
         length = METRE[unit]
         made = [_channels(plate, kind, length) for plate in plates]
         count = len(made[0][0])
-        parameters["ANALOG"]["RATE"]["value"] = [float(rate * round(len(plates[0].time) / len(time)))]
-        parameters["ANALOG"]["LABELS"]["value"] = [
-            f"C{j}P{k}" for k in range(len(made)) for j in range(count)
-        ]
-        file["data"]["analogs"] = np.vstack([channels for channels, *_ in made])[None]
+        file.add_parameter("ANALOG", "LABELS", [f"C{j}P{k}" for k in range(len(made)) for j in range(count)])
+        file.analogs = np.vstack([channels for channels, *_ in made]).T
         corners = np.stack([length * plate.corners.T for plate in plates], axis=-1)
         file.add_parameter("FORCE_PLATFORM", "CORNERS", corners)
         file.add_parameter("FORCE_PLATFORM", "ORIGIN", np.stack([origin for _, origin, _ in made], axis=-1))
@@ -54,11 +42,9 @@ def write_c3d(
         channel = np.arange(1, count * len(made) + 1).reshape(len(made), count).T
         whole = {"USED": [len(made)], "TYPE": [kind] * len(made), "ZERO": [1, 0], "CHANNEL": channel}
         for name, numbers in whole.items():
-            file.add_parameter("FORCE_PLATFORM", name, np.array(numbers, dtype=float))
-            parameters["FORCE_PLATFORM"][name]["type"] = 2  # a whole number, which ezc3d makes none of
+            file.add_parameter("FORCE_PLATFORM", name, np.array(numbers))
     change(file)
-    file.write(str(path))
-    return path
+    return file.write(path)
 
 
 def plate_axes(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

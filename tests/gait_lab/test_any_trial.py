@@ -157,8 +157,6 @@ def _param(case: Case, slow: bool = False) -> Any:
 )
 def test_each_way_of_recording_and_pairs_of_them_come_back(tmp_path: pathlib.Path, case: Case) -> None:
     """What a person does first: the files, the side, nothing else."""
-    if case["file"].startswith("c3d"):
-        pytest.importorskip("ezc3d")
     files, laboratory, more = record(tmp_path, case)
     done = import_gait(files, Choices(side=case["side"], **more))
     unused = any("markers alone are" in warning for warning in done.warnings)  # a model without their thigh
@@ -306,7 +304,6 @@ def test_a_heel_strike_just_before_the_first_frame(tmp_path: pathlib.Path) -> No
 )
 def test_a_trial_as_laboratories_have_it(tmp_path: pathlib.Path, seed: int, side: str) -> None:
     """All at once, by chance: person, set, axes, direction, rates, plates, 1 mm of noise and gaps."""
-    pytest.importorskip("ezc3d")
     rng = np.random.default_rng(seed)
     walker = Walker(
         mass=float(rng.uniform(45.0, 110.0)),

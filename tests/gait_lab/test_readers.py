@@ -1,7 +1,6 @@
 """Laboratory files → gait cycle: a known walk is written as .mot, .sto, .trc and .c3d, and recovered."""
 
 import pathlib
-import sys
 
 import numpy as np
 import pytest
@@ -229,15 +228,6 @@ def test_simms_header_is_understood(tmp_path: pathlib.Path) -> None:
     table = read_opensim_table(path)
     assert table.degrees is None
     assert np.array_equal(table.columns["a"], [1.0, 2.0, 3.0])
-
-
-def test_c3d_without_the_library_says_how_to_get_it(
-    tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setitem(sys.modules, "ezc3d", None)  # as if it were not installed
-    (tmp_path / "walk.c3d").write_bytes(b"")
-    with pytest.raises(InputError, match=r"pip install 'afo-sim\[gait\]'"):
-        import_gait([tmp_path / "walk.c3d"], PLAIN)
 
 
 def test_foot_force_adds_what_two_plates_share(walk: Walk) -> None:

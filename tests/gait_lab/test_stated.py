@@ -17,7 +17,6 @@ from afo_sim.gait_lab.readers.c3d import read_c3d
 from afo_sim.gait_lab.trial.recorded_stride import MARKED
 from afo_sim.gait_lab.trial.strides import find_strides
 
-pytest.importorskip("ezc3d")
 LABORATORY = Laboratory(rate=200.0, plate_rate=1000.0)
 WALKER = LABORATORY.walker
 HEIGHT = 1.71  # [m]

@@ -14,7 +14,6 @@ from afo_sim.common import EXTRAS
 from afo_sim.common.versions import CORE
 
 ROOT = pathlib.Path(__file__).parents[2]
-ROOM_OF = {"gait": "gait_lab"}  # an extra and its room have one name otherwise
 ROOMS = tuple(room for room in HOUSE if room not in (*CORE, "cli"))  # of the extras
 BLOCKER = """
 import sys

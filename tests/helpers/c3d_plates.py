@@ -3,6 +3,7 @@
 import pathlib
 
 import numpy as np
+from c3d_bytes import C3dBytes
 
 RATE, RATIO, FRAMES = 100.0, 10, 200
 TIME = np.arange(FRAMES * RATIO) / (RATE * RATIO)
@@ -57,11 +58,6 @@ def matrix() -> np.ndarray:
     return np.diag([2.0, 2.5, 4.0, 900.0, 600.0, 400.0]) + np.triu(np.full((6, 6), 0.03), 1)
 
 
-def whole(file, group: str, name: str, numbers: object) -> None:
-    file.add_parameter(group, name, np.array(numbers, dtype=float))
-    file["parameters"][group][name]["type"] = 2  # a whole number, which ezc3d makes none of
-
-
 def write(
     path: pathlib.Path,
     signals: list[np.ndarray],
@@ -79,23 +75,13 @@ def write(
 ) -> pathlib.Path:
     """A file with a walker's markers and plates side by side in the analog channels."""
     metre = metre or {"mm": 1e-3, "cm": 1e-2, "m": 1.0}[unit]
-    import ezc3d
-
-    file = ezc3d.c3d()
     names = labels if labels is not None else ["C7", "RASI", "LASI", "RANK", "RHEE"]
-    file["parameters"]["POINT"]["RATE"]["value"] = [RATE]
-    file["parameters"]["POINT"]["LABELS"]["value"] = names
-    file["parameters"]["POINT"]["UNITS"]["value"] = [unit]
-    block = np.ones((4, len(names), FRAMES))
-    block[:3] = (walker(len(names)) if points is None else points).transpose(2, 1, 0) / metre
-    file["data"]["points"] = block
-    file["header"]["points"]["first_frame"] = first
-    count = sum(signal.shape[1] for signal in signals)
-    file["parameters"]["ANALOG"]["RATE"]["value"] = [RATE * RATIO]
-    file["parameters"]["ANALOG"]["LABELS"]["value"] = [f"ch{k}" for k in range(count)]
+    file = C3dBytes(RATE, (walker(len(names)) if points is None else points) / metre, first=first + 1)
+    file.analogs = np.hstack([*signals, np.zeros((len(TIME), 0))])
+    count = file.analogs.shape[1]
+    file.parameters = {"POINT": {"LABELS": names, "UNITS": [unit]}}
     units = [u for s in signals for u in (["N"] * 3 + [moments] * 3 + ["N"] * 8)[: s.shape[1]]]
-    file["parameters"]["ANALOG"]["UNITS"]["value"] = units if moments else [""] * count
-    file["data"]["analogs"] = np.hstack([*signals, np.zeros((len(TIME), 0))]).T[None]
+    file.add_parameter("ANALOG", "UNITS", units if moments else [""] * count)
     if signals:
         corner = np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]]) * HALF
         corners = [CENTRE + corner @ turn[:, :2].T for turn in turns]
@@ -112,10 +98,9 @@ def write(
             place[: signal.shape[1], k] = np.arange(start, start + signal.shape[1])
             start += signal.shape[1]
         for name, numbers in {"USED": [len(kinds)], "TYPE": kinds, "ZERO": [1, 0], "CHANNEL": place}.items():
-            whole(file, "FORCE_PLATFORM", name, numbers)
+            file.add_parameter("FORCE_PLATFORM", name, np.array(numbers))
     change(file)
-    file.write(str(path))
-    return path
+    return file.write(path)
 
 
 def walker(count: int) -> np.ndarray:

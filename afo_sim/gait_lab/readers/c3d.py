@@ -1,5 +1,6 @@
 """C3D files: markers and force plates."""
 
+import math
 import pathlib
 from dataclasses import dataclass, replace
 
@@ -33,32 +34,30 @@ class _DeclaredPlate:
     channels: np.ndarray  # (n, 6 or 8)
     calibration: np.ndarray | None  # (6, 6), of type 4
     moment_unit: str
+    notices: list[Notice]
 
 
+@np.errstate(invalid="ignore")  # a damaged number may be a NaN that signals
 def read_c3d(path: pathlib.Path) -> tuple[Markers, list[Plate]]:
     """Read markers and force plates from a C3D file."""
     file = read_c3d_file(path)
-    rates = [*file.numbers("POINT", "RATE")[:1], file.frame_rate]
-    rate = next((float(rate) for rate in rates if np.isfinite(rate) and rate > 0.0), 0.0)
-    if not 1.0 <= rate <= 1e5:
-        raise InputError("is not a valid frame rate", file=path, field="POINT:RATE", value=rate, allowed="Hz")
-    names = (file.texts("POINT", "LABELS") + [""] * file.points.shape[1])[: file.points.shape[1]]
-    points = lost_as_nan(np.where(file.residuals[..., None] < 0.0, np.nan, file.points))
+    frames, samples, _ = file.words.shape
+    rate, begin, count = file.layout.frame_rate, max(file.layout.first_frame - 1, 0), file.points.shape[1]
+    names = (file.texts("POINT", "LABELS") + [""] * count)[:count]
+    points = lost_as_nan(file.points)
     results = {name for kind in _RESULTS for name in file.texts("POINT", kind) if name}
     kept = [k for k, name in enumerate(names) if name not in results]
-    time = (file.first_frame + np.arange(file.frames)) / rate
-    stated, said = read_stated(file, time[: len(points)], names, points)
+    time = (begin + np.arange(frames)) / rate
+    stated, said = read_stated(file, time, names, points)
     names, points = [names[k] for k in kept], points[:, kept]
     stated_unit = length_name((file.texts("POINT", "UNITS") or [""])[0]) or "mm"  # C3D's own habit
     metre, unit = metres_of(path, "POINT:UNITS", stated_unit, points)
-    samples = file.analogs.shape[1]
-    ratio = max(round(samples / file.frames), 1) if file.frames else 1
-    analog_time = file.first_frame / rate + np.arange(samples) / (rate * ratio)
+    analog_time = begin / rate + np.arange(frames * samples) / (rate * max(samples, 1))
     plates, left_out = _plates_of_c3d(path, file, analog_time, metre)
-    notices = [*said, *unit, *left_out]
-    if len(kept) < file.points.shape[1]:
+    notices = [*file.notices, *said, *unit, *left_out]
+    if len(kept) < count:
         text = "{count} of its points are a model's results, no markers"
-        notices.insert(0, note("points-are-results", text, count=file.points.shape[1] - len(kept)))
+        notices.insert(0, note("points-are-results", text, count=count - len(kept)))
     return replace(marker_set(path, time, names, points * metre, notices), stated=stated), plates
 
 
@@ -68,13 +67,15 @@ def _plates_of_c3d(
     """All plates that can be read, and warnings for those that cannot."""
     used = file.numbers("FORCE_PLATFORM", "USED")
     plates, left_out = [], []
-    for k in range(min(int(used[0]), 64) if len(used) and np.isfinite(used[0]) else 0):
+    count = min(int(used[0]), 64) if len(used) and np.isfinite(used[0]) else 0
+    for k in range(count):
         name = str(k + 1)
         try:
             plates.append(_plate(path, name, _declared(file, k), time, metre))
         except InputError as error:
             text = "plate {subject} was left out: {why}"
-            left_out.append(Notice("plate-left-out", text, subject=name, why=error.problem))
+            why = f"a number of its channels {error.problem}" if error.field == "ANALOG" else error.problem
+            left_out.append(Notice("plate-left-out", text, subject=name, why=why))
     return plates, left_out
 
 
@@ -86,21 +87,22 @@ def _declared(file: C3dFile, k: int) -> _DeclaredPlate:
     if len(corners) < 12 * (k + 1):
         raise InputError("its corners are not in the file")
     channel = file.numbers("FORCE_PLATFORM", "CHANNEL")
-    shape = np.shape(file.value("FORCE_PLATFORM", "CHANNEL"))
-    rows = shape[0] if len(shape) > 1 else len(channel)
+    there = file.layout.channels
+    rows = math.prod(file.groups["FORCE_PLATFORM"]["CHANNEL"].shape[:1]) if len(channel) else 0
     places = channel[rows * k : rows * (k + 1)][: _CHANNELS[kind]]
-    if len(places) < _CHANNELS[kind] or not np.all((places >= 1) & (places <= len(file.analogs))):
+    if len(places) < _CHANNELS[kind] or not np.all((places >= 1) & (places <= there)):
         shown = ", ".join(f"{place:g}" for place in places) or "none"
-        raise InputError(f"the file has {len(file.analogs)} analog channels, not all of its own ({shown})")
+        raise InputError(f"the file has {there} analog channels, not all of its own ({shown})")
     index = places.astype(int) - 1
     units = file.texts("ANALOG", "UNITS")
     matrix = file.numbers("FORCE_PLATFORM", "CAL_MATRIX")[36 * k :][:36] if kind == 4 else np.empty(0)
     calibrated = len(matrix) == 36 and np.any(matrix)
+    channels = plausible(file.analogs(index)[0], field="ANALOG", missing=True)
     return _DeclaredPlate(
         kind=kind,
         corners=corners[12 * k : 12 * k + 12].reshape(4, 3),
         origin=origins[3 * k : 3 * k + 3] if len(origins) >= 3 * k + 3 else np.zeros(3),
-        channels=plausible(file.analogs[index].T, field="ANALOG", missing=True),
+        channels=channels,
         calibration=matrix.reshape(6, 6, order="F") if calibrated else None,
         moment_unit=units[index[3]] if kind == 2 and index[3] < len(units) else "",
     )

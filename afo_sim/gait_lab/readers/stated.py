@@ -9,7 +9,7 @@ import numpy as np
 from afo_sim.common import Notice
 from afo_sim.gait import BODY_HEIGHT, RANGES
 from afo_sim.gait_lab.noted import note
-from afo_sim.gait_lab.readers.c3d_file import C3dFile
+from afo_sim.gait_lab.readers.c3d_file import Parameters
 from afo_sim.gait_lab.readers.unit_checks import UNITS
 
 _GROUPS = ("PROCESSING", "SUBJECTS", "SUBJECT", "ANALYSIS")  # in which programs keep the walker's measures
@@ -46,7 +46,7 @@ class Stated:
 
 
 def read_stated(
-    file: C3dFile, time: np.ndarray, names: Sequence[str], points: np.ndarray
+    file: Parameters, time: np.ndarray, names: Sequence[str], points: np.ndarray
 ) -> tuple[Stated, list[Notice]]:
     """The walker's measures, marked events and ankle curves, as Vicon's Plug-in Gait names them."""
     found, notices = _measures(file)
@@ -75,13 +75,13 @@ def read_stated(
     return Stated(found.get("mass"), found.get("height"), legs, events, time, *curves.values()), notices
 
 
-def _measures(file: C3dFile) -> tuple[dict[str, float], list[Notice]]:
+def _measures(file: Parameters) -> tuple[dict[str, float], list[Notice]]:
     """Body mass [kg], body height and legs' lengths [m], in whatever unit makes them a person's."""
     found: dict[str, float] = {}
     notices: list[Notice] = []
     for group in _GROUPS:
         listed = dict(zip(file.texts(group, "NAMES"), file.numbers(group, "VALUES")[:, None], strict=False))
-        for name in (*file.parameters.get(group, {}), *listed):
+        for name in (*file.groups.get(group, {}), *listed):
             quantity = _NAMES.get(re.sub("[^a-z]", "", name.lower()), "")
             value = listed.get(name, file.numbers(group, name)) if quantity else np.empty(0)
             if quantity in found or len(value) != 1 or not value[0] > 0.0:
@@ -97,7 +97,7 @@ def _measures(file: C3dFile) -> tuple[dict[str, float], list[Notice]]:
     return found, notices
 
 
-def _events(file: C3dFile) -> dict[tuple[str, str], tuple[float, ...]]:
+def _events(file: Parameters) -> dict[tuple[str, str], tuple[float, ...]]:
     """Heel strikes and toe-offs that somebody marked [s]."""
     times = file.numbers("EVENT", "TIMES")  # minutes and seconds
     labels, contexts = file.texts("EVENT", "LABELS"), file.texts("EVENT", "CONTEXTS")
