@@ -211,6 +211,23 @@ def test_a_walk_whose_header_knows_its_samples(tmp_path: pathlib.Path) -> None:
     assert np.array_equal(imported(), imported(1000.0))
 
 
+@pytest.mark.parametrize(("kind", "used"), [(5, 2), (0, 2), (2, 0)])
+def test_a_walk_without_readable_plates_says_why(tmp_path: pathlib.Path, kind: int, used: int) -> None:
+    laboratory = Laboratory()
+
+    def change(file: C3dBytes) -> None:
+        group = file.parameters["FORCE_PLATFORM"]
+        group["TYPE"][:], group["USED"][:] = kind, used
+
+    points, plates = laboratory.markers("plug-in gait"), laboratory.plates("feet")
+    file = write_c3d(tmp_path / "walk.c3d", laboratory.time, points, plates, change=change)
+    with pytest.raises(InputError) as caught:
+        import_gait([file], Choices())
+    said = {(5, 2): ("plate 1", "plate 2", "type is 5"), (0, 2): ("not stated",), (2, 0): ("12 analog",)}
+    assert all(words in str(caught.value) for words in said[kind, used])
+    assert "no file holds ground forces" not in str(caught.value)
+
+
 def test_more_than_there_is_is_refused_before_memory_is_taken(tmp_path: pathlib.Path) -> None:
     """65,535 frames of 65,535 points are 69 GB."""
     header = {2: 65535, 3: 65535, 5: 65534}

@@ -68,6 +68,9 @@ def _plates_of_c3d(
     used = file.numbers("FORCE_PLATFORM", "USED")
     plates, left_out = [], []
     count = min(int(used[0]), 64) if len(used) and np.isfinite(used[0]) else 0
+    if count < 1 and file.layout.channels:
+        text = "none of its {channels} analog channels belongs to a plate (FORCE_PLATFORM:USED)"
+        left_out.append(note("plate-left-out", text, channels=file.layout.channels))
     for k in range(count):
         name = str(k + 1)
         try:
@@ -83,7 +86,7 @@ def _declared(file: C3dFile, k: int) -> _DeclaredPlate:
     kinds, corners, origins = (file.numbers("FORCE_PLATFORM", n) for n in ("TYPE", "CORNERS", "ORIGIN"))
     kind = int(np.nan_to_num(kinds[k])) if k < len(kinds) else 0
     if kind not in _CHANNELS:
-        raise InputError(f"its type is {kind}, and types 1 to 4 are read")
+        raise InputError(f"its type is {kind or 'not stated'}, and types 1 to 4 are read")
     if len(corners) < 12 * (k + 1):
         raise InputError("its corners are not in the file")
     channel = file.numbers("FORCE_PLATFORM", "CHANNEL")

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from afo_sim.common import InputError, Notice
+from afo_sim.common import InputError, Notice, with_code
 from afo_sim.gait_lab.noted import note
 from afo_sim.gait_lab.readers.plates import Plate
 from afo_sim.gait_lab.trial.choices import SIDES, Choices
@@ -34,8 +34,11 @@ def find_steps(
     strides: list[RecordedStride] = []
     notices: list[Notice] = []
     if not trial.plates:
-        problem = "no file holds ground forces, and without them no ankle moment is known"
-        allowed = "columns such as ground_force_vx, _vy, _px in a .mot, or a C3D with force plates"
+        why = "; ".join(with_code(trial.notices, "plate-left-out")) or "no file holds ground forces"
+        problem = f"{why}; without ground forces no ankle moment is known"
+        allowed = (
+            "columns such as ground_force_vx, _vy, _px in a .mot, or a C3D whose plates are of types 1 to 4"
+        )
         raise InputError(problem, file=", ".join(file.name for file in trial.files), allowed=allowed)
 
     def force(side: str) -> GroundForce:
