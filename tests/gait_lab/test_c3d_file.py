@@ -7,12 +7,14 @@ from typing import Any
 import numpy as np
 import pytest
 from c3d_bytes import BLOCK, DEC, INTEL, MIPS, C3dBytes
+from c3d_plates import ORIGIN, channels, turned, write
 from gait_lab.c3d_writer import write_c3d
 from gait_lab.laboratory import Laboratory
 from real_trials import C3D
 
 from afo_sim.common import InputError, with_code
 from afo_sim.gait_lab import Choices, import_gait
+from afo_sim.gait_lab.readers.c3d import read_c3d
 from afo_sim.gait_lab.readers.c3d_file import C3dFile, read_c3d_file
 
 RATE, FRAMES, SAMPLES, CHANNELS = 60.0, 40, 17, 5
@@ -209,6 +211,54 @@ def test_a_walk_whose_header_knows_its_samples(tmp_path: pathlib.Path) -> None:
         return done.cycle.ankle_moment
 
     assert np.array_equal(imported(), imported(1000.0))
+
+
+OVERFLOWS = {  # whole numbers, channel, its scale: a moment [N·mm], and a force [N] that passes 32767 once
+    "a float's moment": (True, 3, 0.1),
+    "a moment": (False, 3, 0.1),
+    "a force": (False, 2, 0.02),
+}
+
+
+@pytest.mark.parametrize("name", OVERFLOWS)
+def test_a_channel_that_overflowed_is_put_together(tmp_path: pathlib.Path, name: str) -> None:
+    """In 16 bits, some times over: the force and its place come back."""
+    floating, channel, scale = OVERFLOWS[name]
+    signal = channels(2, turned(20.0), ORIGIN, 1e-3)
+    scales = np.array([0.01, 0.01, 0.05, 10.0, 10.0, 1.0])
+    scales[channel] = scale
+
+    def change(file: C3dBytes) -> None:
+        wrapped = (np.round(file.analogs[:, channel] / scale) + 32768) % 65536 - 32768
+        file.analogs[:, channel] = scale * wrapped
+        file.floating = floating
+        file.parameters["ANALOG"]["SCALE"] = scales
+
+    def plate(folder: str, done: Any) -> Any:
+        (tmp_path / folder).mkdir()
+        return read_c3d(write(tmp_path / folder / "a.c3d", [signal], [2], [turned(20.0)], change=done))[1][0]
+
+    def whole(file: C3dBytes) -> None:
+        file.parameters["ANALOG"]["SCALE"] = scales
+
+    sound, found = plate("sound", whole), plate("wrapped", change)
+    (notice,) = with_code(found.notices, "plate-overflow-mended")
+    assert (notice.subject, notice.data["channel"]) == ("1", f"C{channel}")
+    pressed = np.abs(sound.force[:, 2]) > 100.0
+    assert np.abs(found.force - sound.force).max() < 0.2
+    assert np.abs(found.place - sound.place)[pressed].max() < 1e-3
+    assert not with_code(sound.notices, "plate-overflow-mended")
+
+
+def test_an_overflow_that_is_not_clear_is_doubted(tmp_path: pathlib.Path) -> None:
+    """Steps of a third of 16 bits and more may be two ways."""
+    signal = channels(2, turned(0.0), ORIGIN, 1e-3)
+
+    def change(file: C3dBytes) -> None:
+        file.analogs[:, 3] = (np.round(file.analogs[:, 3] * 60.0) + 32768) % 65536 - 32768
+
+    _, (plate,) = read_c3d(write(tmp_path / "a.c3d", [signal], [2], [turned(0.0)], change=change))
+    assert [notice.subject for notice in with_code(plate.warnings, "plate-overflow")] == ["1"]
 
 
 @pytest.mark.parametrize(("kind", "used"), [(5, 2), (0, 2), (2, 0)])

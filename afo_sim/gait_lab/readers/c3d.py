@@ -21,6 +21,7 @@ _CHANNELS = {1: 6, 2: 6, 3: 8, 4: 6}  # by type
 _EDGES = (0.2, 6.0)  # of a plate or a treadmill's belt [m]; assumed
 _BESIDE = 0.02  # distance from the plate at which a centre of pressure is off it [m]; assumed
 _DEPTH = (0.002, 0.3)  # of a plate's origin below its surface [m]; assumed
+_CLEAR = 0.25  # share of it below which all other steps, and of its rest that may be elsewhere [-]; assumed
 _Z = np.array([0.0, 0.0, 1.0])
 
 
@@ -100,7 +101,12 @@ def _declared(file: C3dFile, k: int) -> _DeclaredPlate:
     units = file.texts("ANALOG", "UNITS")
     matrix = file.numbers("FORCE_PLATFORM", "CAL_MATRIX")[36 * k :][:36] if kind == 4 else np.empty(0)
     calibrated = len(matrix) == 36 and np.any(matrix)
-    channels = plausible(file.analogs(index)[0], field="ANALOG", missing=True)
+    channels, gains = file.analogs(index)
+    channels = plausible(channels, field="ANALOG", missing=True)
+    names = [*file.texts("ANALOG", "LABELS"), *[""] * there]
+    overflowed = _mend_overflow(
+        str(k + 1), [names[k] or str(k + 1) for k in index], channels, 2.0**16 * gains
+    )
     return _DeclaredPlate(
         kind=kind,
         corners=corners[12 * k : 12 * k + 12].reshape(4, 3),
@@ -108,11 +114,33 @@ def _declared(file: C3dFile, k: int) -> _DeclaredPlate:
         channels=channels,
         calibration=matrix.reshape(6, 6, order="F") if calibrated else None,
         moment_unit=units[index[3]] if kind == 2 and index[3] < len(units) else "",
+        notices=overflowed,
     )
 
 
+def _mend_overflow(plate: str, names: list[str], channels: np.ndarray, turns: np.ndarray) -> list[Notice]:
+    """Put channels that overflowed 16 bits together again, in place, where it is clear how they ran."""
+    found = []
+    for name, column, turn in zip(names, channels.T, np.abs(turns).tolist(), strict=True):
+        jumps = int((np.abs(np.diff(column)) > 0.5 * turn).sum())
+        if not jumps or not (1.0 - _CLEAR) * turn <= np.ptp(column) <= turn:
+            continue
+        whole = np.unwrap(column, period=turn)
+        level = np.floor(100.0 * (column - column.min()) / turn).astype(int)
+        # at the commonest value, the unloaded plate's, it must be in one and the same turn
+        rest = np.round((whole - column) / turn)[level == np.bincount(level).argmax()]
+        clear = np.abs(np.diff(whole)).max() < _CLEAR * turn and np.mean(rest != np.median(rest)) < _CLEAR
+        code, done = "plate-overflow", "its forces are doubtful"
+        if clear:
+            code, done = "plate-overflow-mended", "it was put together again"
+            column[:] = whole - np.median(rest) * turn
+        text = "plate {subject}: its channel {channel} jumps {count} times by {turn:g}, an overflow: {done}"
+        found.append(Notice(code, text, subject=plate, channel=name, count=jumps, turn=turn, done=done))
+    return found
+
+
 def _plate(path: pathlib.Path, name: str, declared: _DeclaredPlate, time: np.ndarray, metre: float) -> Plate:
-    notices: list[Notice] = []
+    notices = declared.notices
     corners = declared.corners * _edge_unit(name, declared.corners, metre, notices)
     centre, turn = _frame(corners)
     half = np.abs((corners - centre) @ turn).max(axis=0)
