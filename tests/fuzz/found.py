@@ -8,7 +8,7 @@ FOUND = (
     Damage("grf.mot", "number", f"10 of {_FORCES}@233", "-1e308"),
     Damage("ik.mot", "number", f"2 of {_ANGLES}@*", "1e308"),
     Damage("osim 4", "number", '0 of <Marker name="RMT1"><socket_parent_frame>/bodyset/calcn_r</s@0', "1e15"),
-    Damage("c3d type 4", "number", "4 RATIO h@0", "-1"),
+    Damage("c3d type 4", "number", "word 9 h@0", "-1"),
     Damage("osim 3", "flipped", "8202 3839", ""),
     Damage("gait gatk_stride1", "pieces", "8202 4217", ""),
     Damage("muscle dmsp_20", "pieces", "8101 2560", ""),

@@ -78,7 +78,8 @@ def _plates_of_c3d(
             plates.append(_plate(path, name, _declared(file, k), time, metre))
         except InputError as error:
             text = "plate {subject} was left out: {why}"
-            why = f"a number of its channels {error.problem}" if error.field == "ANALOG" else error.problem
+            what = "a number of its channels" if error.field == "ANALOG" else error.field
+            why = f"{what} {error.problem}" if error.problem.startswith("is not") else error.problem
             left_out.append(Notice("plate-left-out", text, subject=name, why=why))
     return plates, left_out
 

@@ -34,12 +34,14 @@ def find_steps(
     strides: list[RecordedStride] = []
     notices: list[Notice] = []
     if not trial.plates:
-        why = "; ".join(with_code(trial.notices, "plate-left-out")) or "no file holds ground forces"
-        problem = f"{why}; without ground forces no ankle moment is known"
+        left_out = with_code(trial.notices, "plate-left-out")[:4]
+        why = "; ".join(left_out) or "no file holds ground forces"
+        file = None if left_out else ", ".join(file.name for file in trial.files)
         allowed = (
             "columns such as ground_force_vx, _vy, _px in a .mot, or a C3D whose plates are of types 1 to 4"
         )
-        raise InputError(problem, file=", ".join(file.name for file in trial.files), allowed=allowed)
+        problem = f"{why}; without ground forces no ankle moment is known"
+        raise InputError(problem, file=file, allowed=allowed)
 
     def force(side: str) -> GroundForce:
         return foot_force(trial.plates, motions[side], legs, frame, choices)
