@@ -303,6 +303,19 @@ def test_blocks_of_zeros_in_the_frames_are_told(tmp_path: pathlib.Path, name: st
     assert notice.data["count"] == 2
 
 
+def test_parameters_that_break_off_are_refused(tmp_path: pathlib.Path) -> None:
+    """A zero where a record begins would end them, and the plates' group would be lost without a word."""
+    file = recorded()
+    file.parameters["FORCE_PLATFORM"] = {"USED": np.array([0])}
+    content, path = file.content(), tmp_path / "a.c3d"
+    for group, record in (("ANALOG", b"\x06\xfeANALOG"), ("FORCE_PLATFORM", b"\x0e\xfdFORCE_PLATFORM")):
+        assert content.count(record) == 1
+        start = content.index(record) - 2 * len(record)  # in the record before
+        path.write_bytes(content[:start] + bytes(2 * len(record)) + content[start + 2 * len(record) :])
+        with pytest.raises(InputError, match=f"is damaged: .*({group}|record|is none)"):
+            read_c3d_file(path)
+
+
 def damaged(content: bytes, dice: random.Random) -> bytes:
     """One to four bytes changed, the end cut off, blocks of zeros, or two blocks exchanged."""
     found, blocks = bytearray(content), len(content) // BLOCK

@@ -135,7 +135,7 @@ def _mend_overflow(plate: str, names: list[str], channels: np.ndarray, turns: np
         if clear:
             code, done = "plate-overflow-mended", "it was put together again"
             column[:] = whole - np.median(rest) * turn
-        text = "plate {subject}: its channel {channel} jumps {count} times by {turn:g}, an overflow: {done}"
+        text = "plate {subject}: channel {channel} jumps {count} times by {turn:g}, as by an overflow: {done}"
         found.append(Notice(code, text, subject=plate, channel=name, count=jumps, turn=turn, done=done))
     return found
 

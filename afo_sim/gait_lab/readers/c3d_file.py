@@ -3,6 +3,7 @@
 import itertools
 import math
 import pathlib
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -18,6 +19,7 @@ _PROCESSORS = {84: "<", 85: "<", 86: ">"}  # Intel, DEC, MIPS: how their whole n
 _DEC = 85
 _TYPES = {-1: "u1", 1: "i1", 2: "i2", 4: "f4"}  # of a parameter's numbers; -1 is letters
 _NEEDED = ("POINT", "ANALOG", "FORCE_PLATFORM", "TRIAL")  # groups in which letters are no numbers
+_LONG = 255 * _BLOCK  # of all parameters
 _MANY = 65535  # frames of which the header says as much, and of more as well
 _SAME = 1e-4  # share by which two statements of one number may differ: a float's rounding
 _NEAR = 0.01  # by which two rates differ of which one is a name: 59.94 and 60 Hz
@@ -225,7 +227,7 @@ def _over(whole: float, by: float) -> float:
 
 def _parameters(path: pathlib.Path, raw: bytes, at: int, processor: int) -> dict[str, dict[str, _Parameter]]:
     """The groups of a section whose first name lies at a byte of the file."""
-    names: dict[int, str] = {}
+    names, first = dict[int, str](), at
     found: dict[int, dict[str, _Parameter]] = {}
     while at < len(raw) and raw[at]:
         length, group, *_ = np.frombuffer(raw[at : at + 2] + b"\0", "i1").tolist()
@@ -250,6 +252,12 @@ def _parameters(path: pathlib.Path, raw: bytes, at: int, processor: int) -> dict
             raise _refused(path, f"is damaged: its parameter {name} does not fit into its record")
     if lost := [name for group in found.keys() - names for name in found[group]]:
         raise _refused(path, f"is damaged: its parameter {lost[0]} belongs to no group")
+    for name in _NEEDED:  # a group that a broken chain of records does not lead to
+        known = re.search(
+            rb"[%c%c][\x80-\xff]%s" % (len(name), 256 - len(name), name.encode()), raw[first:][:_LONG]
+        )
+        if known and name not in names.values():
+            raise _refused(path, f"is damaged: its parameters break off before their group {name}")
     return {names[group]: parts for group, parts in found.items()}
 
 
