@@ -24,9 +24,7 @@ _MANY = 65535  # frames of which the header says as much, and of more as well
 _SAME = 1e-4  # share by which two statements of one number may differ: a float's rounding
 _NEAR = 0.01  # by which two rates differ of which one is a name: 59.94 and 60 Hz
 _FEW = 8  # blocks of a disk that are lost together; assumed
-_FILLED = (
-    0.1  # share of numbers that are not 0 beside such a hole; assumed: a point's are, an empty plate's not
-)
+_FILLED = 0.1  # share of numbers beside such a hole that are not 0; assumed: points, no empty plate
 _HEADER = "its header"
 
 
