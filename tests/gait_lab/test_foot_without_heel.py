@@ -127,7 +127,6 @@ def test_a_centre_far_from_its_joint_is_told_and_not_used() -> None:
 
 @kept(KEPT)
 def test_the_kept_trial_whose_heel_is_worn_in_standing_only() -> None:
-    pytest.importorskip("ezc3d")
     static = FOLDER / KEPT / "standing.c3d"
     found = import_gait([FOLDER / KEPT / "walk.c3d"], Choices(walker="healthy", static=static))
     assert -found.cycle.ankle_moment.min() == pytest.approx(1.76, abs=0.01)
