@@ -7,14 +7,7 @@ from pydantic import ValidationInfo, field_validator, model_serializer, model_va
 from pydantic_core import PydanticCustomError
 
 from afo_sim.common import format_quantity, parse_quantity
-from afo_sim.description.quantity import (
-    Described,
-    Quantity,
-    refusal,
-    refuse_all,
-    refused_name,
-    split_sources,
-)
+from afo_sim.description.quantity import Described, Quantity, refusal, refuse_all, refused_name, split_sources
 from afo_sim.physics import FRICTIONS, LAWS, LawParameter
 
 GaugePressure = Annotated[float, Quantity("Pa", at_least=0.0, at_most=2e6)]

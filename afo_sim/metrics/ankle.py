@@ -46,10 +46,7 @@ def rise_time(time: np.ndarray, signal: np.ndarray) -> float:
     ("air_per_cycle_{}", "g", "Air per cycle, {}", f"through its inlet, wherever from; {CYCLE}"),
     ("air_per_cycle", "g", "Air per cycle", f"taken from the supply; {CYCLE}"),
 )
-@reported(
-    TORQUE,
-    peak.row("peak_{}_torque", "{} torque"),
-)
+@reported(TORQUE, peak.row("peak_{}_torque", "{} torque"))
 @reported(
     ANKLE,
     ("peak_{}_angle", "deg", "{} angle, peak"),

@@ -14,11 +14,7 @@ MOST_DRAWS = 100_000  # that anybody would make
 
 
 def with_draws(
-    answers: Sequence[Answer],
-    trips: float,
-    draws: int,
-    limit: tuple[float, float],
-    kept: Mapping[str, float],
+    answers: Sequence[Answer], trips: float, draws: int, limit: tuple[float, float], kept: Mapping[str, float]
 ) -> tuple[Answer, ...]:
     """The answers of a run that was drawn over what is not known; help and toe are the worse of both.
 

@@ -16,12 +16,7 @@ from afo_sim.native.slots import (
     MUSCLE_ROW,
     NETWORK_ROW,
 )
-from afo_sim.physics import (
-    anchor_displacement,
-    chamber_pressure,
-    muscle_volume,
-    register_jitable,
-)
+from afo_sim.physics import anchor_displacement, chamber_pressure, muscle_volume, register_jitable
 
 LONGEST, SHORTEST = 0.999, 0.9  # of the lock, and the contraction ratio, that a muscle stays between
 PRESSURE_STEPS = 20  # of Newton's method for a pressure that the muscles' volume depends on

@@ -134,8 +134,7 @@ def _with_errors(run: Recording, longer: Recording | None, step: float, asked: f
         lambda: {"metrics": {name: dataclasses.asdict(error) for name, error in errors().items()}},
     )
     return run.changed(
-        studies={**run.studies, STEP_STUDY: study},
-        warnings=Later(lambda: _told(run, errors(), step)),
+        studies={**run.studies, STEP_STUDY: study}, warnings=Later(lambda: _told(run, errors(), step))
     )
 
 

@@ -202,10 +202,7 @@ def _add_own(spec: mujoco.MjSpec) -> int:
                 biastype=user,
                 userdata=none,
             )
-    for kind, gear, states in (
-        ("pad", [0, 0, 1, 0, 0, 0], 1),
-        ("grip", [1, 0, 0, 0, 0, 0], 2),
-    ):
+    for kind, gear, states in (("pad", [0, 0, 1, 0, 0, 0], 1), ("grip", [1, 0, 0, 0, 0, 0], 2)):
         for side, point in itertools.product(SIDES, POINTS):
             spec.add_actuator(
                 name=f"{side}{kind}_{point}",

@@ -8,15 +8,7 @@ from pydantic_core import PydanticCustomError
 
 from afo_sim.common import format_quantity, parse_quantity
 from afo_sim.description.air.nominal_flow import HOW, NominalFlow
-from afo_sim.description.quantity import (
-    SET_BY_HAND,
-    Described,
-    Named,
-    Provenance,
-    Quantity,
-    amount,
-    refusal,
-)
+from afo_sim.description.quantity import SET_BY_HAND, Described, Named, Provenance, Quantity, amount, refusal
 from afo_sim.physics import (
     conductance_of_cv,
     conductance_of_kv,
