@@ -120,8 +120,7 @@ def shipped_name(file: pathlib.Path) -> str:
 
 
 def as_stored(data: Any, place: pathlib.Path) -> Any:
-    """Plain data to be written into a folder: it names files as seen from there, and none by its whole
-    path."""
+    """Plain data to be written into a folder: it names files as seen from there."""
     if isinstance(data, dict):
         return {key: as_stored(value, place) for key, value in data.items()}
     if isinstance(data, list | tuple):

@@ -104,8 +104,7 @@ def write(kind: str, key: str, content: bytes) -> None:
 
 @contextmanager
 def locked() -> Iterator[None]:
-    """A block that one process at a time is in, of those that share the folder; so that one compiles
-    for all."""
+    """A block that one process at a time is in, of those that share the folder: one compiles for all."""
     place, lock = folder(), -1
     with contextlib.suppress(ImportError, OSError):
         if place is not None and _made(place):

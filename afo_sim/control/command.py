@@ -65,8 +65,7 @@ def checked_pressure(pressure: float) -> float:
 def checked(
     commands: object, chambers: Iterable[str], driven: Iterable[str] = (), three_way: Iterable[str] = ()
 ) -> dict[str, tuple[float, float] | float | None]:
-    """Commands of a control period: coils (inlet, outlet), pressure [Pa], or None for the scenario's
-    timing."""
+    """Commands of a control period: coils (inlet, outlet), pressure [Pa], or None for the timing."""
     if not isinstance(commands, Mapping):
         allowed = 'a mapping of chambers, such as {"dorsiflexor": "inlet"}'
         raise InputError("is not a valid command", field="command", value=commands, allowed=allowed)

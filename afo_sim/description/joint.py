@@ -11,19 +11,13 @@ WORN: dict[str, str] = {"shank": "cuff", "proximal": "cuff", "foot": "plate", "d
 
 @dataclass(frozen=True)
 class Joint:
-    """A hinge between two segments.
+    """A hinge between two segments."""
 
-    above, below : the proximal and the distal segment's words
-    directions : what turning it to positive and to negative angles is called
-    turn : +1 where positive angles move a hanging distal segment forward (toes up), −1 where backward
-    segments : names of the proximal and the distal segment in a description
-    """
-
-    above: str
-    below: str
-    directions: tuple[str, str] = ("flexion", "extension")
-    turn: float = 1.0
-    segments: tuple[Segment, Segment] = ("proximal", "distal")
+    above: str  # the proximal segment's word
+    below: str  # the distal segment's word
+    directions: tuple[str, str] = ("flexion", "extension")  # turning to positive, to negative angles
+    turn: float = 1.0  # +1: positive angles move a hanging distal segment forward (toes up); −1: backward
+    segments: tuple[Segment, Segment] = ("proximal", "distal")  # names in a description: proximal, distal
 
     @property
     def axis(self) -> tuple[float, float, float]:

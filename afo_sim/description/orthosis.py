@@ -175,8 +175,7 @@ class MuscleGroup(Described):
         return x, y + (number - 0.5 * (self.count - 1)) * place.spacing, z
 
     def _inside(self, number: int, muscle: int) -> PydanticCustomError | None:
-        """The refusal where a neighbouring point lies inside the surface number `number`: it would not
-        act."""
+        """The refusal where a neighbouring point lies inside the surface `number`, which would not act."""
         centre, surface = self.path[number], self.path[number].surface
         for point in (self.places[number], self.places[number + 2]) if surface else ():
             if point.segment != centre.segment:

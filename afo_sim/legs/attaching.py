@@ -323,11 +323,9 @@ def _check_muscles(attached: Attached) -> list[Notice]:
 
 
 def _check_step(attached: Attached) -> list[Notice]:
-    """Refuse a time step that is too long for air or friction (with the one that would do), or warn of it.
-
-    Friction that falls with speed, of −dF/dv = d_i, grows at the rate of the largest eigenvalue of
-    √d J M⁻¹ Jᵀ √d, J the muscles' paths by the joints: with one joint, Σ d r²/I.
-    """
+    """Refuse a time step that is too long for air or friction (with the one that would do), or warn of it."""
+    # Friction that falls with speed, of −dF/dv = d_i, grows at the rate of the largest eigenvalue of √d J M⁻¹
+    # Jᵀ √d, J the muscles' paths by the joints: with one joint, Σ d r²/I.
     model, found, step = attached.model, attached.found, float(attached.model.opt.timestep)
     check_longest(step)
     _, warned = check_air(attached.orthosis, step)

@@ -245,11 +245,9 @@ def _is_root(roots: list[Part]) -> bool:
 
 
 def _steps(part: Part, above: np.ndarray) -> Iterator[tuple[Joint | None, np.ndarray, np.ndarray]]:
-    """Each joint of a part with its origin in the link above, and its place in the part's axes.
-
-    MuJoCo turns a part about its first joint first: T M₁ M₂ …, so that the first is the outermost link. The
-    first origin is pose_of(−above) T pose_of(p₁), each later one pose_of(pₖ − pₖ₋₁).
-    """
+    """Each joint of a part with its origin in the link above, and its place in the part's axes."""
+    # MuJoCo turns a part about its first joint first: T M₁ M₂ …, so that the first is the outermost link. The
+    # first origin is pose_of(−above) T pose_of(p₁), each later one pose_of(pₖ − pₖ₋₁).
     before = pose_of(-above) @ part.pose
     last = np.zeros(3)
     for joint in part.joints or (None,):

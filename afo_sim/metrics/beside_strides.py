@@ -38,8 +38,7 @@ TOUCHES = "swings_with_toe_contact"  # of the reference: a toe that passes high 
     made_of=(COMPARED,),
 )  # fmt: skip
 def reference_metrics(own: Mapping[str, Metric], reference: Mapping[str, Metric]) -> dict[str, Metric]:
-    """Clearance of the reference walk, whether its forefoot touches, and how much higher this one's
-    toe is."""
+    """The reference walk's clearance, whether its forefoot touches, and how much higher this toe is."""
     if COMPARED not in own or COMPARED not in reference:
         return {}
     values = {

@@ -59,11 +59,9 @@ FOREFOOT = f"ball, pulp or tip {PASSING}; the heel is then on its way to the flo
     *(*SWING, R.toe, R.healthy_toe, R.needed, R.recorded_force, R.toe_load),
 )
 def clearances(b: Any, out: Any) -> float:
-    """Clearances of the outsole in swing: of all its points, and of the ball alone.
-
-    Source: Event: Schulz 2011 (J. Biomech. 44: 1277). The greatest foot speed is 0.014 s behind it: De
-    Asha & Buckley 2015 (abstract). Floor: that of the same outsole standing flat.
-    """
+    """Clearances of the outsole in swing: of all its points, and of the ball alone."""
+    # Source: Event: Schulz 2011 (J. Biomech. 44: 1277). The greatest foot speed is 0.014 s behind it: De Asha
+    # & Buckley 2015 (abstract). Floor: that of the same outsole standing flat.
     first, end, way, passing = int(b[S.first]), int(b[S.end]), base(b, R.phase), base(b, R.passing)
     fast, among, dragging = base(b, R.fast), base(b, AMONG), base(b, R.one)
     for k in range(first, end):

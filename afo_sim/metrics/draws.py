@@ -16,11 +16,9 @@ MOST_DRAWS = 100_000  # that anybody would make
 def with_draws(
     answers: Sequence[Answer], trips: float, draws: int, limit: tuple[float, float], kept: Mapping[str, float]
 ) -> tuple[Answer, ...]:
-    """The answers of a run that was drawn over what is not known; help and toe are the worse of both.
-
-    trips : share of drawn strides that touch the floor
-    kept : share of draws that keep each good answer, by its name; less than KEPT make it doubtful
-    """
+    """The answers of a run that was drawn over what is not known; help and toe are the worse of both."""
+    # `trips` is the share of drawn strides that touch the floor, `kept` that of draws that keep each good
+    # answer, by its name; less than KEPT make it doubtful
     drawn, remark = _judged(trips, draws, limit)
     touching = of_draws(trips, draws, "touches the floor", "touch the floor")
     stated = f"Of {draws} strides drawn over what is not known, {touching}{remark}. This is {NO_RATE}."

@@ -41,11 +41,8 @@ class Need:
 
 
 def needs(stride: Stride) -> list[Need]:
-    """What each phase needs of an orthosis; nothing in a patient's own walk: its healthy ankle is unknown.
-
-    Source: Loading response to 12 % of the stride, initial and mid swing to the upright shank: Perry &
-    Burnfield 2010.
-    """
+    """What each phase needs of an orthosis; nothing in a patient's own walk: its healthy ankle is unknown."""
+    # Perry & Burnfield 2010: loading response to 12 % of the stride, initial, mid swing to the upright shank
     found: list[Need] = []
     if NEEDED_MOMENT not in stride.columns:
         return found
@@ -79,11 +76,8 @@ def needs(stride: Stride) -> list[Need]:
 )  # fmt: skip
 @kernel(R.force, R.shank, R.needed, R.tissue)
 def torque_deficit(b: Any, out: Any) -> float:
-    """Torque that the patient lacks in the healthy ankle's motion.
-
-    Source: Initial and mid-swing end, and terminal swing begins, with the upright shank: Perry &
-    Burnfield 2010.
-    """
+    """Torque that the patient lacks in the healthy ankle's motion."""
+    # Perry & Burnfield 2010: initial and mid swing end, and terminal swing begins, with the upright shank
     if not has(b, R.needed):  # a patient's own walk: no healthy ankle is known of it
         return 0.0
     needed, count = base(b, R.needed), int(b[S.count])
@@ -180,10 +174,7 @@ def work_given(b: Any, out: Any) -> float:
 def work(
     b: Any, torque: int, angle: int, start: float, end: float, least: float = -np.inf
 ) -> tuple[float, float, int]:
-    """Work of a torque over an angle in a window [J/kg]: what is given, what is taken, and the steps.
-
-    It writes the power of each step [W/kg] to the row `one`. A torque below `least` counts as that.
-    """
+    """Work of a torque in a window [J/kg]: given, taken, steps; its power goes to the row `one` [W/kg]."""
     count, n = int(b[S.count]), places(start, end)
     given = taken = before = there = turned = 0.0
     own, over, power, mass, step = base(b, torque), base(b, angle), base(b, R.one), b[S.mass], b[S.timestep]

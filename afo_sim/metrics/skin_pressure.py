@@ -64,11 +64,9 @@ def pressures(
     part: str, pull: np.ndarray, timestep: float, area: float, friction: float,
     skin_pressure: tuple[float, float] | None = None, blood_flow: float | None = None,
 ) -> Found:  # fmt: skip
-    """Pressure of a part under a pull on it (n, 3), peaks over 10 ms; no share [percent] without a limit.
-
-    The strap of a cuff is as tight all the time as its strongest pull along the limb requires. So what
-    presses across at another instant comes on top of that.
-    """
+    """Pressure of a part under a pull on it (n, 3), peaks over 10 ms; no share [percent] without a limit."""
+    # The strap of a cuff is as tight all the time as its strongest pull along the limb requires. So what
+    # presses across at another instant comes on top of that.
     in_plane = np.hypot(pull[:, 0], pull[:, 1])
     if part == "cuff":
         along, across = peak.highest_mean(np.abs(pull[:, 2]), timestep), peak.highest_mean(in_plane, timestep)

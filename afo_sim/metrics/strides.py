@@ -110,10 +110,8 @@ LEVEL = R.angle, R.shank, R.pitch
 
 @kernel(R.time, R.stride, R.cycle)
 def events(b: Any, out: Any) -> float:
-    """Write what the metrics of a stride share: numbers of its block, and the rows that are computed.
-
-    Who needs `toe_off` reads R.force besides, `upright` R.force and R.shank, `level` LEVEL, the others SWING.
-    """
+    """Write what the metrics of a stride share: numbers of its block, and the rows that are computed."""
+    # who needs `toe_off` reads R.force besides, `upright` R.force and R.shank, `level` LEVEL, others SWING
     first, end, lean, force = int(b[S.first]), int(b[S.end]), base(b, R.shank), base(b, R.force)
     way, speed, forward, work = base(b, R.phase), base(b, R.speed), base(b, R.forward), base(b, R.one)
     stride, cycle, time = base(b, R.stride), base(b, R.cycle), base(b, R.time)

@@ -129,10 +129,8 @@ def is_filling(metric: str) -> bool:
 
 @kernel()
 def _fills(b: Any, out: Any) -> float:
-    """Longest filling and venting, each until the other begins; ∞ where one of them falls short.
-
-    One whose pressure is there as it begins does not count, nor one that the last row cuts short.
-    """
+    """Longest filling and venting, each until the other begins; ∞ where one of them falls short."""
+    # One whose pressure is there as it begins does not count, nor one that the last row cuts short.
     n, at = int(b[0]), NUMBERS
     for side in range(2):
         sign, start, state, missed = 1.0 - 2.0 * side, -1, 0.0, 0.0  # `missed` in the row before

@@ -126,10 +126,8 @@ def status_of(name: str, value: float, limits: Limits) -> Status | None:
 def _help(
     metrics: Numbers, worn: bool, lift: Status, pair: tuple[float, float], reference: str, own_walk: bool
 ) -> Iterator[Answer]:  # fmt: skip
-    """The toe without the device and with it, in the settled stride; none without a walked reference.
-
-    In an own walk hip and knee may make up for the foot: what is said must hold without that, too.
-    """
+    """The toe without the device and with it, in the settled stride; none without a walked reference."""
+    # In an own walk hip and knee may make up for the foot: what is said must hold without that, too.
     if not worn or not has(metrics, "reference_toe_clearance") or not has(metrics, "toe_clearance"):
         return
     wanted, trips = (clean(1e3 * each) for each in pair)
@@ -395,11 +393,8 @@ def _skin(metrics: Numbers, worn: bool, limits: Limits) -> Answer:
 
 
 def seated_answers(metrics: Numbers, limits: Limits) -> tuple[Answer, ...]:
-    """The answers of a run that does not walk; none where no ankle moves, or no orthosis pulls at it.
-
-    Source: Perry & Burnfield 2010, Gait Analysis: the ankle is neutral in mid-swing, and swing is 0.4 of
-    a stride.
-    """
+    """The answers of a run that does not walk; none where no ankle moves, or no orthosis pulls at it."""
+    # Perry & Burnfield 2010, Gait Analysis: the ankle is neutral in mid-swing, and swing is 0.4 of a stride
     names = ("peak_plantarflexion_angle", "peak_dorsiflexion_angle", "peak_dorsiflexion_torque")
     if not all(has(metrics, name) for name in names):
         return ()

@@ -115,10 +115,8 @@ def _sag(metrics: Numbers) -> str:
 
 
 def air_adds(metrics: Numbers, limits: Limits, own_walk: bool) -> Iterator[Answer]:
-    """The same device filled once and shut, which is a spring: what valves and air give beyond it.
-
-    Of an own walk all is without compensation. Whose toe needs no device needs no air.
-    """
+    """The same device filled once and shut, which is a spring: what valves and air give beyond it."""
+    # Of an own walk all is without compensation. Whose toe needs no device needs no air.
     of = "uncompensated_" if own_walk else ""
     names = (_HEIGHT, *AGAINST, "pressure")
     once = {n: metrics[f"filled_once_{n}"].value for n in names if has(metrics, f"filled_once_{n}")}

@@ -36,53 +36,31 @@ REGULATOR = "regulator of the supply"
 
 @dataclass(frozen=True)
 class AirNode:
-    """A place with a pressure of its own.
+    """A place with a pressure of its own."""
 
-    kind : "supply" (endless), "bottle", "cartridge", "compressor", "point" (regulator's outlet, valve end of
-        a tube), "volume", "chamber" or "ambient"
-    name : as people read it
-    lines : what is told of it, a line each
-    volume : of its air [m³]; of a chamber with its muscles at their nominal length; 0 where it is endless
-    """
-
-    kind: str
-    name: str
-    lines: tuple[str, ...] = ()
-    volume: float = 0.0
+    kind: str  # "supply" (endless), a source's, "point" (of regulator, tube), "volume", "chamber", "ambient"
+    name: str  # as people read it
+    lines: tuple[str, ...] = ()  # what is told of it, a line each
+    volume: float = 0.0  # of its air [m³]; of a chamber with its muscles at their nominal length; 0: endless
 
 
 @dataclass(frozen=True)
 class AirEdge:
-    """What air flows through between two nodes.
+    """What air flows through between two nodes."""
 
-    kind : "tube", "orifice", "throttle", "check_valve", "quick_exhaust", "silencer", "leak", "valve",
-        "valve_3_2" or "regulator"
-    name : unique; of chambers' valves "<chamber> inlet" and so on
-    label : its name as people read it, without its chamber's
-    upstream, downstream : nodes
-    forward, back : sonic conductance each way [m³/(s·Pa)]; 0 where nothing flows, infinite of an ideal
-        regulator
-    ratio : critical pressure ratio b [-]
-    lines : what is told of it beside C and b
-    exhaust : node behind the third port of a 3/2 valve or a quick exhaust
-    venting : sonic conductance of that way [m³/(s·Pa)], from `downstream`
-    way : INLET or OUTLETS of a chamber's valve, else ""
-    marks : "proportional" of a valve, "spring" of a check valve that a pressure opens
-    """
-
-    kind: str
-    name: str
-    label: str
-    upstream: str
-    downstream: str
-    forward: float
-    back: float
-    ratio: float
-    lines: tuple[str, ...] = ()
-    exhaust: str = ""
-    venting: float = 0.0
+    kind: str  # "regulator", "leak", "valve", "valve_3_2", or a restriction's
+    name: str  # unique; of chambers' valves "<chamber> inlet" and so on
+    label: str  # its name as people read it, without its chamber's
+    upstream: str  # node
+    downstream: str  # node
+    forward: float  # sonic conductance [m³/(s·Pa)]; 0 where nothing flows, infinite of an ideal regulator
+    back: float  # the other way
+    ratio: float  # critical pressure ratio b [-]
+    lines: tuple[str, ...] = ()  # what is told of it beside C and b
+    exhaust: str = ""  # node behind the third port of a 3/2 valve or a quick exhaust
+    venting: float = 0.0  # sonic conductance from `downstream` to there [m³/(s·Pa)]
     venting_ratio: float = 0.0
-    way: str = ""
+    way: str = ""  # INLET or OUTLETS of a chamber's valve
 
     @property
     def ends(self) -> tuple[str, ...]:
@@ -96,12 +74,9 @@ class AirEdge:
 
 @dataclass(frozen=True)
 class AirWay:
-    """The way of air between a node and a chamber.
+    """The way of air between a node and a chamber."""
 
-    edges : (its name, C [m³/(s·Pa)]) in the order of the flow; parts that hinder nothing are left out
-    """
-
-    edges: tuple[tuple[str, float], ...]
+    edges: tuple[tuple[str, float], ...]  # those that hinder: (name, C [m³/(s·Pa)]) as air flows
 
     @property
     def conductance(self) -> float:
@@ -122,20 +97,15 @@ class AirWay:
 
 @dataclass(frozen=True, repr=False)
 class AirScheme(Shown):
-    """The air path of an orthosis on its supply.
-
-    nodes, edges : by name, in the order of the description
-    origin : node that all air comes from
-    filling, venting : of each chamber the widest way from the origin, and to the ambient air
-    """
+    """The air path of an orthosis on its supply; nodes, edges in the order of the description."""
 
     name: str
     description: str
     nodes: dict[str, AirNode]
     edges: dict[str, AirEdge]
-    origin: str
-    filling: dict[str, AirWay] = field(default_factory=dict)
-    venting: dict[str, AirWay] = field(default_factory=dict)
+    origin: str  # node that all air comes from
+    filling: dict[str, AirWay] = field(default_factory=dict)  # each chamber's widest way from there
+    venting: dict[str, AirWay] = field(default_factory=dict)  # and to the ambient air
 
     @property
     def narrowest(self) -> set[str]:

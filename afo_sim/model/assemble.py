@@ -135,28 +135,18 @@ class Load:
 
 @dataclass(frozen=True, eq=False)
 class Geometry:
-    """A leg with its orthosis, compiled without pictures and parameters. It is shared.
+    """A leg with its orthosis, compiled without pictures and parameters. It is shared."""
 
-    model : what is stepped
-    foot, bare : of recorded walking, the foot with the orthosis, and that of the leg alone in its shoe
-    index, circuit : actuators by name
-    angles : over the range of motion [rad] (n,)
-    lengths : of the muscles' paths at these angles [m] (n, n_muscle)
-    side_arms : lever arms of the muscles to the foot's sides; None where they have none
-    load : what goes with the person's mass
-    spare : models that were filled before, and that nobody needs: a copy costs more than all else here
-    """
-
-    model: mujoco.MjModel
-    foot: Foot | None
-    bare: Foot | None
-    index: Index
-    circuit: native.CircuitIds
-    angles: np.ndarray
-    lengths: np.ndarray
-    load: Load
-    side_arms: SideArms | None
-    spare: list[mujoco.MjModel] = field(default_factory=list)
+    model: mujoco.MjModel  # what is stepped
+    foot: Foot | None  # of recorded walking, with the orthosis
+    bare: Foot | None  # that of the leg alone in its shoe
+    index: Index  # actuators by name
+    circuit: native.CircuitIds  # actuators by name
+    angles: np.ndarray  # over the range of motion [rad] (n,)
+    lengths: np.ndarray  # of the muscles' paths at these angles [m] (n, n_muscle)
+    load: Load  # what goes with the person's mass
+    side_arms: SideArms | None  # lever arms of the muscles to the foot's sides; None where they have none
+    spare: list[mujoco.MjModel] = field(default_factory=list)  # filled before, needed no more: a copy is dear
 
     def of(self, heavier: float) -> mujoco.MjModel:
         """The model for a person whose mass is by a factor another, to be filled with parameters."""

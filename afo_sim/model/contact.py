@@ -51,24 +51,16 @@ TOE_JOINT = 25.0  # of a leg without toes, as PredSim's [N·m/rad]
 
 @dataclass(frozen=True, eq=False)
 class Contact:
-    """The floor over the steps (n,).
+    """The floor over the steps (n,), and how its pads bear (n, n_pad)."""
 
-    floor [m] and load [N], recorded, of each pad (n, n_pad); moment is what the recorded ground force has
-    about the ankle beside the pads' [N·m]; shift is how far it stands ahead of the pads' centre [m]; support
-    is what the body above gives so that the ankle stays where it was recorded, upward [N]; flexors is the
-    moment of the toes' own muscles beside their spring, extension positive [N·m], None of a rigid foot.
-    warnings are of recorded force that no floor has the pads carry; loaded is the force from which on a pad
-    stands on the floor [N].
-    """
-
-    floor: np.ndarray
-    load: np.ndarray
-    moment: np.ndarray
-    shift: np.ndarray
-    support: np.ndarray
-    warnings: tuple[Notice, ...]
-    loaded: float = LOADED
-    flexors: np.ndarray | None = None
+    floor: np.ndarray  # recorded, under each pad [m]
+    load: np.ndarray  # recorded, on each pad [N]
+    moment: np.ndarray  # what the recorded ground force has about the ankle beside the pads' [N·m]
+    shift: np.ndarray  # how far it stands ahead of the pads' centre [m]
+    support: np.ndarray  # upward, what the body above gives so that the ankle stays where it was recorded [N]
+    warnings: tuple[Notice, ...]  # of recorded force that no floor has the pads carry
+    loaded: float = LOADED  # force from which on a pad stands on the floor [N]
+    flexors: np.ndarray | None = None  # the toes' own muscles', extension positive [N·m]; None: rigid
 
 
 def ground_of(scenario: "Scenario", size: Size) -> Ground:
@@ -122,15 +114,11 @@ def check_sole(foot: Foot, scenario: "Scenario") -> None:
 
 @dataclass(frozen=True)
 class _Borne:
-    """What the registered floor takes of a compiled model.
+    """What the registered floor takes of a compiled model."""
 
-    mass is that of shank and foot [kg]; shank its mass times its centre's place from the ankle (x, z)
-    [kg·m]; armature is of the toes' hinge [kg·m²].
-    """
-
-    mass: float
-    shank: tuple[float, float]
-    armature: float
+    mass: float  # of shank and foot [kg]
+    shank: tuple[float, float]  # its mass times its centre's place from the ankle (x, z) [kg·m]
+    armature: float  # of the toes' hinge [kg·m²]
 
     @classmethod
     def of(cls, model: mujoco.MjModel, foot: Foot, scenario: "Scenario") -> "_Borne":

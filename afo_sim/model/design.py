@@ -19,16 +19,11 @@ SITTING = "seated"  # scenario into which an orthosis is put that is given alone
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Design(Shown):
-    """An orthosis on a leg.
+    """An orthosis on a leg."""
 
-    built : the compiled scenario
-    facts : of every group of alike muscles
-    through : muscles whose path passes through the leg
-    """
-
-    built: Built
-    facts: list[PathFacts]
-    through: list[ThroughLeg]
+    built: Built  # the compiled scenario
+    facts: list[PathFacts]  # of every group of alike muscles
+    through: list[ThroughLeg]  # whose path passes through the leg
 
     @property
     def warnings(self) -> list[str]:

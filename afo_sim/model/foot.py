@@ -78,16 +78,12 @@ def _along(axis: int, points: np.ndarray, turn: Turn) -> np.ndarray:
 
 @dataclass(frozen=True)
 class ToeSegment:
-    """The toes of a foot, in its axes where they are not extended.
+    """The toes of a foot, in its axes where they are not extended."""
 
-    hinge from the ankle (x, z) [m]; mass [kg]; centre, of mass from the hinge (x, z) [m]; inertia about the
-    hinge [kg·m²].
-    """
-
-    hinge: tuple[float, float]
-    mass: float
-    centre: tuple[float, float]
-    inertia: float
+    hinge: tuple[float, float]  # from the ankle (x, z) [m]
+    mass: float  # [kg]
+    centre: tuple[float, float]  # of mass, from the hinge (x, z) [m]
+    inertia: float  # about the hinge [kg·m²]
 
     def moment(
         self, ankle: np.ndarray, motions: "Sequence[tuple[Turn, np.ndarray, np.ndarray]]"
@@ -107,17 +103,13 @@ class ToeSegment:
 
 @dataclass(frozen=True)
 class Foot:
-    """In the foot's axes from the ankle, x forward and z up with the foot flat.
+    """In the foot's axes from the ankle, x forward and z up with the foot flat; toes straight."""
 
-    mass [kg], centre of mass (x, z) [m] and inertia about the ankle [kg·m²] are of the whole foot with its
-    toes straight; points, of the outsole, by name (x, z) [m]; toes is None of a rigid foot.
-    """
-
-    mass: float
-    centre: tuple[float, float]
-    inertia: float
-    points: dict[str, tuple[float, float]] = field(hash=False)
-    toes: ToeSegment | None = None
+    mass: float  # [kg]
+    centre: tuple[float, float]  # of mass (x, z) [m]
+    inertia: float  # about the ankle [kg·m²]
+    points: dict[str, tuple[float, float]] = field(hash=False)  # of the outsole, by name (x, z) [m]
+    toes: ToeSegment | None = None  # None of a rigid foot
 
     @property
     def shape(self) -> "Foot":
@@ -158,8 +150,7 @@ class Foot:
         return {name: (x[k], z[k]) for k, name in enumerate(POINTS)}
 
     def places(self, axis: int, turn: Turn, toes: Turn) -> np.ndarray:
-        """x (axis 0) or z (axis 1) of the outsole's POINTS from the ankle [m] (n_point, n); turns of the
-        foot and of its toes."""
+        """x (axis 0) or z (axis 1) of POINTS from the ankle at turns of foot and toes [m] (n_point, n)."""
         points, rigid = np.array([self.points[name] for name in POINTS]), len(POINTS) - len(TOE_POINTS)
         if self.toes is None:
             return _along(axis, points, turn)

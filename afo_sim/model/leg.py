@@ -318,8 +318,7 @@ _ATTRIBUTE = re.compile(r"""([\w:.-]+)\s*=\s*(?:"([^"]*)"|'([^']*)')""")
 
 
 def examine(file: pathlib.Path) -> None:
-    """Refuse a model file that MuJoCo could not take in bounded time and memory, or whose numbers are
-    none."""
+    """Refuse a model file that would take MuJoCo unbounded time or memory, or whose numbers are none."""
     beside = file.with_suffix(".toml")
     if beside.is_file():  # of a leg, or of a worn model: it may hold this file's digest
         check_text(read_text(beside), beside)

@@ -157,26 +157,16 @@ def support(model: mujoco.MjModel, data: mujoco.MjData, geom: int, directions: n
 
 @dataclass(frozen=True)
 class ThroughLeg:
-    """A muscle's path within the leg, where it is deepest.
+    """A muscle's path within the leg, where it is deepest."""
 
-    muscle : its name
-    part : "shank", "foot", or the name of what hangs on the foot
-    angle : of the ankle [rad]
-    depth : below the skin [m]; through bone, the distance from the line ankle–knee
-    place : deepest point of the path, world axes at that angle [m] (3,)
-    bone : whether the path passes within BONE of the line ankle–knee
-    end : the end to be moved, "origin" or "insertion"
-    move : forward by so much, back where negative [m], about
-    """
-
-    muscle: str
-    part: str
-    angle: float
-    depth: float
-    place: tuple[float, float, float]
-    bone: bool
-    end: str
-    move: float
+    muscle: str  # its name
+    part: str  # "shank", "foot", or the name of what hangs on the foot
+    angle: float  # of the ankle [rad]
+    depth: float  # below the skin [m]; through bone, the distance from the line ankle–knee
+    place: tuple[float, float, float]  # deepest point of the path, world axes at that angle [m] (3,)
+    bone: bool  # whether the path passes within BONE of the line ankle–knee
+    end: str  # the one to be moved
+    move: float  # forward, back where negative [m], about
 
     @property
     def role(self) -> str:

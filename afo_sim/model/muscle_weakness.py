@@ -37,17 +37,13 @@ SAMPLES = 4096  # of a stride in which the change of sides is looked for
 
 @dataclass(frozen=True, eq=False)
 class Active:
-    """The patient's active ankle over the steps (n,).
+    """The patient's active ankle over the steps (n,); dorsiflexion positive."""
 
-    moment [N·m] and stiffness [N·m/rad] are what drives it; recorded [N·m] is the whole internal moment of
-    the recorded walking; needed [N·m] is what a healthy ankle would give in that walking, less what this
-    patient's muscles and tissue give in the same motion, None of a patient's own walk, which no healthy ankle
-    is known of. Dorsiflexion positive.
-    """
-
-    moment: np.ndarray
-    stiffness: np.ndarray
-    recorded: np.ndarray
+    moment: np.ndarray  # drives it [N·m]
+    stiffness: np.ndarray  # drives it [N·m/rad]
+    recorded: np.ndarray  # whole internal moment of the recorded walking [N·m]
+    # what a healthy ankle would give in that walking, less what this patient's muscles and tissue give in the
+    # same motion [N·m]; None of a patient's own walk, which no healthy ankle is known of
     needed: np.ndarray | None
 
 
@@ -57,8 +53,7 @@ def ground_moment(walk: Walk, body_mass: float) -> np.ndarray:
 
 
 def needed_moment(walk: Walk, foot: Foot, body_mass: float, toe: np.ndarray | None = None) -> np.ndarray:
-    """Internal ankle moment that the recorded motion needs of a foot, by inverse dynamics; `toe` instead of
-    the walk's."""
+    """Internal ankle moment that a foot's recorded motion needs; `toe` instead of the walk's."""
     moment = foot.inertia * walk.turning + foot.mass * _borne(walk, foot.centre)
     if (toes := foot.toes) is not None:
         # Ankle moment that the recorded motion needs since the toes are bent, beyond that of straight toes

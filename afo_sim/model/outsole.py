@@ -56,8 +56,7 @@ def outsole_points(
 
 
 def add_outsole(spec: mujoco.MjSpec, scenario: Scenario, taller: float) -> None:
-    """Sites at the outsole's points, on the bodies that carry the foot's own; none where the foot
-    lacks some."""
+    """Sites at the outsole's points on the bodies that carry the foot's; none where it lacks some."""
     for name, (body, at) in _places_of(spec, scenario, taller).items():
         body.add_site(name=f"{SOLE}{name}", pos=at, size=[0.006, 0.0, 0.0])
 

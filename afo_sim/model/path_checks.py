@@ -88,8 +88,7 @@ def _check_length(name: str, angles: np.ndarray, length: np.ndarray, group: Musc
 def check_stretch(
     rows: np.ndarray, angles: np.ndarray, lengths: np.ndarray, muscles: Mapping[str, int], orthosis: Orthosis
 ) -> list[Notice]:
-    """Refuse a braid that locks in the range of motion; warn of one stretched or shortened beyond its
-    limits."""
+    """Refuse a braid that locks in the range of motion; warn of one beyond its limits of length."""
     contraction = contractions(rows, list(muscles.values()), lengths)
     known: dict[tuple[str, float], float] = {}  # parallel muscles are stretched alike
     warnings: list[Notice] = []

@@ -27,42 +27,25 @@ NAMED = np.radians([-20.0, 0.0, 20.0])  # angles at which the text gives them [r
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PathFacts(Shown):
-    """The alike muscles of one group, over the ankle's angle, at rest and without friction.
-
-    muscles : their names
-    group, chamber : what they are, and on what they hang
-    angles : over the ankle's stops, with the ends of the range of motion, and zero [rad] (n,)
-    range : of motion [rad]
-    length : of the path [m] (n,); over a pulley, of muscle and path that is left to it
-    hardware : of what is in series and does not contract: fittings, link, slack [m]
-    path : contraction ratio that the path leaves the muscle [-] (n,)
-    arm : moment arm −dL/dθ [m] (n,)
-    pressures : gauge: none, half, full [Pa] (3,)
-    own : contraction ratio of a muscle itself at these pressures [-] (n, 3)
-    force : tension of one muscle [N] (n, 3)
-    torque : of all of them, dorsiflexion positive [N·m] (n, 3)
-    slack : angles at which it hangs through without air, and at full pressure
-    locked, stretched, short : angles at which, without air, the braid would lock or be stretched beyond its
-        limit; and at which it would have to be shorter than its limit
-    """
+    """The alike muscles of one group, over the ankle's angle, at rest and without friction."""
 
     muscles: tuple[str, ...]
     group: MuscleGroup
-    chamber: str
-    angles: np.ndarray
-    range: Span
-    length: np.ndarray
-    hardware: float
-    path: np.ndarray
-    arm: np.ndarray
-    pressures: np.ndarray
-    own: np.ndarray
-    force: np.ndarray
-    torque: np.ndarray
-    slack: tuple[tuple[Span, ...], tuple[Span, ...]]
-    locked: tuple[Span, ...]
-    stretched: tuple[Span, ...]
-    short: tuple[Span, ...]
+    chamber: str  # on which they hang
+    angles: np.ndarray  # over the ankle's stops, with the ends of the range of motion, and zero [rad] (n,)
+    range: Span  # of motion [rad]
+    length: np.ndarray  # of the path [m] (n,); over a pulley, of muscle and path that is left to it
+    hardware: float  # of what is in series and does not contract: fittings, link, slack [m]
+    path: np.ndarray  # contraction ratio that the path leaves the muscle [-] (n,)
+    arm: np.ndarray  # moment arm −dL/dθ [m] (n,)
+    pressures: np.ndarray  # gauge: none, half, full [Pa] (3,)
+    own: np.ndarray  # contraction ratio of a muscle itself at these pressures [-] (n, 3)
+    force: np.ndarray  # tension of one muscle [N] (n, 3)
+    torque: np.ndarray  # of all of them, dorsiflexion positive [N·m] (n, 3)
+    slack: tuple[tuple[Span, ...], tuple[Span, ...]]  # hanging through without air, at full pressure
+    locked: tuple[Span, ...]  # where without air the braid would lock
+    stretched: tuple[Span, ...]  # or be stretched beyond its limit
+    short: tuple[Span, ...]  # or have to be shorter than its limit
 
     @property
     def role(self) -> str:
@@ -92,8 +75,7 @@ class PathFacts(Shown):
 
     @property
     def chain_length(self) -> np.ndarray:
-        """Length of muscle, link and slack together at each pressure [m] (n, 3); beyond the path's, it
-        hangs."""
+        """Length of muscle, link and slack at each pressure [m] (n, 3); beyond the path's, it hangs."""
         found: np.ndarray = self.hardware + self.group.type.nominal_length * (1.0 - self.own)
         return found
 

@@ -124,16 +124,11 @@ def _add_pulley(
 
 @dataclass(frozen=True, eq=False)
 class Route:
-    """A path in one posture: where it is held, from origin to insertion, and on which body each point is.
+    """A path in one posture: where it is held, from origin to insertion, and on what."""
 
-    points : [m], in the world (n, 3)
-    bodies : ids (n,)
-    surfaces : geom id of the surface that a point lies on, −1 for a point without surface (n,)
-    """
-
-    points: np.ndarray
-    bodies: np.ndarray
-    surfaces: np.ndarray
+    points: np.ndarray  # in the world [m] (n, 3)
+    bodies: np.ndarray  # ids (n,)
+    surfaces: np.ndarray  # geom ids, −1 of a point without surface (n,)
 
     @property
     def crossings(self) -> Iterator[int]:

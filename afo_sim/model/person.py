@@ -64,12 +64,9 @@ def _once(of: Callable[[Scenario], T]) -> Callable[[Scenario], T]:
 
 @dataclass(frozen=True)
 class Size:
-    """Factors on a leg's masses and lengths, of the body that it was made for.
+    """Factors on a leg's masses and lengths, of the body that it was made for."""
 
-    Source: Hof 1996, Gait Posture 4(3), doi 10.1016/0966-6362(95)01057-2: moments by m g l, times by
-    √(l/g).
-    """
-
+    # Source: Hof 1996, Gait Posture 4(3), doi 10.1016/0966-6362(95)01057-2: moments by m g l, times by √(l/g)
     heavier: float = 1.0
     taller: float = 1.0
 

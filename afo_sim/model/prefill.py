@@ -239,8 +239,7 @@ def cooled(model: mujoco.MjModel, data: mujoco.MjData, actuator: int, mass: floa
 
 
 def ambient_mass(built: Built, data: mujoco.MjData) -> float:
-    """Air that is there with all at ambient pressure and temperature, in a posture [kg]; callbacks
-    installed."""
+    """Air in a posture, all at ambient pressure and temperature [kg]; callbacks installed."""
     model = built.model
     native.fill_chambers(model, data, 0.0)
     in_chambers = sum(native.read_held(model, data.act, k)[0] for k in built.index.chambers.values())

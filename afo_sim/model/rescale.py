@@ -165,16 +165,11 @@ def _moved(place: Any, by: Ratio) -> Any:
 
 @dataclass(frozen=True)
 class Fit:
-    """How one group fits its leg.
+    """How one group fits its leg."""
 
-    arm : moment arm at angle zero, dorsiflexion positive [m]
-    contraction : ratio that the path leaves over the range of motion, least and most [-]
-    taut : angle from which on the muscle is taut without air [rad]; NaN where none is
-    """
-
-    arm: float
-    contraction: tuple[float, float]
-    taut: float
+    arm: float  # moment arm at angle zero, dorsiflexion positive [m]
+    contraction: tuple[float, float]  # that the path leaves over the range of motion, least and most [-]
+    taut: float  # angle from which on the muscle is taut without air [rad]; NaN where none is
 
 
 def fits(orthosis: Orthosis) -> Mapping[str, Fit]:

@@ -91,10 +91,7 @@ def check_air(orthosis: Orthosis, step: float) -> tuple[float, tuple[Notice, ...
 
 
 def falling_frictions(orthosis: Orthosis, pressure: float) -> np.ndarray:
-    """The steepest fall of every single muscle's friction with its speed at a gauge pressure [N·s/m].
-
-    It is damping of the wrong sign.
-    """
+    """The steepest fall of each muscle's friction with speed, damping of the wrong sign [N·s/m]."""
     found: list[float] = []
     for group in orthosis.muscle.values():
         muscle, fall = group.type, 0.0

@@ -79,14 +79,11 @@ def _until(merged: list[tuple[float, float]], periods: np.ndarray, beyond: np.nd
 
 @dataclass(frozen=True)
 class Pace:
-    """Factors on the cadence: `factors[0]` first; from `times[k]` [s] on it becomes `factors[k + 1]`.
+    """Factors on the cadence."""
 
-    Each change takes `change` [s].
-    """
-
-    times: tuple[float, ...]
-    factors: tuple[float, ...]
-    change: float
+    times: tuple[float, ...]  # [s]
+    factors: tuple[float, ...]  # `factors[0]` first, from `times[k]` on `factors[k + 1]`
+    change: float  # that each takes [s]
 
     @classmethod
     def of(cls, gait: Gait) -> Self:
@@ -123,31 +120,22 @@ class Pace:
 
 @dataclass(frozen=True, eq=False)
 class Walk:
-    """A gait cycle over the steps of a run; arrays hold one sample more before and after the run.
-
-    phase counts strides [-]; pose is ankle x, ankle z [m] and shank angle [rad]; ankle is the recorded
-    ankle angle, as this outsole has it [rad]; knee the recorded knee angle [rad]; toe the toes' rest
-    extension [rad], None of a rigid foot; all (n_step + 2, …), sample 0 at −h. offset is what was added to
-    the recorded ankle angle [rad]; shift is how far the recorded ankle went, along the shank and vertically,
-    upward positive [m]; wave is of the phase; off_floor is the cycle before its sole was laid on the floor in
-    stance, laid how far that was at most [m]; resting gives the toes' rest extension at any phase; level is
-    the same walk of straight toes before its sole was laid, of the same angles; None of itself.
-    """
+    """A gait cycle over the steps of a run; arrays hold one sample more before (at −h) and after the run."""
 
     cycle: GaitCycle
-    shift: tuple[float, float]
+    shift: tuple[float, float]  # of the recorded ankle, along the shank and upward [m]
     timestep: float
-    phase: np.ndarray
-    pose: np.ndarray
-    ankle: np.ndarray
-    knee: np.ndarray
-    offset: float
-    wave: Wave
-    off_floor: GaitCycle
-    laid: float = 0.0
-    toe: np.ndarray | None = None
-    resting: Resting | None = None
-    level: "Walk | None" = None
+    phase: np.ndarray  # strides [-] (n_step + 2,)
+    pose: np.ndarray  # ankle x, ankle z [m], shank angle [rad] (n_step + 2, 3)
+    ankle: np.ndarray  # recorded, as this outsole has it [rad] (n_step + 2,)
+    knee: np.ndarray  # recorded [rad] (n_step + 2,)
+    offset: float  # what was added to the recorded ankle angle [rad]
+    wave: Wave  # of the phase
+    off_floor: GaitCycle  # the cycle before its sole was laid on the floor in stance
+    laid: float = 0.0  # how far at most [m]
+    toe: np.ndarray | None = None  # the toes' rest extension [rad] (n_step + 2,); None of a rigid foot
+    resting: Resting | None = None  # the toes' rest extension at any phase
+    level: "Walk | None" = None  # of the same angles, with straight toes, its sole not laid; None of itself
 
     # what every case of a sweep needs of it, computed once
 
@@ -266,16 +254,11 @@ def lay_out(scenario: Scenario, foot: Foot) -> Walk:
 
 @dataclass(frozen=True)
 class _Stands:
-    """What the recorded ankle is fitted to.
+    """What the recorded ankle is fitted to."""
 
-    outsole : points at a recorded pitch of 0 [m]
-    stack : thickness of what is worn under the ankle [m]
-    sole_thickness : of what the recorded walker wore, at the person's size [m]; None as the recording says
-    """
-
-    outsole: tuple[Point, ...]
-    stack: float
-    sole_thickness: float | None
+    outsole: tuple[Point, ...]  # points at a recorded pitch of 0 [m]
+    stack: float  # thickness of what is worn under the ankle [m]
+    sole_thickness: float | None  # of the recorded walker's, at the person's size [m]; None: as recorded
 
     @classmethod
     def of(cls, scenario: Scenario, foot: Foot, offset: float) -> "_Stands":

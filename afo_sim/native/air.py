@@ -237,10 +237,8 @@ def state_of(s: Any, n: int, share: float, given: bool, gas: float, gamma: float
 
 @register_jitable
 def rate_of(s: Any, n: int, gas: float, gamma: float) -> None:
-    """σ̇ of the node whose block starts at n, from the energy that its flows carry and the wall's heat.
-
-    The energy grows p by (γ − 1)/V, and σ by V^(γ − 1) = σ/(p V) = σ/(m R T) more.
-    """
+    """σ̇ of the node whose block starts at n, from the energy that its flows carry and the wall's heat."""
+    # The energy grows p by (γ − 1)/V, and σ by V^(γ − 1) = σ/(p V) = σ/(m R T) more.
     if s[n + NODE.kind] == OF_STORE:
         return
     power = s[n + NODE.sigma] / (s[n + NODE.mass] * gas * s[n + NODE.temperature])

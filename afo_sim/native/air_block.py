@@ -13,10 +13,9 @@ AMBIENT, SUPPLY, FIRST_NODE = 0, 1, 2
 
 
 class NodeBlock(NamedTuple):
-    """Of a node, in lines of the cache: what every part of a step asks for; volume, wall and the state that a
-    part began with; what only stiff air and volumes need (stage before, first rates)."""
+    """Of a node, in lines of the cache."""
 
-    kind: int
+    kind: int  # these eight: what every part of a step asks for
     pressure: int
     temperature: int
     enthalpy: int
@@ -24,7 +23,7 @@ class NodeBlock(NamedTuple):
     sigma: int
     mass_rate: int
     sigma_rate: int
-    volume: int
+    volume: int  # volume, wall, and the state that a part began with
     volume_change: int
     wall: int
     steepness: int
@@ -34,16 +33,14 @@ class NodeBlock(NamedTuple):
     first_sigma: int
     first_mass_rate: int
     first_sigma_rate: int
-    last_mass: int
+    last_mass: int  # what only stiff air and volumes need: stage before, first rates
     last_sigma: int
     wall_by_flow: int
     inflow: int
 
 
 class EdgeBlock(NamedTuple):
-    """Of a restriction: ends, law, flow and where that goes; parameters of the law (of a line A/L, its flow
-    now and before); shares of the step at which a valve's seat switches once and again; what stiff air
-    needs."""
+    """Of a restriction."""
 
     origin: int
     end: int
@@ -52,11 +49,11 @@ class EdgeBlock(NamedTuple):
     conductance: int
     critical: int
     flow: int
-    place: int
-    parameters: int
-    first: int
-    second: int
-    steepness: int
+    place: int  # of the flow, where it goes
+    parameters: int  # of the law; of a line A/L, its flow now and before
+    first: int  # share of the step at which a valve's seat switches once
+    second: int  # and again
+    steepness: int  # from here what stiff air needs
     moved: int
     first_flow: int
     last_moved: int

@@ -97,10 +97,8 @@ def flow_of(s: Any, o: int, way: int, by_origin: float, by_end: float, userdata:
 
 @register_jitable
 def entering(s: Any, o: int, act: Any, userdata: Any, control: Any, first: int) -> None:
-    """Air that flows into each node over the rows, by what it has at first, into `flowing` [-].
-
-    None where it is hardly any, or where all that joins a node to what is given is shut.
-    """
+    """Air that flows into each node over the rows, by what it has at first, into `flowing` [-]."""
+    # None where it is hardly any, or where all that joins a node to what is given is shut.
     every, nodes, ways = int(s[o + AT.every]), int(s[o + AT.nodes]), int(s[o + AT.ways])
     flowing, flows, reached = table(s, o, AT.flowing), table(s, o, AT.side), table(s, o, AT.matrix)
     for k in range(nodes):

@@ -102,10 +102,8 @@ def air_dyn(m: Any, d: Any, j: int) -> None:
 
 @register_jitable
 def calm(s: Any, nodes: int, step: float, gas: float, gamma: float) -> bool:
-    """Whether one midpoint takes the step, even were all valves open: most steps of most circuits.
-
-    As `fastest` has it, with R T/V = p/m: γ p Σ k + (γ − 1) hA/R by the mass.
-    """
+    """Whether one midpoint takes the step, even were all valves open: most steps of most circuits."""
+    # As `fastest` has it, with R T/V = p/m: γ p Σ k + (γ − 1) hA/R by the mass.
     for n in range(FIRST_BLOCK, nodes, NODE_NUMBERS):
         mass = s[n + NODE.mass]
         if s[n + NODE.kind] == OF_STORE:
@@ -140,13 +138,10 @@ def one_midpoint(s: Any, nodes: int, edges: int, step: float, gas: float, gamma:
 
 @register_jitable
 def fastest(s: Any, nodes: int, edges: int, gas: float, gamma: float) -> tuple[float, float, float]:
-    """The fastest rate of decay of a network [1/s], at most, and the largest share that changes [1/s].
-
-    And the angular frequency of lines with inertia, at most: ω² = Σ (A/L) γ R T/V of all their ends.
-
-    dp/dt = γ R T/V Σ k (p' − p) with the steepest slope k of each restriction. A circle that holds all rates
-    (Gershgorin) counts k twice between two volumes.
-    """
+    """The fastest rate of decay of a network [1/s], at most, and the largest share that changes [1/s]."""
+    # And the angular frequency of lines with inertia, at most: ω² = Σ (A/L) γ R T/V of all their ends.
+    # dp/dt = γ R T/V Σ k (p' − p) with the steepest slope k of each restriction. A circle that holds all
+    # rates (Gershgorin) counts k twice between two volumes.
     rate, change, ringing = 0.0, 0.0, 0.0
     for n in range(0, nodes, NODE_NUMBERS):
         s[n + NODE.steepness] = 0.0
@@ -333,11 +328,9 @@ def settle(s: Any, nodes: int, edges: int) -> None:
 
 @register_jitable
 def error(s: Any, nodes: int, part: float) -> float:
-    """Largest share of mass or σ by which a part of a step is off, by the rates at its end [-].
-
-    0.8 (Y0 − Y1) + 0.4 h (F0 + F1), the estimate of the source of `chebyshev`. The stages damp some fast
-    decays by almost nothing; a node that should have come to rest is far from it by this measure.
-    """
+    """Largest share of mass or σ by which a part of a step is off, by the rates at its end [-]."""
+    # 0.8 (Y0 − Y1) + 0.4 h (F0 + F1), the estimate of the source of `chebyshev`. The stages damp some fast
+    # decays by almost nothing; a node that should have come to rest is far from it by this measure.
     largest = 0.0
     for n in range(FIRST_BLOCK, nodes, NODE_NUMBERS):
         if s[n + NODE.kind] != OF_STORE:

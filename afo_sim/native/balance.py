@@ -86,12 +86,9 @@ def volume_of(m: Any, d: Any, q: int, absolute: float) -> tuple[float, float]:
 
 @register_jitable
 def air_of(m: Any, d: Any, chamber: int, rest: bool) -> tuple[float, float, float]:
-    """Volume [m³] and absolute pressure [Pa] of a chamber at its leaders' contractions, and −dp/dV
-    [Pa/m³].
-
-    Where a muscle's volume depends on its pressure, Newton's method on ln p solves p V(κ, p)^γ = σ. −dp/dV is
-    that of muscles that move, γ p/(V + γ p ∂V/∂p). At rest the pressure is the last one.
-    """
+    """Volume [m³] and absolute pressure [Pa] of a chamber at its leaders' contractions, −dp/dV [Pa/m³]."""
+    # Where a muscle's volume depends on its pressure, Newton's method on ln p solves p V(κ, p)^γ = σ. −dp/dV
+    # is that of muscles that move, γ p/(V + γ p ∂V/∂p). At rest the pressure is the last one.
     adr, q = m.actuator_actadr[chamber], m.nuser_actuator * chamber
     absolute = d.act[adr + CHAMBER_ACT.last_pressure]
     volume, by_pressure = volume_of(m, d, q, absolute)
@@ -133,12 +130,10 @@ def pull_of(m: Any, d: Any, chamber: int, moved: float) -> tuple[float, float]:
 def lacking(
     m: Any, d: Any, leader: int, chamber: int, contraction: float, absolute: float, moved: float, rest: bool
 ) -> tuple[float, float, float, float, float]:
-    """Balance of a leader: (force left, −slope by κ, slope by p, tension, slope of the cable).
-
-    F_static − T − c κ̇ − F_friction at a step's end, with κ̇ of the second order by two steps back (BDF2); at
-    rest without what moves. The slope of c by the pressure is left out, so that the force always falls as κ
-    rises. Writes what the muscle's law answers.
-    """
+    """Balance of a leader: (force left, −slope by κ, slope by p, tension, slope of the cable)."""
+    # F_static − T − c κ̇ − F_friction at a step's end, with κ̇ of the second order by two steps back (BDF2);
+    # at rest without what moves. The slope of c by the pressure is left out, so that the force always falls
+    # as κ rises. Writes what the muscle's law answers.
     u, act, data, k = m.actuator_user, d.act, d.userdata, m.nuser_actuator * leader
     own, state = int(u[k + MUSCLE_ROW.userdata]), int(u[k + MUSCLE_ROW.state])
     tension, slope = cable(m, d, leader, contraction, moved)

@@ -33,11 +33,9 @@ def between(
     s: Any, going: Any, begun: Any, ended: Any, qpos: Any, act: Any, userdata: Any, control: Any, count: int,
     size: int, width: int,
 ) -> float:  # fmt: skip
-    """Take a stride that some searches have walked, and put where each begins the next.
-
-    s has rows of all searches, `size` wide; `begun` and `ended` their states, `width` wide, air jumps in the
-    latter; `qpos` … `control` rows (count, steps, …), each block of the search in `going`, or −1.
-    """
+    """Take a stride that some searches have walked, and put where each begins the next."""
+    # s has rows of all searches, `size` wide; `begun` and `ended` their states, `width` wide, air jumps in
+    # the latter; `qpos` … `control` rows (count, steps, …), each block of the search in `going`, or −1.
     for place in range(count):
         if going[place] >= 0.0:
             k = int(going[place])
@@ -174,10 +172,8 @@ def _give(s: Any, o: int, act: Any, userdata: Any, first: int, told: bool) -> No
 def _take_slopes(
     s: Any, o: int, begun: Any, ended: Any, state: int, act: Any, userdata: Any, control: Any, first: int
 ) -> None:  # fmt: skip
-    """∂(ln m, ln σ) of all nodes at the stride's end by those at its start, into `slopes`.
-
-    Those along the stride, corrected so that they tell what the last two strides have shown (Broyden 1965).
-    """
+    """∂(ln m, ln σ) of all nodes at the stride's end by those at its start, into `slopes`."""
+    # Those along the stride, corrected so that they tell what the last two strides have shown (Broyden 1965).
     strides = s[o + AT.strides]
     if s[o + AT.own_of] == strides:
         return
@@ -275,11 +271,9 @@ def _jump(s: Any, o: int, begun: Any, ended: Any, state: int) -> None:
 
 @register_jitable
 def least_squares(s: Any, a: int, v: int, b: int, x: int, n: int) -> None:
-    """The shortest x [n] that minimises |A x − b|; singular values count from `STILL` of the largest on.
-
-    A [n, n] is rotated to columns that are at right angles, A V; they and V [n, n] are left at a and v.
-    Source: Hestenes 1958, doi 10.1137/0106005: one-sided rotations; Golub & Van Loan, § 8.6.3.
-    """
+    """The shortest x [n] that minimises |A x − b|; singular values count from `STILL` of the largest on."""
+    # A [n, n] is rotated to columns that are at right angles, A V; they and V [n, n] are left at a and v.
+    # Source: Hestenes 1958, doi 10.1137/0106005: one-sided rotations; Golub & Van Loan, § 8.6.3.
     for i in range(n):
         s[x + i] = 0.0
         for j in range(n):

@@ -60,10 +60,7 @@ def seat_of(m: Any, d: Any, i: int) -> tuple[float, float, float, float, float, 
 
 @register_jitable
 def hold(m: Any, d: Any, j: int) -> float:
-    """Time for which what holds a valve shut against the pressure before it decays, row at j [s].
-
-    A force that decays as e^(−t/τ) from F0 = A p0 gives way to A p after t = τ ln(p0/p).
-    """
+    """Time for which what holds a valve shut by F0 e^(−t/τ) outlasts the pressure, row at j [s]."""
     u, before = m.actuator_user, int(m.actuator_user[j + VALVE_ROW.before])
     if before < 0 or not u[j + VALVE_ROW.hold_decay] > 0.0:
         return 0.0

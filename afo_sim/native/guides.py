@@ -56,8 +56,7 @@ def behind_guides(m: Any, d: Any, i: int, j: int, tension: float) -> tuple[float
 
 @register_jitable
 def friction_carried(m: Any, d: Any, leader: int, k: int, tension: float) -> tuple[float, float]:
-    """Ratio of the tensions behind and before the guides of a leader whose row starts at k [-], and
-    damping."""
+    """Ratio of the tensions behind and before the guides of a leader with its row at k [-], and damping."""
     u = m.actuator_user
     behind, secant = behind_guides(m, d, leader, k, tension)
     together = u[k + MUSCLE_ROW.parallel] * secant

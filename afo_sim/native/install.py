@@ -292,8 +292,7 @@ class Closing:
 
 
 class Hold(Closing):
-    """One holder of the callbacks; `close` gives them back, and garbage collection or the end of
-    Python too."""
+    """A holder of the callbacks; `close`, garbage collection or the end of Python gives them back."""
 
     def __init__(self, mode: Mode = "native"):
         holder = object()

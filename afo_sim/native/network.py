@@ -225,11 +225,9 @@ def write_anchors(m: Any, d: Any, j: int, pull: float, per_step: float, rest: bo
 
 @register_jitable
 def derivative(m: Any, k: int, slope: float) -> float:
-    """Damping that the gain of a leader carries, α h dT/dx [N·s/m], from the tension's slope by its path.
-
-    To what goes to and fro from step to step a damper under BDF2 is 8/3 as stiff as in one step, and the
-    step is stable where (8/3) h² dT/dx ≤ 4 (m + α h² dT/dx).
-    """
+    """Damping that the gain of a leader carries, α h dT/dx [N·s/m], from the tension's slope by its path."""
+    # To what goes to and fro from step to step a damper under BDF2 is 8/3 as stiff as in one step, and the
+    # step is stable where (8/3) h² dT/dx ≤ 4 (m + α h² dT/dx).
     if not slope > 0.0:
         return 0.0
     step = m.opt.timestep

@@ -65,52 +65,40 @@ def places(table: Any, first: int = 0, **widths: int) -> Any:
 
 
 class MuscleRow(NamedTuple):
-    """Of a muscle.
+    """Of a muscle."""
 
-    leader : actuator id of the first of the alike muscles, which has the states of all
-    parallel : how many alike muscles there are
-    chamber, next : actuator ids of its chamber, and of the chamber's next muscle; −1 for none
-    state, userdata : of the leader, in `act` and `userdata`
-    inverse_mass : J M⁻¹ Jᵀ of its path [1/kg], which the compiled model gives
-    friction_states : actuator id of what holds them; −1 for none
-
-    Units: series_length, nominal_length, nominal_radius [m], cable_stiffness [N/m], damping [N·s/Pa],
-    braid_stiffness, return_stiffness, returning, rubber [N], dead_volume, rubber_volume [m³],
-    lowest_pressure [Pa], wrap_friction, contraction_scale, rubber_bore, rubber_turn [-].
-    """
-
-    leader: int
-    parallel: int
-    chamber: int
-    next: int
-    state: int
-    userdata: int
+    leader: int  # actuator id of the first of the alike muscles, which has the states of all
+    parallel: int  # how many alike muscles there are
+    chamber: int  # actuator id
+    next: int  # actuator id of its chamber's next muscle; −1 for none
+    state: int  # of the leader, in `act`
+    userdata: int  # of the leader
     law: int
-    series_length: int
-    cable_stiffness: int
-    inverse_mass: int
-    nominal_length: int
-    nominal_radius: int
+    series_length: int  # [m]
+    cable_stiffness: int  # [N/m]
+    inverse_mass: int  # J M⁻¹ Jᵀ of its path [1/kg], which the compiled model gives
+    nominal_length: int  # [m]
+    nominal_radius: int  # [m]
     b: int
     braids: int
     lock: int
-    damping: int
-    braid_stiffness: int
-    return_stiffness: int
-    dead_volume: int
-    lowest_pressure: int
+    damping: int  # [N·s/Pa]
+    braid_stiffness: int  # [N]
+    return_stiffness: int  # [N]
+    dead_volume: int  # [m³]
+    lowest_pressure: int  # [Pa]
     friction: int
-    friction_states: int
-    wrap_friction: int
+    friction_states: int  # actuator id of what holds them; −1 for none
+    wrap_friction: int  # [-]
     friction_coefficients: int
     damper: int
-    returning: int
+    returning: int  # [N]
     law_volume: int
-    contraction_scale: int
-    rubber: int
-    rubber_bore: int
-    rubber_turn: int
-    rubber_volume: int
+    contraction_scale: int  # [-]
+    rubber: int  # [N]
+    rubber_bore: int  # [-]
+    rubber_turn: int  # [-]
+    rubber_volume: int  # [m³]
     coefficients: int
 
 
@@ -139,36 +127,22 @@ class StoreRow(NamedTuple):
 
 
 class AirRow(NamedTuple):
-    """Of every node of the air, behind its own four numbers.
+    """Of every node of the air, behind its own four numbers."""
 
-    volume : of a chamber without its muscles [m³]
-    wall_conductance : [W/K], and by the flow into it [J/(kg·K)]
-    following : actuator id of the next node; −1 for none
-    number : in the network
-    first_edge : actuator id of the first valve or restriction; of the node that leads, else −1
-    upstream : number of the node that the supply draws from; 0 for none
-    leads : 1 of the node that leads, which is the last one in the order of the actuators; else 0
-    gas_constant, heat_capacity_ratio : R [J/(kg·K)], γ [-]
-    first_node : actuator id of the first chamber
-    steepness : largest slope of the flows at the node by its pressure, all open [kg/(s·Pa)]; that of a flow
-        between two volumes counts twice; infinite where a line with inertia ends
-    real_gas : of a store: R, c_v, b0, b1, c0, c1, whether it liquefies
-    """
-
-    volume: int
-    wall_conductance: int
+    volume: int  # of a chamber without its muscles [m³]
+    wall_conductance: int  # [W/K]
     userdata: int
-    following: int
-    number: int
-    first_edge: int
-    upstream: int
-    leads: int
-    gas_constant: int
+    following: int  # actuator id of the next node; −1 for none
+    number: int  # in the network
+    first_edge: int  # actuator id of the first valve or restriction; of the node that leads, else −1
+    upstream: int  # number of the node that the supply draws from; 0 for none
+    leads: int  # 1 of the node that leads, which is the last one in the order of the actuators; else 0
+    gas_constant: int  # [J/(kg·K)]
     heat_capacity_ratio: int
-    first_node: int
-    steepness: int
-    wall_conductance_by_flow: int
-    real_gas: int
+    first_node: int  # actuator id of the first chamber
+    steepness: int  # steepest slope of its flows, all open [kg/(s·Pa)]; twice between volumes; ∞ of lines
+    wall_conductance_by_flow: int  # by the flow into it [J/(kg·K)]
+    real_gas: int  # of a store: R, c_v, b0, b1, c0, c1, whether it liquefies
 
 
 class NetworkRow(NamedTuple):
@@ -191,45 +165,35 @@ class AnchorBlock(NamedTuple):
 
 
 class ValveRow(NamedTuple):
-    """Of a valve: C [m³/(s·Pa)], b [-], dead times [s], [Hz], one more than its coil's place, or 0; [-];
-    ramps [s], [-], [s], [Pa], actuator id of the node that it lets air out of; −1 for none."""
+    """Of a valve."""
 
-    conductance: int
-    critical_ratio: int
-    opening_delay: int
-    closing_delay: int
-    bandwidth: int
-    coil: int
-    dead_band: int
-    opening_ramp: int
-    closing_ramp: int
-    threshold: int
-    hold_decay: int
-    hold_pressure: int
-    before: int
+    conductance: int  # C [m³/(s·Pa)]
+    critical_ratio: int  # b [-]
+    opening_delay: int  # [s]
+    closing_delay: int  # [s]
+    bandwidth: int  # [Hz]
+    coil: int  # one more than its coil's place, or 0
+    dead_band: int  # [-]
+    opening_ramp: int  # [s]
+    closing_ramp: int  # [s]
+    threshold: int  # [-]
+    hold_decay: int  # [s]
+    hold_pressure: int  # [Pa]
+    before: int  # actuator id of the node that it lets air out of; −1 for none
 
 
 class EdgeRow(NamedTuple):
-    """Of every valve or restriction between two nodes of the air, behind a valve's own numbers.
+    """Of every valve or restriction between two nodes of the air, behind a valve's own numbers."""
 
-    origin, end : numbers of the nodes
-    following : actuator id of the next one; −1 for none
-    place : of its flow in `userdata`
-    law, parameters : of its flow
-    follows : actuator id of the valve whose other way it is, and one more; 0 for none
-    steepness : largest slope of the flow by a pressure difference [kg/(s·Pa)]
-    tank : actuator id of a compressor's tank
-    """
-
-    origin: int
-    end: int
-    following: int
-    place: int
-    law: int
-    follows: int
-    steepness: int
-    parameters: int
-    tank: int
+    origin: int  # number of the node
+    end: int  # number of the node
+    following: int  # actuator id of the next one; −1 for none
+    place: int  # of its flow in `userdata`
+    law: int  # of its flow
+    follows: int  # actuator id of the valve whose other way it is, and one more; 0 for none
+    steepness: int  # largest slope of the flow by a pressure difference [kg/(s·Pa)]
+    parameters: int  # of the law
+    tank: int  # actuator id of a compressor's tank
 
 
 class DriveRow(NamedTuple):
@@ -332,21 +296,19 @@ class StoreAct(NamedTuple):
 
 
 class ValveAct(NamedTuple):
-    """States of a valve: its armature, how far it is open, whether its coil was on at last, and whether the
-    armature has come to the open seat, which the opening follows."""
+    """States of a valve."""
 
     armature: int
-    opening: int
-    coil: int
-    seat: int
+    opening: int  # how far it is open
+    coil: int  # whether it was on at last
+    seat: int  # whether the armature has come to the open seat, which the opening follows
 
 
 class RestrictionAct(NamedTuple):
-    """States of a compressor: whether it runs; of a line with inertia: its flow [kg/s]. The second is there
-    because MuJoCo asks for two."""
+    """States of a compressor, or of a line with inertia."""
 
-    state: int
-    unused: int
+    state: int  # whether it runs; flow [kg/s]
+    unused: int  # MuJoCo asks for two
 
 
 class LeaderAct(NamedTuple):
@@ -365,18 +327,13 @@ class AnchorAct(NamedTuple):
 
 
 class DriveAct(NamedTuple):
-    """States of a drive.
-
-    given : the side of two-point switching, or the signed width of the present pulse [s]
-    clock : time since that began [s]
-    stage : 0 before the first step, 1 off, 2 on
-    """
+    """States of a drive."""
 
     reading: int
     integral: int
-    given: int
-    clock: int
-    stage: int
+    given: int  # the side of two-point switching, or the signed width of the present pulse [s]
+    clock: int  # time since that began [s]
+    stage: int  # 0 before the first step, 1 off, 2 on
     inlet_last: int
     outlet_last: int
     inlet_switches: int

@@ -161,10 +161,8 @@ def reflex_dyn(m: Any, d: Any, i: int, j: int) -> None:
 
 @register_jitable
 def held_by_floor(m: Any, d: Any, i: int, j: int) -> tuple[float, float, float]:
-    """Forward force of the floor on the grip whose row starts at j [N], its gain's [N·s/m], its place [m].
-
-    A spring from where the sole came down, |F| ≤ μ N; where it would be more, that place moves along.
-    """
+    """Forward force of the floor on the grip whose row starts at j [N], its gain's [N·s/m], its place [m]."""
+    # A spring from where the sole came down, |F| ≤ μ N; where it would be more, that place moves along.
     u, pad = m.actuator_user, int(m.actuator_user[j + GRIP_ROW.pad])
     pressed = u[j + GRIP_ROW.friction] * sole_pad_force(m, d, pad, m.nuser_actuator * pad)[0]
     at, anchor = d.actuator_length[i], d.act[m.actuator_actadr[i] + GRIP_ACT.anchor]

@@ -21,34 +21,23 @@ class LegMuscleRow(NamedTuple):
 
 
 class ReflexRow(NamedTuple):
-    """Of a leg's reflexes.
+    """Of a leg's reflexes."""
 
-    other : actuator id of the other leg's
-    muscle, pad : actuator ids of its first muscle and its first pad; the others follow
-    tissue : actuator id of the passive ankle, whose input is the knee's angle
-    extension : of the toes, on whose hinge the actuator is, at most [N·m]
-    foot, trunk : bodies whose centres of mass are compared
-    knee, knee_rate, pitch, pitch_rate : places in `qpos` and `qvel`
-    userdata, slots : of the nerves' memory, and how many steps it holds
-    weight : of the body [N]
-    gains : as `physics.reflexes` names them
-    """
-
-    other: int
-    muscle: int
-    pad: int
-    tissue: int
-    extension: int
-    foot: int
-    trunk: int
-    knee: int
-    knee_rate: int
-    pitch: int
-    pitch_rate: int
-    userdata: int
-    slots: int
-    weight: int
-    gains: int
+    other: int  # actuator id of the other leg's
+    muscle: int  # actuator id of the first; the others follow
+    pad: int  # actuator id of the first; the others follow
+    tissue: int  # actuator id of the passive ankle, whose input is the knee's angle
+    extension: int  # of the toes, on whose hinge the actuator is, at most [N·m]
+    foot: int  # body whose centre of mass is compared with the trunk's
+    trunk: int  # body
+    knee: int  # place in `qpos`
+    knee_rate: int  # place in `qvel`
+    pitch: int  # place in `qpos`
+    pitch_rate: int  # place in `qvel`
+    userdata: int  # of the nerves' memory
+    slots: int  # how many steps it holds
+    weight: int  # of the body [N]
+    gains: int  # as `physics.reflexes` names them
 
 
 class GripRow(NamedTuple):

@@ -116,8 +116,7 @@ def write_parquet(recording: Run, path: pathlib.Path) -> None:
 
 
 def open_run(folder: str | os.PathLike[str], *, damaged: bool = False) -> Any:
-    """The Parquet file of a run's folder (or itself), checked but not read; `damaged` as of
-    `open_parquet`."""
+    """The Parquet file of a run's folder, checked but not read; `damaged` as of `open_parquet`."""
     path = pathlib.Path(folder)
     with suppress(InputError):  # a folder that may only be read stays as it is
         settle(path)

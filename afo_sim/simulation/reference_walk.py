@@ -80,10 +80,7 @@ def walk_reference(scenario: Scenario) -> Reference:
 
 
 def _tried(scenario: Scenario, changed: Mapping[str, Any], asked: Asked = ASKED) -> Reference:
-    """The settled stride of a scenario with some keys changed, or the whole run where none repeats.
-
-    A refusal is the failure.
-    """
+    """The settled stride of a changed scenario, the whole run where none repeats; or its refusal."""
     try:
         scenario = scenario.with_values(**changed)
         solved = not why_walked(scenario)
@@ -126,11 +123,9 @@ def not_compared(scenario: Scenario, reference: Reference) -> tuple[Notice, ...]
 
 
 def filled_once(scenario: Scenario, lifting: Collection[str]) -> dict[str, Metric]:
-    """The walk whose lifting chambers are filled before the first step and then shut, at the best pressure.
-
-    Nothing leaks. The best is the lowest pressure that clears what is wanted, since torque against push-off
-    rises with it; where none does, the one that clears most.
-    """
+    """The walk whose lifting chambers are filled before the first step, then shut, at the best pressure."""
+    # Nothing leaks. The best is the lowest pressure that clears what is wanted, since torque against push-off
+    # rises with it; where none does, the one that clears most.
     shut = {"inlet": (), "outlet": ()}
     gait = scenario.gait
     assert gait is not None

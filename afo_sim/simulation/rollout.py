@@ -49,10 +49,7 @@ class Rollout:
 
 @dataclass(frozen=True)
 class Case:
-    """One simulation to be rolled out: model, mjSTATE_INTEGRATION row to start from, inputs; its number.
-
-    One that has failed before its start has its failure and no state.
-    """
+    """A simulation to roll out: model, mjSTATE_INTEGRATION row (None if it failed before), inputs; number."""
 
     model: mujoco.MjModel
     state: np.ndarray
@@ -147,11 +144,9 @@ def widths(model: mujoco.MjModel, fields: tuple[str, ...]) -> dict[str, int]:
 
 
 def limp(cases: Sequence[Case]) -> list[Exception | None]:
-    """The reason for which each simulation must not start.
-
-    Whether the callbacks in force are those of the muscles shows on one of all cases with the same muscles:
-    the others differ in who wears them, and their own rows are looked at.
-    """
+    """The reason for which each simulation must not start."""
+    # Whether the callbacks in force are those of the muscles shows on one of all cases with the same muscles:
+    # the others differ in who wears them, and their own rows are looked at.
     proven: set[bytes] = set()
     return [case.failure or _limp(case, proven) for case in cases]
 

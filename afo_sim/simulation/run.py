@@ -168,10 +168,8 @@ def run_scenario(
     scenario: Scenario, *, policy: Policy | None = None, progress: Progress | None = None,
     watch: Watch | None = None, keeps: bool = False, start: bool = True,
 ) -> Recording:  # fmt: skip
-    """Simulate a description as `run` does; `watch` sees it grow, `keeps` is of a controller.
-
-    `start` is of a settled stride: whether its start is walked at once, to see that it can be.
-    """
+    """Simulate a description as `run` does; `watch` sees it grow, `keeps` is of a controller."""
+    # `start` is of a settled stride: whether its start is walked at once, to see that it can be.
     if scenario.controller is not None and policy is None:
         made, rate = make(scenario.controller, scenario), scenario.controller.rate
         return run_controlled(scenario, made, rate, progress=progress, watch=watch, keeps=keeps)
@@ -188,10 +186,7 @@ def run_at_step(
     scenario: Scenario, step: str = "controlled", *, halvings: int = HALVINGS,
     report: Callable[..., None] | None = None, watch: Watch | None = None, keeps: bool = False,
 ) -> Recording:  # fmt: skip
-    """Simulate a description as `run` does, its step halved so often at most.
-
-    `report` is told (done, in all, what); `watch` sees the asked step.
-    """
+    """Simulate as `run` does, the step halved so often at most; `report` gets (done, in all, what)."""
 
     def simulate(at: Scenario, what: str, start: bool) -> Recording:
         progress = None if report is None else functools.partial(report, what=what)
@@ -256,11 +251,9 @@ def unsettled_warning(settled: Settled) -> tuple[Notice, ...]:
 def run_settled(
     scenario: Scenario, *, progress: Progress | None = None, watch: Watch | None = None, start: bool = True
 ) -> Recording:
-    """Solve for the settled stride; the strides from the start are walked when they are read.
-
-    Who watches, or sees the progress, has them walked before. Else, with `start`, as many are walked at once
-    as show that they near the settled one.
-    """
+    """Solve for the settled stride; the strides from the start are walked when they are read."""
+    # Who watches, or sees the progress, has them walked before. Else, with `start`, as many are walked at
+    # once as show that they near the settled one.
     begins = Later(lambda: build(start_up(scenario)))
     seen = progress is not None or watch is not None
     if seen or start:

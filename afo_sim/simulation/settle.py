@@ -264,10 +264,8 @@ PARTS, STRIDES = 60, 3  # coarse steps of a stride, strides
 
 
 def first_air(built: Built, data: mujoco.MjData, control: np.ndarray) -> dict[int, float]:
-    """Gauge pressure of every chamber at the start of a stride [Pa], by its actuator.
-
-    What no valve opens keeps the air with which the wearer starts.
-    """
+    """Gauge pressure of every chamber at the start of a stride [Pa], by its actuator."""
+    # What no valve opens keeps the air with which the wearer starts.
     assert built.walk is not None
     index, n = built.index, built.walk.steps_of_stride
     set_to = built.scenario.supply.pressure  # a line before a regulator has more

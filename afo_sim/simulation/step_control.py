@@ -87,14 +87,12 @@ def at_step(scenario: Scenario, step: float) -> Scenario:
 
 
 def controlled(scenario: Scenario, simulate: Simulated, halvings: int | None = HALVINGS) -> Recording:
-    """A run at the step at which its metrics agree with those at twice that step, or at the shortest one.
-
-    Metrics that wait for being read, of first strides and of walks beside, do not decide. The step that was
-    taken and the error of each metric are in `studies`; what is beyond its bound is named by a warning. Rows
-    stay those of the asked step. A run that fails is returned as it is; without `halvings` the step is the
-    asked one, and no error is known. The start is walked at once at the longest step alone: what goes there
-    goes at shorter ones.
-    """
+    """A run at the step at which its metrics agree with those at twice that step, or at the shortest one."""
+    # Metrics that wait for being read, of first strides and of walks beside, do not decide. The step that was
+    # taken and the error of each metric are in `studies`; what is beyond its bound is named by a warning.
+    # Rows stay those of the asked step. A run that fails is returned as it is; without `halvings` the step is
+    # the asked one, and no error is known. The start is walked at once at the longest step alone: what goes
+    # there goes at shorter ones.
     asked = as_run(scenario).timestep
     if halvings is None:
         return _with_errors(simulate(scenario, "simulating", True), None, asked, asked)

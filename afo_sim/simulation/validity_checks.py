@@ -86,8 +86,7 @@ def _least_closed(built: Built, columns: Columns, static: Columns) -> tuple[str,
 def limit_warnings(
     built: Built, columns: Columns, static: Mapping[str, np.ndarray] | None = None
 ) -> Iterator[Notice]:
-    """Warnings of muscles beyond their limits of pressure, force or contraction, and of pressure on
-    the skin."""
+    """Warnings of muscles beyond their limits, and of pressure on the skin."""
     yield from _target_warnings(built, columns)
     for name, group in muscle_names(built.scenario.orthosis).items():
         yield from _muscle_limits(name, group, columns)

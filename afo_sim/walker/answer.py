@@ -176,10 +176,8 @@ def _of_falls(response: Response) -> Iterator[str]:
 
 
 def difference(before: Falls, after: Falls) -> tuple[float, float]:
-    """95 % interval of the share that falls after, less that before [-], as if of independent starts.
-
-    Source: Newcombe 1998, Statistics in Medicine 17, 873, method 10.
-    """
+    """95 % interval of the share that falls after, less that before [-], as if of independent starts."""
+    # Source: Newcombe 1998, Statistics in Medicine 17, 873, method 10.
     (low, high), (lower, higher) = after.interval, before.interval
     now, then = after.count / after.of, before.count / before.of
     apart = now - then

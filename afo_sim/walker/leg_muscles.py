@@ -7,12 +7,10 @@ SIGMA, DENSITY = 0.25e6, 1059.7  # specific tension [Pa], density [kg/m³] of mu
 
 @dataclass(frozen=True)
 class Segment:
-    """mass [kg]; centre of mass and end from its origin (x forward, y left, z up) [m]; inertia [kg·m²].
+    """mass [kg]; centre of mass and end from its origin (x forward, y left, z up) [m]; inertia [kg·m²]."""
 
-    Source: Thigh: SCONE's H0914v3 (Geijtenbeek 2019, doi 10.21105/joss.01421), after Delp et al. 1990.
-    The trunk is its pelvis and torso as one, with 1.2 kg more so that the body has 75 kg (derived).
-    """
-
+    # Source: Thigh: SCONE's H0914v3 (Geijtenbeek 2019, doi 10.21105/joss.01421), after Delp et al. 1990. The
+    # trunk is its pelvis and torso as one, with 1.2 kg more so that the body has 75 kg (derived).
     mass: float
     centre: tuple[float, float, float]
     inertia: float

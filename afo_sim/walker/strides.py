@@ -39,12 +39,10 @@ _OF_LEG = (
 
 @dataclass(frozen=True, eq=False)
 class Strides:
-    """The counted strides of one leg of a walk.
+    """The counted strides of one leg of a walk."""
 
-    Curves over the cycle (n_stride, 101): thigh (against the vertical), knee flexion, ankle [rad]; load over
-    body weight; moment, plantarflexion positive [N·m/kg], power [W/kg] of the ankle; device's torque [N·m].
-    """
-
+    # curves over the cycle (n_stride, 101): thigh (against the vertical), knee flexion, ankle [rad]; load
+    # over body weight; moment (plantarflexion), power of the ankle [N·m/kg, W/kg]; device's torque [N·m]
     begins: np.ndarray  # rows at which the foot comes down, one more than strides
     curves: Mapping[str, np.ndarray]
     duration: np.ndarray  # of each stride [s]

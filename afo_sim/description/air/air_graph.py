@@ -21,18 +21,12 @@ class HasAir(Protocol):
 
 @dataclass(frozen=True)
 class Way:
-    """A way that air can take from one node to another.
+    """A way that air can take from one node to another."""
 
-    key : what it belongs to, such as "restriction.feed"
-    origin, end : nodes
-    part : kind of the restriction whose own way it is; a valve's of a chamber's valves, and of branches to
-        the ambient air
-    """
-
-    key: str
-    origin: str
-    end: str
-    part: AirPart = PARTS["valve"]
+    key: str  # what it belongs to, such as "restriction.feed"
+    origin: str  # a node
+    end: str  # a node
+    part: AirPart = PARTS["valve"]  # the restriction's whose own way it is, or a valve's
 
 
 def ways(orthosis: HasAir) -> Iterator[Way]:

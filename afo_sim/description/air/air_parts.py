@@ -124,20 +124,16 @@ class Restriction(Described):
 
 @dataclass(frozen=True)
 class AirPart:
-    """A kind of restriction.
-
-    feeds : whether it brings air on without a coil
-    blows_off : whether air that it lets out all the time is worth a warning
-    """
+    """A kind of restriction."""
 
     needs: tuple[str, ...]
     edges: Callable[[str, Restriction], Iterator[FlowEdge]]
     may_have: tuple[str, ...] = ()
     lines: Callable[[Restriction], tuple[str, ...]] | None = None
-    feeds: bool = True
+    feeds: bool = True  # whether it brings air on without a coil
     both_ways: bool = True
     to_ambient: bool = True
-    blows_off: bool = True
+    blows_off: bool = True  # whether air that it lets out all the time is worth a warning
     branches: tuple[str, ...] = ()
 
     @property

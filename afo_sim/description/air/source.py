@@ -78,8 +78,7 @@ class Source(Named):
         return gas_mass(self.real_gas, self.volume, AMBIENT_PRESSURE + self._full_pressure)
 
     def given(self, pressure: float) -> float:
-        """Gas that the full one gives, slowly, until it is down to a gauge pressure [Pa] that is
-        needed [kg]."""
+        """Gas that the full one gives, slowly, down to a gauge pressure [Pa] that is needed [kg]."""
         return mass_given(self.real_gas, self.volume, self.full_mass, AMBIENT_PRESSURE + pressure)
 
     def given_at(self, pressure: float, flow: float, content: float | None = None) -> float:

@@ -119,8 +119,7 @@ class PressureLoop(Described):
 
 
 class PairPressures(Described):
-    """Pressures of a pair of chambers: mean + output · half_range in one, mean − output · half_range in the
-    other; none is below ambient."""
+    """Pressures of a pair: mean + output · half_range, mean − output · half_range; none is below ambient."""
 
     mean: Annotated[float, Quantity("Pa", at_least=0.0, at_most=2e6)]
     """Gauge pressure of both chambers at output 0."""
