@@ -345,12 +345,9 @@ def _inverse_masses(model: mujoco.MjModel, muscles: list[int], ankle: str, coord
     data = native.scratch(model)
     data.qpos[model.joint(ankle).qposadr[0]] = coordinate
     mujoco.mj_fwdPosition(model, data)
-    jacobian, moved = np.zeros((model.nu, model.nv)), np.zeros((len(muscles), model.nv))
-    mujoco.mju_sparse2dense(
-        jacobian, data.actuator_moment, data.moment_rownnz, data.moment_rowadr, data.moment_colind
-    )
-    mujoco.mj_solveM(model, data, moved, jacobian[muscles])
-    return moved @ jacobian[muscles].T
+    arms, moved = native.jacobian(model, data)[muscles], np.zeros((len(muscles), model.nv))
+    mujoco.mj_solveM(model, data, moved, arms)
+    return moved @ arms.T
 
 
 def _doubts(attached: Attached, tree: Tree) -> Iterator[str]:

@@ -1,5 +1,6 @@
 """Names of muscles, chambers and valves, their ids in the model, and its paths swept over the ankle."""
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -56,24 +57,31 @@ def add_motor(
     )
 
 
+def drawn(colour: Sequence[float], mass: float = 0.0) -> dict[str, Any]:
+    """What a shape is given that is there to be seen: it touches nothing."""
+    return {"rgba": colour, "contype": 0, "conaffinity": 0, "mass": mass}
+
+
+def postures(model: mujoco.MjModel, joint: int, angles: np.ndarray) -> Iterator[mujoco.MjData]:
+    """The model with a joint, by its place in `qpos`, at each angle; the same data each time."""
+    data = native.scratch(model)
+    for angle in angles:
+        data.qpos[joint] = angle
+        mujoco.mj_fwdPosition(model, data)
+        yield data
+
+
 def sweep_ankle(
     model: mujoco.MjModel, index: Index, angles: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Geometry of the muscles over the ankle's angle, from the compiled model."""
-    data = native.scratch(model)
     ids = list(index.muscles.values())
     lengths = np.empty((len(angles), len(ids)))
     arm, inertia = np.empty_like(lengths), np.empty(len(angles))
     mass_matrix = np.zeros((model.nv, model.nv))
-    jacobian = np.zeros((model.nu, model.nv))
-    for k, angle in enumerate(angles):
-        data.qpos[index.ankle_qpos] = angle
-        mujoco.mj_fwdPosition(model, data)
+    for k, data in enumerate(postures(model, index.ankle_qpos, angles)):
         lengths[k] = data.actuator_length[ids]
-        mujoco.mju_sparse2dense(
-            jacobian, data.actuator_moment, data.moment_rownnz, data.moment_rowadr, data.moment_colind
-        )
-        arm[k] = -jacobian[ids, index.ankle_dof]
+        arm[k] = -native.jacobian(model, data)[ids, index.ankle_dof]
         mujoco.mj_fullM(model, data, mass_matrix)
         inertia[k] = mass_matrix[index.ankle_dof, index.ankle_dof]
     return contractions(model.actuator_user, ids, lengths), arm, inertia
@@ -88,10 +96,4 @@ def contractions(rows: np.ndarray, muscles: list[int], lengths: np.ndarray) -> n
 
 def sweep_lengths(model: mujoco.MjModel, muscles: list[int], ankle: int, angles: np.ndarray) -> np.ndarray:
     """Lengths of the muscles' paths over the ankle's angle [m] (n, n_muscle)."""
-    data = native.scratch(model)
-    lengths = np.empty((len(angles), len(muscles)))
-    for k, angle in enumerate(angles):
-        data.qpos[ankle] = angle
-        mujoco.mj_fwdPosition(model, data)
-        lengths[k] = data.actuator_length[muscles]
-    return lengths
+    return np.array([data.actuator_length[muscles] for data in postures(model, ankle, angles)])

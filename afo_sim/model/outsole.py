@@ -6,12 +6,12 @@ runs.
 
 import math
 from collections.abc import Mapping
-from typing import Any
 
 import mujoco
 import numpy as np
 
 from afo_sim.description import Outsole, Scenario
+from afo_sim.model.mounting import drawn
 
 POINTS = ("heel", "ball", "pulp", "tip")  # of the outsole
 BEARING = POINTS[:3]  # points among which a recorded force is shared
@@ -135,7 +135,7 @@ def _draw_foot_part(spec: mujoco.MjSpec, shoe: Outsole, places: Places, taller: 
             type=ellipsoid,
             pos=[x, 0.0, z],
             size=taller * np.array(size),
-            **_look(LEATHER),
+            **drawn(LEATHER),
         )
 
 
@@ -156,7 +156,7 @@ def _draw_toe_part(
             type=mujoco.mjtGeom.mjGEOM_ELLIPSOID,
             pos=[0.5 * (ball[0] + pulp[0]), 0.0, pulp[1] + taller * (outsole.ball_stack + 0.004)],
             size=[0.68 * (tip[0] - ball[0]), 0.52 * width, 0.032 * taller],
-            **_look(LEATHER),
+            **drawn(LEATHER),
         )
 
 
@@ -173,12 +173,8 @@ def _add_slab(
         pos=[middle[0], 0.0, middle[1]],
         quat=[math.cos(0.5 * slope), 0.0, -math.sin(0.5 * slope), 0.0],  # about y, which points left
         size=[0.5 * length, 0.5 * width, 0.5 * thickness],
-        **_look(RUBBER),
+        **drawn(RUBBER),
     )
-
-
-def _look(colour: tuple[float, float, float, float]) -> dict[str, Any]:
-    return {"rgba": colour, "contype": 0, "conaffinity": 0, "mass": 0.0}
 
 
 def _flat(place: object) -> Point:

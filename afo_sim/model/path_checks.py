@@ -10,10 +10,9 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 import mujoco
 import numpy as np
 
-from afo_sim import native
 from afo_sim.common import InputError, Notice
 from afo_sim.description import Muscle, MuscleGroup, Orthosis, at_rest
-from afo_sim.model.mounting import contractions, muscle_names
+from afo_sim.model.mounting import contractions, muscle_names, postures
 from afo_sim.model.paths import Paths, paths_of, route_of
 from afo_sim.physics import root
 
@@ -276,15 +275,13 @@ def _problem(angles: np.ndarray, seen: list[_Seen]) -> str:
 
 def _over(paths: Paths, muscle: str, point: int, angles: np.ndarray) -> list[_Seen]:
     """A surface of a single muscle's path over the ankle's angles."""
-    model, data, tendon = paths.model, native.scratch(paths.model), paths.tendons[muscle]
+    model, tendon = paths.model, paths.tendons[muscle]
     number = model.geom(f"{muscle}_path{point}").id
     entries = slice(int(model.tendon_adr[tendon]), int(model.tendon_adr[tendon] + model.tendon_num[tendon]))
     types, ids = model.wrap_type[entries], model.wrap_objid[entries]
     at = next(k for k in range(len(ids)) if ids[k] == number and types[k] != mujoco.mjtWrap.mjWRAP_SITE)
     found: list[_Seen] = []
-    for angle in angles:
-        data.qpos[0] = angle
-        mujoco.mj_fwdPosition(model, data)
+    for data in postures(model, 0, angles):
         centre, turn = data.geom_xpos[number], data.geom_xmat[number].reshape(3, 3)
         cylinder = types[at] == mujoco.mjtWrap.mjWRAP_CYLINDER
         flat = np.array([1.0, 1.0, 0.0 if cylinder else 1.0])  # across a cylinder's axis
@@ -314,10 +311,8 @@ def _check_offset(orthosis: Orthosis, name: str, group: MuscleGroup, paths: Path
 
 def _muscle_that_bends(name: str, group: MuscleGroup, paths: Paths, angles: np.ndarray) -> Iterator[Notice]:
     """A warning where the muscle itself, which hangs from its origin, would reach the first guide."""
-    data, straight = native.scratch(paths.model), np.inf
-    for angle in angles:
-        data.qpos[0] = angle
-        mujoco.mj_fwdPosition(paths.model, data)
+    straight = np.inf
+    for data in postures(paths.model, 0, angles):
         points = route_of(paths.model, data, paths.tendons[f"{name}_1"]).points
         straight = min(straight, float(np.linalg.norm(points[1] - points[0])))
     length = group.type.total_length

@@ -13,14 +13,14 @@ from statistics import fmean
 import mujoco
 import numpy as np
 
-from afo_sim import native
 from afo_sim.description import JOINTS, Joint, MuscleGroup, Orthosis, PathPoint, Segment
-from afo_sim.model.mounting import ANKLE, muscle_names
+from afo_sim.model.mounting import ANKLE, drawn, muscle_names, postures
 
 LATERAL = np.array([0.0, 1.0, 0.0])
 GUIDE = [0.35, 0.5, 0.7, 1.0]  # colour of points and surfaces
 DRAWN_HALF = 0.02  # half of the drawn length of a cylinder that stands for an endless one [m]
 ARC = 9  # points of an arc
+SPHERE, CYLINDER = mujoco.mjtGeom.mjGEOM_SPHERE, mujoco.mjtGeom.mjGEOM_CYLINDER
 
 
 def add_tendons(
@@ -40,6 +40,7 @@ def _add_path(
     """The path of one muscle from origin to insertion; half its mass stands at each end."""
     assert group.origin is not None and group.insertion is not None
     tendon.rgba = [0.75, 0.25, 0.2, 1.0]
+    look = drawn([0.8, 0.8, 0.82, 1.0], group.type.whole_mass / 2.0)
     for end, anchor in (("origin", group.origin), ("insertion", group.insertion)):
         if end == "insertion":
             for number, point in enumerate(group.path):
@@ -48,16 +49,7 @@ def _add_path(
         body = anchors[anchor.segment]
         position = np.array(anchor.from_joint) + np.array([0.0, offset, 0.0])
         site = body.add_site(name=f"{name}_{end}", pos=position, size=[0.005] * 3)
-        body.add_geom(
-            name=f"{name}_{end}",
-            type=mujoco.mjtGeom.mjGEOM_SPHERE,
-            pos=position,
-            size=[0.006, 0.0, 0.0],
-            mass=group.type.whole_mass / 2.0,
-            contype=0,
-            conaffinity=0,
-            rgba=[0.8, 0.8, 0.82, 1.0],
-        )
+        body.add_geom(name=f"{name}_{end}", type=SPHERE, pos=position, size=[0.006, 0.0, 0.0], **look)
         tendon.wrap_site(site.name)
 
 
@@ -73,21 +65,11 @@ def _add_point(
         tendon.wrap_site(label)
         return
     turn, size = np.array([1.0, 0.0, 0.0, 0.0]), [surface.radius, 0.0, 0.0]
-    kind = mujoco.mjtGeom.mjGEOM_SPHERE
+    kind = SPHERE
     if surface.shape == "cylinder":
-        kind, size[1] = mujoco.mjtGeom.mjGEOM_CYLINDER, max(0.5 * point.spacing, DRAWN_HALF)
+        kind, size[1] = CYLINDER, max(0.5 * point.spacing, DRAWN_HALF)
         mujoco.mju_quatZ2Vec(turn, np.array(surface.axis) / np.linalg.norm(surface.axis))
-    body.add_geom(
-        name=label,
-        type=kind,
-        pos=position,
-        quat=turn,
-        size=size,
-        mass=0.0,
-        contype=0,
-        conaffinity=0,
-        rgba=GUIDE,
-    )
+    body.add_geom(name=label, type=kind, pos=position, quat=turn, size=size, **drawn(GUIDE))
     tendon.wrap_geom(label, "")
 
 
@@ -112,13 +94,10 @@ def _add_pulley(
     half_width = 0.004 + (0.5 * group.pulley.spacing if group.count > 1 else 0.0)
     below.add_geom(
         name=f"{name}_pulley",
-        type=mujoco.mjtGeom.mjGEOM_CYLINDER,
+        type=CYLINDER,
         fromto=[0.0, offset - half_width, 0.0, 0.0, offset + half_width, 0.0],
         size=[group.pulley.radius, 0.0, 0.0],
-        mass=0.0,
-        contype=0,
-        conaffinity=0,
-        rgba=[0.55, 0.57, 0.6, 1.0],
+        **drawn([0.55, 0.57, 0.6, 1.0]),
     )
 
 
@@ -157,13 +136,14 @@ class Paths:
 
     def lengths(self, angles: np.ndarray) -> np.ndarray:
         """Lengths over the joint's angles [m] (n, n_muscle)."""
-        return np.array([data.ten_length[list(self.tendons.values())] for data in self._at(angles)])
+        own = list(self.tendons.values())
+        return np.array([data.ten_length[own] for data in postures(self.model, 0, angles)])
 
     def moment_arms(self, angles: np.ndarray) -> np.ndarray:
         """−dL/dθ over the joint's angles, positive when tension raises the angle [m] (n, n_muscle)."""
         dense = np.zeros((self.model.ntendon, 1))
         found = []
-        for data in self._at(angles):
+        for data in postures(self.model, 0, angles):
             mujoco.mju_sparse2dense(
                 dense, data.ten_J.reshape(-1), self.model.ten_J_rownnz, self.model.ten_J_rowadr,
                 self.model.ten_J_colind.reshape(-1),
@@ -175,7 +155,7 @@ class Paths:
         """Pull of each muscle on a segment, per unit of tension, in the segment's axes (n, n_muscle, 3)."""
         own = self.model.body(segment).id
         found = np.zeros((len(angles), len(self.tendons), 3))
-        for k, data in enumerate(self._at(angles)):
+        for k, data in enumerate(postures(self.model, 0, angles)):
             turn = data.xmat[own].reshape(3, 3)
             for column, tendon in enumerate(self.tendons.values()):
                 route = route_of(self.model, data, tendon)
@@ -184,13 +164,6 @@ class Paths:
                     along = along if route.bodies[piece] == own else -along
                     found[k, column] += along / np.linalg.norm(along) @ turn
         return found
-
-    def _at(self, angles: np.ndarray) -> Iterator[mujoco.MjData]:
-        data = native.scratch(self.model)
-        for angle in angles:
-            data.qpos[0] = angle
-            mujoco.mj_fwdPosition(self.model, data)
-            yield data
 
 
 def paths_of(orthosis: Orthosis) -> Paths:
@@ -225,14 +198,11 @@ def mean_length(group: MuscleGroup) -> float:
 
 def path_points(model: mujoco.MjModel, data: mujoco.MjData, muscle: str) -> np.ndarray:
     """Corners of a muscle's path from origin to insertion, with points along its arcs."""
-    tendon = model.tendon(muscle).id
-    start, count = int(data.ten_wrapadr[tendon]), int(data.ten_wrapnum[tendon])
-    corners = data.wrap_xpos.reshape(-1, 3)[start : start + count]
-    around = data.wrap_obj.reshape(-1)[start : start + count]
-    found: list[np.ndarray] = []
-    for k, point in enumerate(corners):
+    route, found = route_of(model, data, model.tendon(muscle).id), list[np.ndarray]()
+    around = route.surfaces
+    for k, point in enumerate(route.points):
         if k and around[k] >= 0 and around[k] == around[k - 1]:
-            found.extend(_arc(model, data, int(around[k]), corners[k - 1], point))
+            found.extend(_arc(model, data, int(around[k]), route.points[k - 1], point))
         found.append(point)
     return np.array(found).reshape(-1, 3)
 
@@ -244,7 +214,7 @@ def _arc(
     centre, axis = data.geom_xpos[geom], data.geom_xmat[geom].reshape(3, 3)[:, 2]
     first, last = start - centre, end - centre
     heights = np.zeros(2)
-    if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_CYLINDER:
+    if model.geom_type[geom] == CYLINDER:
         heights = np.array([first @ axis, last @ axis])
         first, last = first - heights[0] * axis, last - heights[1] * axis
     cosine = first @ last / (np.linalg.norm(first) * np.linalg.norm(last))

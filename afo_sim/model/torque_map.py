@@ -70,12 +70,8 @@ def _members_of(built: Built, chamber: str) -> list[int]:
 def chamber_torque(built: Built, data: mujoco.MjData, chamber: str) -> float:
     """Torque of one chamber's muscles about the ankle, Σ force × moment arm [N·m]."""
     model, index = built.model, built.index
-    jacobian = np.zeros((model.nu, model.nv))
-    mujoco.mju_sparse2dense(
-        jacobian, data.actuator_moment, data.moment_rownnz, data.moment_rowadr, data.moment_colind
-    )
     members = _members_of(built, chamber)
-    return float(data.actuator_force[members] @ jacobian[members, index.ankle_dof])
+    return float(data.actuator_force[members] @ native.jacobian(model, data)[members, index.ankle_dof])
 
 
 def write_csv(maps: list[TorqueMap], path: pathlib.Path) -> None:

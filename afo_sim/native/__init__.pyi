@@ -42,6 +42,7 @@ from .install import assert_live as assert_live
 from .install import assert_rows as assert_rows
 from .install import installed as installed
 from .rows import row as row
+from .scratch_data import jacobian as jacobian
 from .scratch_data import scratch as scratch
 from .sensing import compiled_sense as compiled_sense
 from .slots import BANG_BANG as BANG_BANG

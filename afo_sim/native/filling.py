@@ -23,7 +23,7 @@ from afo_sim.native.circuit import (
 )
 from afo_sim.native.install import assert_live, assert_rows
 from afo_sim.native.rows import muscle_row, row
-from afo_sim.native.scratch_data import scratch
+from afo_sim.native.scratch_data import jacobian, scratch
 from afo_sim.native.state import air_at, gas_of, read_flows, write_air, write_rest
 from afo_sim.physics import INERTIAL, laminar_slope
 
@@ -185,13 +185,10 @@ def fill_inverse_masses(model: mujoco.MjModel) -> None:
     """Write J M⁻¹ Jᵀ [1/kg] of every muscle's path, at the model's own posture, into its row."""
     data = scratch(model)
     mujoco.mj_fwdPosition(model, data)
-    jacobian, moved = np.zeros((model.nu, model.nv)), np.zeros((1, model.nv))
-    mujoco.mju_sparse2dense(
-        jacobian, data.actuator_moment, data.moment_rownnz, data.moment_rowadr, data.moment_colind
-    )
+    arms, moved = jacobian(model, data), np.zeros((1, model.nv))
     for muscle in _of_kind(model, slots.KIND_MUSCLE):
-        mujoco.mj_solveM(model, data, moved, jacobian[muscle : muscle + 1])
-        model.actuator_user[muscle, slots.MUSCLE_ROW.inverse_mass] = float(moved[0] @ jacobian[muscle])
+        mujoco.mj_solveM(model, data, moved, arms[muscle : muscle + 1])
+        model.actuator_user[muscle, slots.MUSCLE_ROW.inverse_mass] = float(moved[0] @ arms[muscle])
 
 
 def _fill_chamber(

@@ -3,6 +3,7 @@
 import threading
 
 import mujoco
+import numpy as np
 
 KEPT = 4  # layouts in a thread
 
@@ -22,3 +23,12 @@ def scratch(model: mujoco.MjModel) -> mujoco.MjData:
         mujoco.mj_resetData(model, data)
     kept[sizes] = data  # the last used comes last
     return data
+
+
+def jacobian(model: mujoco.MjModel, data: mujoco.MjData) -> np.ndarray:
+    """How fast each actuator's path grows with each joint's coordinate (n_actuator, n_dof)."""
+    dense = np.zeros((model.nu, model.nv))
+    mujoco.mju_sparse2dense(
+        dense, data.actuator_moment, data.moment_rownnz, data.moment_rowadr, data.moment_colind
+    )
+    return dense

@@ -191,12 +191,11 @@ class _Recorder:
         self.ankle = model.joint(ANKLE)
         self.sites = [model.site(f"{side}{SOLE}{point}").id for side in SIDES for point in POINTS]
         self.device = sorted(body.ids.muscles.values()) if body.ids is not None else []
-        self.moment = np.zeros((model.nu, model.nv))
         floor = np.isin(model.actuator_user[:, 1], (native.KIND_PAD, native.KIND_GRIP))
         self.inner = np.flatnonzero(~floor | (model.actuator_trntype == mujoco.mjtTrn.mjTRN_JOINT))
         self.own = 0.0  # moment of the wearer's own muscles, dorsiflexion positive [N·m]
         self.rows: dict[str, list[Any]] = {
-            name: [] for name in ("time", "qpos", "qvel", "act", "force", "joint", "site", "torque")
+            name: [] for name in ("time", "qpos", "qvel", "act", "actuator_force", "joint", "site", "torque")
         }
 
     def seen(self, data: mujoco.MjData) -> _Seen:
@@ -224,20 +223,15 @@ class _Recorder:
         """Keep a row."""
         rows = self.rows
         rows["time"].append(data.time)
-        rows["qpos"].append(data.qpos.copy())
-        rows["qvel"].append(data.qvel.copy())
-        rows["act"].append(data.act.copy())
-        rows["force"].append(data.actuator_force.copy())
-        rows["site"].append(data.site_xpos[self.sites].copy())
-        mujoco.mju_sparse2dense(
-            self.moment, data.actuator_moment, data.moment_rownnz, data.moment_rowadr, data.moment_colind
-        )
+        for name in ("qpos", "qvel", "act", "actuator_force"):
+            rows[name].append(getattr(data, name).copy())
+        rows["site"].append(data.site_xpos[self.sites])
         # what the body and the device do at the joints, without the floor, which is actuators too
-        own, ankle = self.body.muscles[0], int(self.ankle.dofadr[0])
-        self.own = float(self.moment[own, ankle] @ data.actuator_force[own])
-        rows["joint"].append(self.moment[self.inner].T @ data.actuator_force[self.inner])
-        arms = self.moment[self.device, ankle]
-        rows["torque"].append(float(arms @ data.actuator_force[self.device]))
+        moment, own = native.jacobian(self.model, data), self.body.muscles[0]
+        ankle = int(self.ankle.dofadr[0])
+        self.own = float(moment[own, ankle] @ data.actuator_force[own])
+        rows["joint"].append(moment[self.inner].T @ data.actuator_force[self.inner])
+        rows["torque"].append(float(moment[self.device, ankle] @ data.actuator_force[self.device]))
 
     def columns(self) -> dict[str, np.ndarray]:
         """All columns, SI."""
@@ -258,14 +252,14 @@ class _Recorder:
             found[f"{side}/forefoot_clearance"] = points[:, 1:, 2].min(axis=1)  # of ball, pulp and tip
             found[f"{side}/toe_clearance"] = points[:, 2:, 2].min(axis=1)
             found[f"{side}/foot"] = points[:, :2, 0].mean(axis=1)
-            found[f"{side}/load"] = kept["force"][:, body.pads[k]].sum(axis=1)
+            found[f"{side}/load"] = kept["actuator_force"][:, body.pads[k]].sum(axis=1)
             at = int(model.actuator_actadr[body.reflexes[k]])
             found[f"{side}/phase"] = np.round(kept["act"][:, at])
             for i, muscle in zip(body.muscles[k], LEG_MUSCLES, strict=True):
                 first = int(model.actuator_actadr[i])
                 found[f"{side}/{muscle}/activation"] = kept["act"][:, first + act.activation]
                 found[f"{side}/{muscle}/length"] = kept["act"][:, first + act.length]
-                found[f"{side}/{muscle}/force"] = -kept["force"][:, i]
+                found[f"{side}/{muscle}/force"] = -kept["actuator_force"][:, i]
                 found[f"{side}/{muscle}/energy"] = kept["act"][:, first + act.energy]
         found["device/torque"] = kept["torque"]
         if body.ids is not None:
