@@ -12,7 +12,7 @@ import functools
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Self
+from typing import Any, Self
 
 import mujoco
 import numpy as np
@@ -256,16 +256,20 @@ def _extended(swing: float, wave: Wave) -> np.ndarray:
     return toe_extension(swing)(wave)
 
 
+def check_name(name: str, existing: Sequence[Any], file: object, field: str) -> None:
+    """Refuse a name that no body or joint of a leg's file has."""
+    names = [element.name for element in existing if element.name]
+    if name not in names:
+        raise unknown(name, names, file=file, field=field, problem="the leg has no such body or joint")
+
+
 def hinge_toes(spec: mujoco.MjSpec, scenario: Scenario, size: Size) -> None:
     """Give the toes' hinge its damper; weld it where nobody walks."""
     toes, file = scenario.leg.toes, scenario.leg.file
     if toes is None:
         return
-    for kind, name, existing in (("body", toes.body, spec.bodies), ("joint", toes.joint, spec.joints)):
-        names = [element.name for element in existing if element.name]
-        if name not in names:
-            problem = "the leg has no such body or joint"
-            raise unknown(name, names, file=file, field=f"leg.toes.{kind}", problem=problem)
+    for kind, existing in (("body", spec.bodies), ("joint", spec.joints)):
+        check_name(getattr(toes, kind), existing, file, f"leg.toes.{kind}")
     joint = spec.joint(toes.joint)
     if joint.type != mujoco.mjtJoint.mjJNT_HINGE or joint.parent.name != toes.body:
         raise InputError(

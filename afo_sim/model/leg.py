@@ -6,6 +6,7 @@ import pathlib
 import re
 import shlex
 from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -19,10 +20,9 @@ from afo_sim.common import (
     read_bytes,
     read_text,
     shipped_name,
-    unknown,
 )
 from afo_sim.description import JOINTS, WORN, Leg, Scenario
-from afo_sim.model.foot import hinge_toes, spring_toes
+from afo_sim.model.foot import check_name, hinge_toes, spring_toes
 from afo_sim.model.mirror import mirror, orthosis_mirrored
 from afo_sim.model.mounting import ANKLE
 from afo_sim.model.outsole import add_outsole, add_shoe
@@ -45,15 +45,8 @@ def leg_spec(scenario: Scenario, size: Size) -> mujoco.MjSpec:
     _keep_inertia_to_itself(spec)
     if scenario.simulated_side != leg.side:
         _mirror(spec, leg.file, "leg.file")
-    for kind, name, existing in (
-        ("shank", leg.shank, spec.bodies),
-        ("foot", leg.foot, spec.bodies),
-        ("ankle", leg.ankle, spec.joints),
-    ):
-        names = [element.name for element in existing if element.name]
-        if name not in names:
-            problem = "the leg has no such body or joint"
-            raise unknown(name, names, file=leg.file, field=f"leg.{kind}", problem=problem)
+    for kind, existing in (("shank", spec.bodies), ("foot", spec.bodies), ("ankle", spec.joints)):
+        check_name(getattr(leg, kind), existing, leg.file, f"leg.{kind}")
     ankle = spec.joint(leg.ankle)
     if ankle.type != mujoco.mjtJoint.mjJNT_HINGE:
         raise InputError(f"the {leg.joint} is not a hinge", file=leg.file, field="leg.ankle", value=leg.ankle)
@@ -94,37 +87,29 @@ def _keep_inertia_to_itself(spec: mujoco.MjSpec) -> None:
 
 def lengthen(spec: mujoco.MjSpec, taller: float) -> None:
     """Make a leg as long as another body, all lengths alike, with the same masses."""
-    springy, damped = taller, taller * math.sqrt(taller)
+    damped, square = taller * math.sqrt(taller), taller**2
     for mesh in spec.meshes:
-        mesh.scale = np.array(mesh.scale) * taller
+        _times(mesh, scale=taller)
     for body in spec.bodies:
-        body.pos = np.array(body.pos) * taller
-        body.ipos = np.array(body.ipos) * taller
-        body.inertia = np.array(body.inertia) * taller**2
-        body.fullinertia = np.array(body.fullinertia) * taller**2
+        _times(body, pos=taller, ipos=taller, inertia=square, fullinertia=square)
         for element in (*body.geoms, *body.sites):
-            element.pos = np.array(element.pos) * taller
-            element.size = np.array(element.size) * taller
-            element.fromto = np.array(element.fromto) * taller
+            _times(element, pos=taller, size=taller, fromto=taller)
         for joint in body.joints:
-            joint.pos = np.array(joint.pos) * taller
-            joint.stiffness = np.array(joint.stiffness) * springy
-            joint.damping = np.array(joint.damping) * damped
-            joint.frictionloss *= springy
-            joint.armature *= taller**2
+            _times(joint, pos=taller, stiffness=taller, damping=damped, frictionloss=taller, armature=square)
 
 
 def _weigh(spec: mujoco.MjSpec, heavier: float) -> None:
     """Make a leg as heavy as another body; moments at the same angles and times go with mass."""
     for body in spec.bodies:
-        body.mass = body.mass * heavier
-        body.inertia = np.array(body.inertia) * heavier
-        body.fullinertia = np.array(body.fullinertia) * heavier
+        _times(body, mass=heavier, inertia=heavier, fullinertia=heavier)
         for joint in body.joints:
-            joint.stiffness = np.array(joint.stiffness) * heavier
-            joint.damping = np.array(joint.damping) * heavier
-            joint.frictionloss *= heavier
-            joint.armature *= heavier
+            _times(joint, stiffness=heavier, damping=heavier, frictionloss=heavier, armature=heavier)
+
+
+def _times(element: Any, **factors: float) -> None:
+    """Multiply what an element of a spec has."""
+    for name, factor in factors.items():
+        setattr(element, name, np.array(getattr(element, name)) * factor)
 
 
 def _check_joints(names: Sequence[str], leg: Leg) -> None:

@@ -71,9 +71,11 @@ class Size:
     taller: float = 1.0
 
     @staticmethod
+    @_once
     def of(scenario: Scenario) -> "Size":
         """The person's."""
-        return _size_of(scenario)
+        leg, person = scenario.leg, person_of(scenario)
+        return Size(person.body_mass / leg.body_mass, person.body_height / leg.body_height)
 
     @property
     def slower(self) -> float:
@@ -89,12 +91,6 @@ class Size:
     def damped(self) -> float:
         """Factor on the damping about a joint: moment × time."""
         return self.springy * self.slower
-
-
-@_once
-def _size_of(scenario: Scenario) -> Size:
-    leg, person = scenario.leg, person_of(scenario)
-    return Size(person.body_mass / leg.body_mass, person.body_height / leg.body_height)
 
 
 @_once
