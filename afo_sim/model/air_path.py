@@ -65,11 +65,9 @@ class AirPath:
         ]
         stores = []
         if source is not None and source.kind == "compressor":
-            volumes.append(
-                native.CircuitVolume(SOURCE, source.volume, source.wall_conductance, source.switch_off or 0.0)
-            )
             stall, starts, stops = source.stall_pressure, source.switch_on, source.switch_off
             assert stall is not None and starts is not None and stops is not None
+            volumes.append(native.CircuitVolume(SOURCE, source.volume, source.wall_conductance, stops))
             free = source.delivery(0.0) / STANDARD_DENSITY
             restrictions.append(
                 flow_edge.compressor(
@@ -77,12 +75,8 @@ class AirPath:
                 )
             )
         elif source is not None:
-            row = {
-                "volume": source.volume,
-                "shell": source.shell,
-                "wall_conductance": source.wall_conductance,
-                "real_gas": source.real_gas.row,
-            }
+            row = {name: getattr(source, name) for name in ("volume", "shell", "wall_conductance")}
+            row["real_gas"] = source.real_gas.row
             stores.append(native.CircuitStore(SOURCE, row, source.full_mass))
         if regulator is not None:
             volumes.append(native.CircuitVolume(OUTLET, outlet_room(orthosis, regulator), 0.0, pressure))
@@ -105,9 +99,7 @@ def valve_row(valve: native.ValveParameters, gas: Gas) -> dict[str, float]:
 def _volumes(orthosis: Orthosis, pressure: float) -> Iterator[native.CircuitVolume]:
     brought = _brought(orthosis, pressure)
     for name, volume in orthosis.volume.items():
-        start = volume.start_pressure
-        if start is None:
-            start = brought.get(name, 0.0)
+        start = brought.get(name, 0.0) if volume.start_pressure is None else volume.start_pressure
         room = volume.volume + beside(orthosis, name)
         walls = volume.wall_conductance, volume.wall_conductance_by_flow
         yield native.CircuitVolume(name, room, walls[0], start, "", walls[1])

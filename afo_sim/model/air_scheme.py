@@ -4,6 +4,7 @@ It is the description's own, with the products' names; what is solved is `air_pa
 """
 
 import heapq
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -82,7 +83,7 @@ class AirWay:
     def conductance(self) -> float:
         """Sonic conductance of all together, C = 1/√(Σ 1/C_i²) [m³/(s·Pa)]; infinite without any."""
         total: float = sum(each**-2 for _, each in self.edges)
-        return float("inf") if total == 0.0 else total**-0.5
+        return math.inf if total == 0.0 else total**-0.5
 
     @property
     def narrowest(self) -> str:
@@ -142,10 +143,8 @@ def air_scheme(orthosis: Orthosis, supply: Supply) -> AirScheme:
     scheme = AirScheme(orthosis.name or "orthosis", orthosis.description, nodes, found, origin)
     for name in orthosis.chamber:
         # through another chamber's outlet only where it must
-        filling = _widest(scheme, origin, name, outwards=False) or _widest(
-            scheme, origin, name, outwards=True
-        )
-        if filling is not None:
+        ways = (_widest(scheme, origin, name, outwards=outwards) for outwards in (False, True))
+        if (filling := next(filter(None, ways), None)) is not None:
             scheme.filling[name] = filling
         if (way := _widest(scheme, name, AMBIENT, outwards=True)) is not None:
             scheme.venting[name] = way
@@ -169,15 +168,11 @@ def _supply(orthosis: Orthosis, supply: Supply) -> tuple[dict[str, AirNode], lis
     if source is None:
         first, before = AirNode("supply", "line", (bar(supply.fixed), "endless")), SUPPLY
     else:
-        first, before = (
-            AirNode(source.kind, source.name or source.kind, _of_source(source), source.volume),
-            SOURCE,
-        )
+        name, before = source.name or source.kind, SOURCE
+        first = AirNode(source.kind, name, _of_source(source), source.volume)
+    lines: tuple[str, ...] = (f"set {set_to}",)
     if regulator is None:
-        free = float("inf")
-        edge = AirEdge(
-            "regulator", FREE, "ideal regulator", before, SUPPLY, free, 0.0, 0.0, (f"set {set_to}",)
-        )
+        edge = AirEdge("regulator", FREE, FREE, before, SUPPLY, math.inf, 0.0, 0.0, lines)
         return {before: first, SUPPLY: AirNode("point", "supply", (set_to,))}, [edge]
     edges = tuple(regulator_edges("", regulator, supply.pressure, before, OUTLET))
     lines = regulator_lines(regulator, supply.pressure)
@@ -193,12 +188,8 @@ def _of_source(source: Source) -> tuple[str, ...]:
     if source.kind == "cartridge":
         return ("cartridge", room, f"{1e3 * (source.content or 0.0):.3g} g CO₂")
     flow = f"{6e4 * (source.free_air_delivery or 0.0):.3g} l/min ANR"
-    return (
-        "compressor",
-        flow,
-        f"tank {room}",
-        f"{1e-5 * (source.switch_on or 0.0):.3g}–{bar(source.switch_off or 0.0)}",
-    )
+    switched = f"{1e-5 * (source.switch_on or 0.0):.3g}–{bar(source.switch_off or 0.0)}"
+    return ("compressor", flow, f"tank {room}", switched)
 
 
 def _chamber(orthosis: Orthosis, name: str) -> AirNode:
@@ -206,34 +197,27 @@ def _chamber(orthosis: Orthosis, name: str) -> AirNode:
     muscles = tuple(f"{group.count} × {group.type.name or 'muscle'}" for group in groups.values())
     dead = orthosis.chamber[name].tube_volume + half_of_tubes(orthosis, name)
     room = sum(group.count * float(group.type.volume(contraction=0.0)) for group in groups.values())
-    return AirNode(
-        "chamber",
-        name,
-        (*muscles, f"{_millilitres(room)} at rest", f"tubes {_millilitres(dead)}"),
-        room + dead,
-    )
+    lines = (*muscles, f"{_millilitres(room)} at rest", f"tubes {_millilitres(dead)}")
+    return AirNode("chamber", name, lines, room + dead)
 
 
 def _of_chamber(name: str, chamber: Chamber) -> Iterator[AirEdge]:
     """A chamber's valves and tube."""
     end = name if chamber.tube is None else VALVE_END.format(name)
-    valve = chamber.inlet
-    lines = _proportional(valve)
-    label = f"inlet {valve.name}".strip()
-    c, b = valve.conductance, valve.critical_ratio
     if chamber.three_way:
-        vent = chamber.vent
+        valve, vent = chamber.inlet, chamber.vent
+        c, b, lines = valve.conductance, valve.critical_ratio, _proportional(valve)
         yield AirEdge(
             "valve_3_2", f"{name} inlet", f"3/2 {valve.name}".strip(), chamber.feed, end, c, c, b, lines,
             chamber.exhaust, vent.conductance, vent.critical_ratio, INLET,
         )  # fmt: skip
     else:
         assert chamber.outlet is not None
-        yield AirEdge("valve", f"{name} inlet", label, chamber.feed, end, c, c, b, lines, way=INLET)
-        valve = chamber.outlet
-        c, b, label = valve.conductance, valve.critical_ratio, f"outlet {valve.name}".strip()
-        lines = _proportional(valve)
-        yield AirEdge("valve", f"{name} outlet", label, end, chamber.exhaust, c, c, b, lines, way=OUTLETS)
+        inlet, outlet = (chamber.feed, end, chamber.inlet), (end, chamber.exhaust, chamber.outlet)
+        for way, (origin, to, valve) in ((INLET, inlet), (OUTLETS, outlet)):
+            c, b, lines = valve.conductance, valve.critical_ratio, _proportional(valve)
+            label = f"{way} {valve.name}".strip()
+            yield AirEdge("valve", f"{name} {way}", label, origin, to, c, c, b, lines, way=way)
     if chamber.tube is not None and chamber.tube_length is not None:
         tube, length = chamber.tube, chamber.tube_length
         quick = chamber.quick_exhaust
@@ -261,8 +245,7 @@ def _drawn(kind: str, name: str, label: str, edges: Sequence[FlowEdge], lines: t
     """What is drawn of the edges of one part; of a quick exhaust with its way out."""
     own, *branches = edges
     drawn = AirEdge(kind, name, label, own.origin, own.end, own.forth, own.back, own.ratio_forth, lines)
-    vents = [branch for branch in branches if branch.law == QUICK_EXHAUST]
-    for vent in vents:
+    for vent in (branch for branch in branches if branch.law == QUICK_EXHAUST):
         drawn = replace(drawn, exhaust=vent.end, venting=vent.conductance, venting_ratio=vent.critical_ratio)
     return drawn
 
@@ -291,7 +274,7 @@ def _widest(scheme: AirScheme, start: str, end: str, *, outwards: bool) -> AirWa
         for edge, a, b, c in steps:
             if a == node and b not in done:
                 count += 1
-                hindered = c != float("inf")
+                hindered = c != math.inf
                 further = (*way, (edge, c)) if hindered else way
                 heapq.heappush(queue, (cost + (c**-2 if hindered else 0.0), count, b, further))
     return None
