@@ -117,9 +117,8 @@ def _inversion(f: Frame) -> np.ndarray:
 COLUMNS = (
     Column("time", "s", "start of the step",
         lambda f: (f.first_step + np.arange(f.n)) * f.built.scenario.timestep),
-    Column(
-        "ankle/angle", "rad", "dorsiflexion positive", lambda f: f.rows["qpos"][:, f.built.index.ankle_qpos]
-    ),
+    Column("ankle/angle", "rad", "dorsiflexion positive",
+        lambda f: f.rows["qpos"][:, f.built.index.ankle_qpos]),
     Column("ankle/velocity", "rad/s", "dorsiflexion positive", lambda f: f.dof("qvel")),
     Column("ankle/moment/orthosis", "N*m", f"{INTERNAL}; all muscles of the orthosis, instantaneous",
         lambda f: f.dof("qfrc_actuator") - f.force(f.built.index.passive)),
@@ -129,24 +128,16 @@ COLUMNS = (
         whole=True),
     Column("ankle/moment/gravity", "N*m", "dorsiflexion positive; weight of what turns",
         lambda f: 0.0 - f.dof("qfrc_bias"), whole=True),
-    Column(
-        "ankle/moment/inversion",
-        "N*m",
+    Column("ankle/moment/inversion", "N*m",
         "internal, inversion positive; all muscles of the orthosis on the foot, about the talus' forward "
-        "axis through the ankle joint, instantaneous",
-        _inversion,
-        where=lambda built: built.side_arms is not None,
-    ),
+        "axis through the ankle joint, instantaneous", _inversion,
+        where=lambda built: built.side_arms is not None),
     Column("ankle/moment/load", "N*m", "dorsiflexion positive; the scenario's constant load moment",
         lambda f: np.full(f.n, -f.built.scenario.load_moment),
         where=lambda built: built.scenario.load_moment),
     *WALKING,
-    Column(
-        "muscle/*/force",
-        "N",
-        "tension positive",
-        lambda f, i: _own(f, i).tension if _rubbed(f.built) else 0.0 - f.force(i),  # and never −0.0
-    ),
+    Column("muscle/*/force", "N", "tension positive",
+        lambda f, i: _own(f, i).tension if _rubbed(f.built) else 0.0 - f.force(i)),  # and never −0.0
     Column("muscle/*/joint_force", "N",
         "tension beyond the path's guides, which the joint feels; force is the muscle's own",
         lambda f, i: 0.0 - f.force(i), where=_rubbed),
@@ -159,9 +150,8 @@ COLUMNS = (
     Column("muscle/*/path_length", "m",
         "from anchor to anchor: muscle, ends, link, and what cable, cuff and plate give",
         lambda f, i: f.rows["actuator_length"][:, i]),
-    Column(
-        "muscle/*/moment_arm", "m", "-dL/dtheta of the path; dorsiflexion positive", _moment_arm, whole=True
-    ),
+    Column("muscle/*/moment_arm", "m", "-dL/dtheta of the path; dorsiflexion positive", _moment_arm,
+        whole=True),
     Column("cuff/*/force", "N", "pull of all muscles on it", lambda f, i: _anchor(f, i).force),
     Column("cuff/*/displacement", "m", "along the pull", lambda f, i: _anchor(f, i).displacement),
     Column("chamber/*/pressure", "Pa", "gauge", lambda f, i: _air(f, i).absolute_pressure - AMBIENT_PRESSURE),

@@ -61,11 +61,8 @@ def _vented(f: Frame) -> np.ndarray:
 def _specific_of_supply(f: Frame) -> np.ndarray:
     """Flow exergy of what stands at the supply's pressure and ambient temperature, R T0 ln(p/p0) [J/kg]."""
     ratio = (_pressure(f) + AMBIENT_PRESSURE) / AMBIENT_PRESSURE
-    found: np.ndarray = (
-        native.gas_of(f.built.model, next(iter(f.built.index.chambers.values()))).constant
-        * AMBIENT_TEMPERATURE
-        * np.log(ratio)
-    )
+    gas = native.gas_of(f.built.model, next(iter(f.built.index.chambers.values())))
+    found: np.ndarray = gas.constant * AMBIENT_TEMPERATURE * np.log(ratio)
     return found
 
 

@@ -277,9 +277,8 @@ MOMENT = "internal, dorsiflexion positive"
 WALKING = (
     _column("gait/phase", "", "0 = heel strike, up to 1", lambda f: f.way - np.floor(f.way)),
     _column("gait/stride", "", "number of the stride, from 0", lambda f: np.floor(f.way)),
-    _column(
-        "gait/ankle_angle", "rad", "as recorded, dorsiflexion positive", lambda f: f.instants(f.walk.ankle)
-    ),
+    _column("gait/ankle_angle", "rad", "as recorded, dorsiflexion positive",
+        lambda f: f.instants(f.walk.ankle)),
     _column("gait/ankle_moment", "N*m", f"{MOMENT}; what the recorded walking takes in all",
         lambda f: f.steps(f.active.recorded)),
     _column("gait/needed_moment", "N*m",
@@ -292,37 +291,29 @@ WALKING = (
     _column("gait/toe_extension", "rad", "at which the toes rest", attrgetter("resting"), toes=True),
     _column("ankle/moment/orthosis", "N*m", f"{MOMENT}; all muscles of the orthosis, instantaneous",
         lambda f: f.dof("qfrc_actuator") - f.force(f.built.index.passive) - f.biological - f.ground_moment),
-    _column(
-        "ankle/moment/biological", "N*m", f"{MOMENT}; the patient's own muscles", attrgetter("biological")
-    ),
+    _column("ankle/moment/biological", "N*m", f"{MOMENT}; the patient's own muscles",
+        attrgetter("biological")),
     _column("ankle/moment/ground", "N*m", "dorsiflexion positive; ground force about the ankle",
         attrgetter("ground_moment")),
-    _column(
-        "sole/pitch", "rad", "of the outsole to the floor, toe up positive", lambda f: f.pitch - f.foot.level
-    ),
+    _column("sole/pitch", "rad", "of the outsole to the floor, toe up positive",
+        lambda f: f.pitch - f.foot.level),
     _column("shank/angle", "rad", "from the vertical, knee ahead of ankle positive", attrgetter("shank")),
     _column("shank/velocity", "rad/s", "as shank/angle; mean of the step before, as every velocity",
         lambda f: f.rows["qvel"][:, f.built.model.joint(JOINTS[2]).dofadr[0]]),
     _column("ankle/position/x", "m", "forward", lambda f: f.joint(JOINTS[0])),
     _column("ankle/position/z", "m", "up, the floor at 0", attrgetter("ankle_height")),
-    _column(
-        "ground/force/x", "N", "on the foot, forward positive", lambda f: f.weight * f.recorded_ground[0]
-    ),
+    _column("ground/force/x", "N", "on the foot, forward positive",
+        lambda f: f.weight * f.recorded_ground[0]),
     _column("ground/force/z", "N", "on the foot, upward positive", attrgetter("pressing")),
     _column("foot/heel_load", "N", "under the heel, upward on the foot",
         lambda f: f.pressing - f.toe_load if f.built.contact is None else f.pads[0]),
     _column("foot/toe_load", "N", "under ball and toes, upward on the foot", attrgetter("toe_load")),
     _column("ground/position/x", "m", "centre of pressure, forward", _pressure_centre),
-    *(
-        _column(f"{point}/height", "m", sign, functools.partial(_height, point))
-        for point, sign in HEIGHTS.items()
-    ),
-    *(
-        _column(f"{point}/height_without_floor", "m", f"{sign}, with the swing as it is without a floor",
-            functools.partial(lambda of, f: _height(of, f.free), point))
-        for point, sign in HEIGHTS.items()
-        if point != "heel"
-    ),
+    *(_column(f"{point}/height", "m", sign, functools.partial(_height, point))
+        for point, sign in HEIGHTS.items()),
+    *(_column(f"{point}/height_without_floor", "m", f"{sign}, with the swing as it is without a floor",
+        functools.partial(lambda of, f: _height(of, f.free), point))
+        for point, sign in HEIGHTS.items() if point != "heel"),
     _column("sole/height_less_extended", "m",
         "the same, were the toes extended in swing by the least of swing_extension_range",
         lambda f: _height_extended(f.free, 0), toes=True),
