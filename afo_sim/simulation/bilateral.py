@@ -26,7 +26,7 @@ from afo_sim.model import as_recorded, person_of, persons_stride, stride_time_of
 from afo_sim.simulation.bilateral_air import SIDES, Cycle, Worse, cycle_of, flow_of, numbers_of, worse_of
 from afo_sim.simulation.examine import described_cycle
 from afo_sim.simulation.files import MODEL, PARQUET, RERUN, SUMMARY
-from afo_sim.simulation.recording import Recording
+from afo_sim.simulation.recording import Recording, plain
 from afo_sim.simulation.run import run_at_step
 from afo_sim.simulation.validity_checks import empty_warnings
 
@@ -120,11 +120,8 @@ class Both(Shown):
             "affected": self.affected,
             "asymmetry": {kind: [asdict(row) for row in rows] for kind, rows in self.asymmetry.items()},
             "cycle": {"value": self.cycle, "unit": "s"},
-            "numbers": {n: {"value": m.value, "unit": m.unit} for n, m in self.numbers.items()},
-            "metrics": {
-                side: {n: {"value": m.value, "unit": m.unit} for n, m in leg.metrics.items()}
-                for side, leg in self.legs.items()
-            },
+            "numbers": plain(self.numbers),
+            "metrics": {side: plain(leg.metrics) for side, leg in self.legs.items()},
             "verdict": [asdict(worse) for worse in self.verdict],
             "warnings": list(self.warnings),
             "notes": list(self.notes),

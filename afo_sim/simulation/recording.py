@@ -5,7 +5,7 @@ import os
 import pathlib
 import tempfile
 import threading
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
@@ -281,7 +281,7 @@ class Recording(Shown):
         found: dict[str, Any] = {
             "status": self.status,
             "scenario": self.scenario,
-            "metrics": _as_json(self.metrics),
+            "metrics": plain(self.metrics),
             "versions": self.versions,
             "timing": self.timing,
             "warnings": list(self.warnings),
@@ -293,20 +293,19 @@ class Recording(Shown):
         if known := counts(self.metrics):
             found["coverage"] = known  # what bands of such metrics were worth so far
         if self.strides:
-            found["strides"] = [{"stride": k, "metrics": _as_json(m)} for k, m in self.strides.items()]
+            found["strides"] = [{"stride": k, "metrics": plain(m)} for k, m in self.strides.items()]
         if self.studies:
             found["studies"] = self.studies
         return found
 
 
 _KINDS: dict[str, Callable[[Any], Any]] = {"columns": Columns, "scenario": Brief, "parameters": Brief}
-_KINDS |= {
-    "strides": Strides,
-    "metrics": lambda given: given if isinstance(given, Metrics) else Metrics(given),
-}
+_KINDS["strides"] = Strides
+_KINDS["metrics"] = lambda given: given if isinstance(given, Metrics) else Metrics(given)
 
 
-def _as_json(metrics: dict[str, Metric]) -> dict[str, dict[str, Any]]:
+def plain(metrics: Mapping[str, Metric]) -> dict[str, dict[str, Any]]:
+    """Metrics as JSON has them."""
     return {name: {"value": metric.value, "unit": metric.unit} for name, metric in metrics.items()}
 
 
