@@ -35,13 +35,7 @@ _S1 = Braid(1.0, 5.75e-3, math.radians(22.0))  # the muscle whose bladder, dampi
 # its F0 and K_b [N], fitted to its tables I and II, see models/muscles/s1_215mm
 _S1_BLADDER = (136.0, 153.0)
 # Where a given quantity stands in a muscle's file.
-_PLACE = {
-    "length": "total_length",
-    "end_length": "end_length",
-    "bore": "bore",
-    "braid_angle": "braid_angle",
-    "wall_thickness": "tube.wall_thickness",
-}
+_PLACE = {key: key for key in _RANGES} | {"length": "total_length", "wall_thickness": "tube.wall_thickness"}
 
 
 def fill_braid(muscle: MutableMapping[str, Any], given: Mapping[str, str]) -> None:

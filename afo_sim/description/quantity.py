@@ -267,6 +267,11 @@ class OfChambers(Described, Generic[Part]):
         """What is described of each chamber."""
         return dict(self.__pydantic_extra__ or {})
 
+    @property
+    def named(self) -> dict[str, str]:
+        """Chambers by the key that names them."""
+        return {chamber: chamber for chamber in self.chambers}
+
 
 def split_sources(table: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
     """Separate { value, source, kind } tables into plain values and a map of provenance."""

@@ -252,34 +252,22 @@ def numbers(fields: SensorFields, unit: str) -> Numbers:
         text = getattr(fields, key)
         return default if text is None else _read(key, text, of)
 
-    def both(key: str, default: float) -> tuple[float, float]:
-        """In the column's unit, and in V."""
+    found: dict[str, float] = {}
+    for key, none in (("noise", 0.0), ("minimum", -np.inf), ("maximum", np.inf), ("resolution", 0.0)):
         text = getattr(fields, key)
-        if text is not None and line is not None and _is_voltage(text):
-            return default, _read(key, text, _VOLT)
-        return own(key, default), default
-
-    noise, out_noise = both("noise", 0.0)
-    minimum, out_minimum = both("minimum", -np.inf)
-    maximum, out_maximum = both("maximum", np.inf)
-    resolution, out_resolution = both("resolution", 0.0)
-    if minimum > maximum or out_minimum > out_maximum:
+        in_volts = text is not None and line is not None and _is_voltage(text)
+        found[key] = none if in_volts else own(key, none)
+        found[f"out_{key}"] = _read(key, text, _VOLT) if in_volts else none
+    if found["minimum"] > found["maximum"] or found["out_minimum"] > found["out_maximum"]:
         raise FieldError("minimum", "is above the maximum")
     return Numbers(
         gain=1.0 if fields.gain is None else fields.gain,
         offset=own("offset", 0.0),
         drift=own("drift", 0.0, f"{unit}/s" if unit else "s^-1"),
         hysteresis=own("hysteresis", 0.0),
-        noise=noise,
-        out_noise=out_noise,
-        minimum=minimum,
-        maximum=maximum,
-        out_minimum=out_minimum,
-        out_maximum=out_maximum,
-        resolution=resolution,
-        out_resolution=out_resolution,
         threshold=None if fields.threshold is None else own("threshold", 0.0),
         line=line,
+        **found,
     )
 
 

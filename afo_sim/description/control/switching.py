@@ -161,11 +161,6 @@ class ClockTimer(Clock[ValveTimes]):
         """Period of a clock that repeats [s]; None of one that a foot switch starts."""
         return self.period if self.restart is None else None
 
-    @property
-    def named(self) -> dict[str, str]:
-        """Chambers by the key that names them."""
-        return {chamber: chamber for chamber in self.chambers}
-
     @model_validator(mode="after")
     def _switches_something(self) -> Self:
         if not self.chambers:
@@ -234,11 +229,6 @@ class GaitPhase(OfChambers[ChamberPhases]):
     """Strides whose mean duration a foot switch counts with."""
     waiting: Literal["shut", "outlet"] = "shut"
     """Command of all its chambers while the phase is not known: at first, and where the walker stands."""
-
-    @property
-    def named(self) -> dict[str, str]:
-        """Chambers by the key that names them."""
-        return {chamber: chamber for chamber in self.chambers}
 
     @property
     def pressed(self) -> dict[str, str]:
