@@ -13,26 +13,17 @@ from afo_sim.walker.body import FORWARD, HIP, KNEE, PITCH, SIDES, STOPS, UP, Bod
 
 SUNK = 0.003  # of the lowest point of the sole at the start [m]
 OFFSETS = (PITCH, HIP, KNEE, ANKLE, f"left_{HIP}", f"left_{KNEE}", f"left_{ANKLE}")
-# Angles [rad] and velocities of the start, first leg in early stance: SCONE's InitStateH0918Gait10.
-POSE = {
-    PITCH: -0.105763,
-    HIP: 0.439316,
-    KNEE: -0.393922,
-    ANKLE: 0.104714,
-    f"left_{HIP}": 0.198813,
-    f"left_{KNEE}": -1.03755,
-    f"left_{ANKLE}": -0.348473,
-}
-MOTION = {
-    PITCH: -0.0896,
-    FORWARD: 1.0757,
-    UP: 0.1543,
-    HIP: -1.35971,
-    KNEE: 0.26788,
-    ANKLE: 0.84012,
-    f"left_{HIP}": 3.34368,
-    f"left_{KNEE}": -3.15281,
-    f"left_{ANKLE}": 1.26642,
+# Angle [rad] and velocity at the start, first leg in early stance: SCONE's InitStateH0918Gait10.
+START = {
+    PITCH: (-0.105763, -0.0896),
+    FORWARD: (0.0, 1.0757),
+    UP: (0.0, 0.1543),
+    HIP: (0.439316, -1.35971),
+    KNEE: (-0.393922, 0.26788),
+    ANKLE: (0.104714, 0.84012),
+    f"left_{HIP}": (0.198813, 3.34368),
+    f"left_{KNEE}": (-1.03755, -3.15281),
+    f"left_{ANKLE}": (-0.348473, 1.26642),
 }
 ACTIVATION = {
     "hamstrings": (0.126, 0.012),
@@ -61,16 +52,13 @@ def start(body: Body, vector: Vector, noise: Sequence[float] | np.ndarray = ()) 
     for side, reflex in enumerate(body.reflexes):
         first = native.REFLEX_ROW.gains
         model.actuator_user[reflex, first : first + len(GAINS)] = vector.gains[side]
-    for name, angle in POSE.items():
-        data.qpos[int(model.joint(name).qposadr[0])] = angle
-    for name, offset in zip(OFFSETS, vector.offsets, strict=True):
-        data.qpos[int(model.joint(name).qposadr[0])] += offset
-    for name, offset in zip(OFFSETS, noise, strict=False):
-        data.qpos[int(model.joint(name).qposadr[0])] += offset
-    for name, rate in MOTION.items():
+    for name, (place, rate) in START.items():
         rate *= vector.speed if name in (FORWARD, UP) else 1.0
         scale = np.sqrt(body.size.taller) if name in (FORWARD, UP) else 1.0 / np.sqrt(body.size.taller)
+        data.qpos[int(model.joint(name).qposadr[0])] = place
         data.qvel[int(model.joint(name).dofadr[0])] = rate * scale
+    for name, offset in (*zip(OFFSETS, vector.offsets, strict=True), *zip(OFFSETS, noise, strict=False)):
+        data.qpos[int(model.joint(name).qposadr[0])] += offset
     mujoco.mj_kinematics(model, data)
     lowest = min(
         data.site_xpos[model.site(f"{side}{SOLE}{point}").id][2] for side in SIDES for point in POINTS
@@ -93,20 +81,9 @@ def _rest(body: Body, data: mujoco.MjData, side: int) -> None:
     for k, (i, name) in enumerate(zip(body.muscles[side], LEG_MUSCLES, strict=True)):
         own, at = rows[i], int(model.actuator_actadr[i])
         activation = ACTIVATION[name][side]
-        length, _, tension, _ = balanced_fibre(
-            float(data.actuator_length[i]),
-            1.0,
-            0.0,
-            own[row.strength] * activation,
-            0.0,
-            own[row.optimal],
-            own[row.slack],
-            own[row.width],
-            own[row.strain],
-            own[row.fastest],
-            own[row.damping],
-            own[row.passive],
-        )
+        form = own[[row.optimal, row.slack, row.width, row.strain, row.fastest, row.damping, row.passive]]
+        active, path = own[row.strength] * activation, float(data.actuator_length[i])
+        length, _, tension, _ = balanced_fibre(path, 1.0, 0.0, active, 0.0, *form)
         data.act[at + act.excitation] = data.act[at + act.activation] = activation
         data.act[at + act.length] = length
         data.act[at + act.force] = tension

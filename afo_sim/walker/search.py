@@ -25,20 +25,9 @@ NOISE = 0.02  # standard deviation of each angle of a start [rad]
 LOAD = 0.1  # spread between people of the vertical force (assumed) [body weights]
 # Gains that a patient changes: of swing, and of what holds the trunk and the knee.
 SWING = (
-    "iliopsoas_lift",
-    "glutei_lift",
-    "iliopsoas_length",
-    "iliopsoas_offset",
-    "lean_offset",
-    "lean",
-    "stretch",
-    "stretch_offset",
-    "hamstrings_force",
-    "glutei_force",
-    "tibialis_swing",
-    "hamstrings_swing",
-    "vasti_swing",
-)
+    "iliopsoas_lift", "glutei_lift", "iliopsoas_length", "iliopsoas_offset", "lean_offset", "lean", "stretch",
+    "stretch_offset", "hamstrings_force", "glutei_force", "tibialis_swing", "hamstrings_swing", "vasti_swing",
+)  # fmt: skip
 STANCE = tuple(name for name in GAINS if name not in SWING)
 LEAST_GENERATIONS = 30  # of a search that can have converged
 SUBSETS = {"swing": SWING, "stance": STANCE, "all": GAINS}

@@ -26,15 +26,9 @@ NORM = "bovi2011_natural"
 _OF_WALK = ("speed", "stride_time", "stride_length", "muscle_power", "cost_of_transport")
 _OF_DEVICE = ("air_per_stride", "device_torque_swing")
 _OF_LEG = (
-    "ankle_swing",
-    "force_peak",
-    "force_high",
-    "clearance",
-    "scuffs",
-    "push_off_work",
-    "push_off_peak",
+    "ankle_swing", "force_peak", "force_high", "clearance", "scuffs", "push_off_work", "push_off_peak",
     "moment_peak",
-)
+)  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
