@@ -24,8 +24,8 @@ class Notice(str):
         made.code, made.subject, made.severity, made.data, made._text = code, subject, severity, data, text
         return made
 
-    def __reduce__(self) -> tuple[Any, ...]:
-        return _made, (self.code, self._text, self.subject, self.severity, dict(self.data))
+    def __getnewargs_ex__(self) -> tuple[tuple[str, str], dict[str, Any]]:
+        return (self.code, self._text), {"subject": self.subject, "severity": self.severity, **self.data}
 
     def after(self, words: str) -> Self:
         """The same notice with words before its sentence."""
@@ -79,7 +79,3 @@ def with_code(notices: Iterable[str], code: str) -> list[Notice]:
 def identity(one: str) -> tuple[str, str]:
     """What a notice is about: its code and subject; "" and the text itself of a plain text."""
     return (one.code, one.subject) if isinstance(one, Notice) else ("", one)
-
-
-def _made(code: str, text: str, subject: str, severity: Severity, data: dict[str, Any]) -> Notice:
-    return Notice(code, text, subject=subject, severity=severity, **data)

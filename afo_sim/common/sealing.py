@@ -239,10 +239,7 @@ def _hash(file: IO[bytes], end: int, footer: bytes) -> bytes:
     """SHA-256 of a file's first `end` bytes and its footer."""
     found = hashlib.sha256()
     file.seek(0)
-    while end:
-        block = file.read(min(end, _BLOCK))
-        if not block:
-            break
+    while block := file.read(min(end, _BLOCK)):
         found.update(block)
         end -= len(block)
     found.update(footer)
