@@ -114,16 +114,8 @@ def _compile(function: Callable[..., Any], signature: Any, raised: _Raised) -> t
     library = AnyProcessor("machine code").create_library(function.__qualname__)
     library.enable_object_caching()
     with only_called(context):
-        found = compiler.compile_extra(
-            cpu_target.typing_context,
-            context,
-            function,
-            args=signature.args,
-            return_type=signature.return_type,
-            flags=flags,
-            locals={},
-            library=library,
-        )
+        types, kinds = cpu_target.typing_context, (signature.args, signature.return_type)
+        found = compiler.compile_extra(types, context, function, *kinds, flags, {}, library)
         library.add_ir_module(_c_function(context, found.fndesc, raised))
         library.finalize()
     return found.fndesc.llvm_cfunc_wrapper_name, library
