@@ -239,25 +239,19 @@ def regulator_lines(regulator: Regulator, pressure: float) -> tuple[str, ...]:
     return (f"set {bar(pressure)}", f"droops {droop}", *relief)
 
 
-def _tube_lines(each: Restriction) -> tuple[str, ...]:
-    assert each.tube is not None and each.length is not None
-    return (f"tube {each.tube.name}".strip(), *tube_lines(each.tube, each.length))
-
-
-def _valve_lines(each: Restriction) -> tuple[str, ...]:
-    assert each.valve is not None
-    return (f"valve {each.valve.name}".strip(),)
-
-
-def _regulator_lines(each: Restriction) -> tuple[str, ...]:
-    assert each.regulator is not None and each.pressure is not None
-    named = f"regulator {each.regulator.name}".strip()
-    return (named, *regulator_lines(each.regulator, each.pressure))
+def _product_lines(each: Restriction) -> tuple[str, ...]:
+    product, own = each.tube or each.valve or each.regulator, tuple[str, ...]()
+    assert product is not None
+    if each.tube is not None and each.length is not None:
+        own = tube_lines(each.tube, each.length)
+    if each.regulator is not None and each.pressure is not None:
+        own = regulator_lines(each.regulator, each.pressure)
+    return (f"{each.kind} {product.name}".strip(), *own)
 
 
 FLOW = ("conductance", "critical_ratio")
 PARTS: dict[str, AirPart] = {
-    "tube": AirPart(("tube", "length"), _tube, may_have=("inertia",), lines=_tube_lines, to_ambient=False),
+    "tube": AirPart(("tube", "length"), _tube, may_have=("inertia",), lines=_product_lines, to_ambient=False),
     "orifice": AirPart(FLOW, _plain),
     "throttle": AirPart(
         (*FLOW, "check_conductance"),
@@ -288,11 +282,11 @@ PARTS: dict[str, AirPart] = {
     ),
     "silencer": AirPart(FLOW, _plain, feeds=False),
     "leak": AirPart(("conductance",), _plain, may_have=("critical_ratio",), feeds=False, blows_off=False),
-    "valve": AirPart(("valve",), _valve, lines=_valve_lines, feeds=False, blows_off=False),
+    "valve": AirPart(("valve",), _valve, lines=_product_lines, feeds=False, blows_off=False),
     "regulator": AirPart(
         ("regulator", "pressure"),
         _regulator,
-        lines=_regulator_lines,
+        lines=_product_lines,
         both_ways=False,
         to_ambient=False,
         branches=("relief", "bleed"),
