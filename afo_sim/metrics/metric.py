@@ -102,10 +102,7 @@ class Metric(float):
             return False
 
     def __ne__(self, other: object) -> bool:
-        try:
-            return float(self) != self._other(other)
-        except InputError:
-            return True
+        return not self == other
 
     def __lt__(self, other: Any) -> bool:
         return float(self) < self._other(other)

@@ -25,9 +25,8 @@ RESTS_ON = {  # {answer: the columns that it is made of; all follow from the mus
     "move": (FORCE, MOTION),
 }
 _ALL = (FORCE, MOTION, MOMENT, FLOW, SWING)
-CAPPED: tuple[
-    tuple[Status, tuple[str, ...], str], ...
-] = (  # a cap, the columns, the warnings that doubt them
+# a cap, the columns, the warnings that doubt them
+CAPPED: tuple[tuple[Status, tuple[str, ...], str], ...] = (
     ("bad", (SWING,), "muscle-pressure muscle-force"),  # what bursts lifts nothing
     ("bad", (FLOW,), "source-short"),
     ("unknown", (FORCE,), "muscle-contraction muscle-stretch"),

@@ -49,20 +49,16 @@ def air(metrics: Numbers, worn: bool, limits: Limits, feed: Feed | None) -> Answ
     parts = [f"A stride takes {grams:.3g} g of air"]
     if has(metrics, "free_air_per_minute"):
         parts.append(f"{three(60.0 * metrics['free_air_per_minute'].value)} l/h (ANR)")
-    words = f"a bottle of {1e3 * limits.bottle_volume:g} l at {1e-5 * limits.bottle_pressure:g} bar"
-    if feed is not None and feed.runs:
-        status, stated = _compressor(metrics, feed.words)
-    else:
-        status, stated = _bottle(metrics, (wanted, few), words if feed is None else feed.words)
+    wished = f"a bottle of {1e3 * limits.bottle_volume:g} l at {1e-5 * limits.bottle_pressure:g} bar"
+    runs, words = (False, wished) if feed is None else (feed.runs, feed.words)
+    status, stated = _compressor(metrics, words) if runs else _bottle(metrics, (wanted, few), words)
     found = [f"{', '.join(parts)}.", stated]
     if _sags(metrics):
         status = "bad"
         found.append(_sag(metrics))
     lasts = metrics.get("strides_per_bottle", math.nan)
-    plain = lasts > 0.0 and not _sags(metrics) and not (feed is not None and feed.runs)
-    brief = (
-        f"{words if feed is None else feed.words}: {lasts:.0f} strides (wanted {wanted:g})" if plain else ""
-    )
+    plain = lasts > 0.0 and not _sags(metrics) and not runs
+    brief = f"{words}: {lasts:.0f} strides (wanted {wanted:g})" if plain else ""
     return Answer(AIR, QUESTIONS[AIR], status, " ".join(found), limit, brief)
 
 
