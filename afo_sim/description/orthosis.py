@@ -108,11 +108,9 @@ class MuscleGroup(Described):
             raise refusal(problem, "0, or a path with points or surfaces", "wrap_friction")
         segments = [place.segment for place in self.places]
         if sum(a != b for a, b in itertools.pairwise(segments)) > 1:
-            raise refusal(
-                "is known only where the path goes from segment to segment once",
-                "0, or a path whose points on the origin's segment come first",
-                "wrap_friction",
-            )
+            problem = "is known only where the path goes from segment to segment once"
+            allowed = "0, or a path whose points on the origin's segment come first"
+            raise refusal(problem, allowed, "wrap_friction")
         if self.path[0].segment != segments[0]:
             raise refusal(
                 "has no effect: the cable slides on the segment of its origin, where the muscle is, and "
@@ -128,11 +126,9 @@ class MuscleGroup(Described):
             return self
         path = min(self.path_lengths, default=math.inf)
         if self.cable.offset >= path:
-            raise refusal(
-                f"is not shorter than the path between the anchors, {path * 100:.3g} cm at an angle of zero",
-                f"less than {path * 100:.3g} cm",
-                "cable.offset",
-            )
+            long = f"{path * 100:.3g} cm"
+            problem = f"is not shorter than the path between the anchors, {long} at an angle of zero"
+            raise refusal(problem, f"less than {long}", "cable.offset")
         return self
 
     @property
@@ -274,15 +270,11 @@ class Orthosis(Named):
 
     @model_validator(mode="after")
     def _has_its_joints_segments(self) -> Self:
-        places = [
-            (f"muscle.{name}.{key}.segment", place.segment)
-            for name, group in self.muscle.items()
-            for key, place in zip(
-                ("origin", *(f"path.{k}" for k in range(len(group.path))), "insertion"),
-                group.places,
-                strict=False,  # none over a pulley
-            )
-        ]
+        places = []
+        for name, group in self.muscle.items():
+            keys = ("origin", *(f"path.{k}" for k in range(len(group.path))), "insertion")
+            for key, place in zip(keys, group.places, strict=False):  # none over a pulley
+                places.append((f"muscle.{name}.{key}.segment", place.segment))
         tables = [(f"{kind}.{s}", s) for kind in ("anchor", "interface") for s in getattr(self, kind)]
         own, known = self.words.segments, " or ".join(self.words.segments)
         for key, segment in (*places, *tables):

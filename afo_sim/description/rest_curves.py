@@ -121,11 +121,8 @@ class RestCurves:
         0.174
         """
         bare, lock = at_rest(self), self.braid.lock
-        return _over(
-            lambda gauge, pull: bare.contraction(gauge, pull, lock),
-            _si("pressure", pressure, "Pa"),
-            _si("force", force, "N"),
-        )
+        gauge, pull = _si("pressure", pressure, "Pa"), _si("force", force, "N")
+        return _over(lambda gauge, pull: bare.contraction(gauge, pull, lock), gauge, pull)
 
     def pressure(
         self: _Muscle, force: _Amount, *, contraction: _Amount | None = None, length: _Amount | None = None
@@ -153,11 +150,8 @@ class RestCurves:
         3.0
         """
         bare, highest = at_rest(self), self.limits.pressure
-        return _over(
-            lambda pull, kappa: bare.pressure(pull, kappa, highest),
-            _si("force", force, "N"),
-            _contraction(self, contraction, length),
-        )
+        pull, kappa = _si("force", force, "N"), _contraction(self, contraction, length)
+        return _over(lambda pull, kappa: bare.pressure(pull, kappa, highest), pull, kappa)
 
     def volume(
         self: _Muscle,
@@ -193,37 +187,19 @@ class RestCurves:
         >>> (1e6 * load("muscle", "dmsp_20").volume(contraction=[0, 0.1])).round()  # ml
         array([ 96., 162.])
         """
-        braid, numbers = self.braid, self.law_volume.numbers
-        own = (
-            braid.nominal_length,
-            braid.nominal_radius,
-            braid.b,
-            float(LAWS[self.law].braids),
-            self.dead_volume,
-            self.rubber_volume,
-            self.returning,
-            numbers,
-            0,
-        )
-        return _over(
-            lambda kappa, gauge: muscle_volume(kappa, gauge, *own)[0],
-            _contraction(self, contraction, length),
-            _si("pressure", pressure, "Pa"),
-        )
+        braid = self.braid
+        size = braid.nominal_length, braid.nominal_radius, braid.b, float(LAWS[self.law].braids)
+        own = *size, self.dead_volume, self.rubber_volume, self.returning, self.law_volume.numbers, 0
+        kappa, gauge = _contraction(self, contraction, length), _si("pressure", pressure, "Pa")
+        return _over(lambda kappa, gauge: muscle_volume(kappa, gauge, *own)[0], kappa, gauge)
 
 
 def at_rest(muscle: Any, law: Mapping[str, float] = MappingProxyType({})) -> AtRest:
     """A muscle's static force as a function of numbers, by the law in use; `law` replaces its parameters."""
-    lowest = muscle.law_set.pressure_range[0]
-    by_law = AtRest(
-        float(LAWS[muscle.law].native_id),
-        muscle.coefficients_of(muscle.law, muscle.law_set.parameters | law),
-        lowest,
-        muscle.braid_stiffness,
-        muscle.return_stiffness,
-        muscle.braid,
-        float(LAWS[muscle.law].braids),
-    )
+    used, lowest = LAWS[muscle.law], muscle.law_set.pressure_range[0]
+    numbers = muscle.coefficients_of(muscle.law, muscle.law_set.parameters | law)
+    stiffness = muscle.braid_stiffness, muscle.return_stiffness
+    by_law = AtRest(float(used.native_id), numbers, lowest, *stiffness, muscle.braid, float(used.braids))
     scale, (stiffness, bore, turn) = 1.0, muscle.rubber
     if muscle.free_contraction is not None:  # where the law carries the rubber alone
         taken = -rubber_force(muscle.free_contraction, stiffness, bore, muscle.braid.b, turn)[0]

@@ -232,11 +232,8 @@ class Valve(Rated, Named):
     @property
     def row(self) -> dict[str, float]:
         """The parameters of its compiled counterpart, SI; of a 3/2 valve its path from P to A."""
-        row = {
-            "conductance": self.conductance,
-            "critical_ratio": self.critical_ratio,
-            **{key: getattr(self, key) for key in (*TIMES, "hold_pressure")},
-        }
+        keys = ("conductance", "critical_ratio", *TIMES, "hold_pressure")
+        row: dict[str, float] = {key: getattr(self, key) for key in keys}
         if self.bandwidth is None:
             return row
         return row | {"bandwidth": self.bandwidth, "dead_band": self.dead_band or 0.0}

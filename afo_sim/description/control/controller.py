@@ -50,8 +50,7 @@ class ToeLoad(Described):
     @property
     def named(self) -> dict[str, str]:
         """Chambers by the key that names them."""
-        pair = {"lifts": self.lifts, "pushes": self.pushes}
-        return {key: chamber for key, chamber in pair.items() if chamber is not None}
+        return {key: getattr(self, key) for key in ("lifts", "pushes") if getattr(self, key) is not None}
 
     @property
     def pressed(self) -> dict[str, str]:

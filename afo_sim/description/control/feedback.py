@@ -168,8 +168,7 @@ class Pid(Described):
     @property
     def named(self) -> dict[str, str]:
         """Chambers by the key that names them."""
-        pair = {"raises": self.raises, "lowers": self.lowers}
-        return {key: chamber for key, chamber in pair.items() if chamber is not None}
+        return {key: getattr(self, key) for key in ("raises", "lowers") if getattr(self, key) is not None}
 
     @property
     def pressed(self) -> dict[str, str]:
