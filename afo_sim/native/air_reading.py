@@ -1,40 +1,17 @@
 """Nodes and edges of the air of a compiled model, read from its rows: networks, ways, ends, contents."""
 
-from collections.abc import Iterator
 from typing import NamedTuple
 
 import mujoco
 import numpy as np
 
 from afo_sim.common import AMBIENT_TEMPERATURE
+from afo_sim.native import slots
 from afo_sim.native.air_block import AMBIENT, FIRST_NODE, SUPPLY
-from afo_sim.native.slots import (
-    AIR_ROW,
-    EDGE_ROW,
-    KIND_CHAMBER,
-    KIND_STORE,
-    KIND_VALVE,
-    KIND_VOLUME,
-    MARK,
-    RESTRICTION_ACT,
-    STORE_ACT,
-    VALVE_ROW,
-)
-from afo_sim.native.state import Air, read_air, read_volume, room_of
+from afo_sim.native.state import Air, chain, read_air, read_volume, room_of
 from afo_sim.physics import COMPRESSOR, PILOTED
 
-_AIR = (KIND_CHAMBER, KIND_VOLUME, KIND_STORE)
-Numbers = list[list[float]]  # of rows, without what only muscles have: Python's are read faster
-
-
-def _chain(rows: Numbers, leader: int, first: int, following: int) -> Iterator[int]:
-    """Actuators that hang together by a slot, which begins in another slot of the leader."""
-    actuator = int(rows[leader][first])
-    while actuator >= 0:
-        yield actuator
-        actuator = int(rows[actuator][following])
-
-
+_AIR = (slots.KIND_CHAMBER, slots.KIND_VOLUME, slots.KIND_STORE)
 TO_AMBIENT, TO_SUPPLY, NOWHERE = -1, -2, -3  # instead of an actuator
 
 
@@ -55,39 +32,36 @@ class Way(NamedTuple):
 
 def ways_of(model: mujoco.MjModel) -> list[Way]:
     """All valves and restrictions of a model."""
-    rows = model.actuator_user[:, : EDGE_ROW.tank + 1].tolist()
-    found = []
+    # without what only muscles have, and as Python's numbers, which are read faster
+    rows = model.actuator_user[:, : slots.EDGE_ROW.tank + 1].tolist()
+    found, flow = [], slots.EDGE_ROW
     for leader, own in enumerate(rows):
-        if own[0] != MARK or own[1] not in _AIR or not own[AIR_ROW.leads] > 0.0:
+        if own[0] != slots.MARK or own[1] not in _AIR or not own[slots.AIR_ROW.leads] > 0.0:
             continue
         nodes = {AMBIENT: TO_AMBIENT, SUPPLY: TO_SUPPLY}
-        chain = _chain(rows, leader, AIR_ROW.first_node, AIR_ROW.following)
-        nodes |= dict(enumerate(chain, FIRST_NODE))
-        number = int(own[AIR_ROW.upstream])
+        joined = chain(rows, leader, slots.AIR_ROW.first_node, slots.AIR_ROW.following)
+        nodes |= dict(enumerate(joined, FIRST_NODE))
+        number = int(own[slots.AIR_ROW.upstream])
         upstream = nodes[number] if number else NOWHERE
-        for edge in _chain(rows, leader, AIR_ROW.first_edge, EDGE_ROW.following):
+        for edge in chain(rows, leader, slots.AIR_ROW.first_edge, flow.following):
             row = rows[edge]
-            law, first = int(row[EDGE_ROW.law]), row[EDGE_ROW.parameters]
-            found.append(
-                Way(
-                    edge, nodes[int(row[EDGE_ROW.origin])], nodes[int(row[EDGE_ROW.end])],
-                    row[1] == KIND_VALVE, law, row[VALVE_ROW.conductance], row[VALVE_ROW.critical_ratio],
-                    tuple(row[EDGE_ROW.parameters : EDGE_ROW.tank]),
-                    nodes[int(first)] if law in PILOTED else NOWHERE, upstream,
-                )
-            )  # fmt: skip
+            ends = nodes[int(row[flow.origin])], nodes[int(row[flow.end])]
+            law, numbers = int(row[flow.law]), tuple(row[flow.parameters : flow.tank])
+            opens = row[slots.VALVE_ROW.conductance], row[slots.VALVE_ROW.critical_ratio]
+            pilot = nodes[int(numbers[0])] if law in PILOTED else NOWHERE
+            found.append(Way(edge, *ends, row[1] == slots.KIND_VALVE, law, *opens, numbers, pilot, upstream))
     return found
 
 
 def read_content(model: mujoco.MjModel, act: np.ndarray, store: int) -> np.ndarray:
     """Mass of gas and liquid in the actuator of a store [kg], from `act` (…, na)."""
-    return np.asarray(act[..., model.actuator_actadr[store] + STORE_ACT.mass])
+    return np.asarray(act[..., model.actuator_actadr[store] + slots.STORE_ACT.mass])
 
 
 def write_content(model: mujoco.MjModel, act: np.ndarray, store: int, content: float) -> None:
     """Set what is in the actuator of a store [kg] in `act` (na,), gas and liquid at ambient temperature."""
     at = model.actuator_actadr[store]
-    act[at + STORE_ACT.mass], act[at + STORE_ACT.temperature] = content, AMBIENT_TEMPERATURE
+    act[at + slots.STORE_ACT.mass], act[at + slots.STORE_ACT.temperature] = content, AMBIENT_TEMPERATURE
 
 
 def touching(model: mujoco.MjModel, node: int) -> list[tuple[int, float]]:
@@ -115,17 +89,17 @@ def ends_at_ambient(model: mujoco.MjModel) -> list[AirEnd]:
 
 def is_compressor(model: mujoco.MjModel, edge: int) -> bool:
     """Whether the actuator of a restriction is a compressor."""
-    return bool(model.actuator_user[edge, EDGE_ROW.law] == COMPRESSOR)
+    return bool(model.actuator_user[edge, slots.EDGE_ROW.law] == COMPRESSOR)
 
 
 def read_running(model: mujoco.MjModel, act: np.ndarray, compressor: int) -> np.ndarray:
     """Whether the compressor of an actuator runs, 1 or 0, from `act` (…, na)."""
-    return np.asarray(act[..., model.actuator_actadr[compressor] + RESTRICTION_ACT.state])
+    return np.asarray(act[..., model.actuator_actadr[compressor] + slots.RESTRICTION_ACT.state])
 
 
 def read_node(model: mujoco.MjModel, act: np.ndarray, userdata: np.ndarray, node: int) -> Air:
     """What is in the actuator of a chamber, a volume or a store, from `act` (…, na) and `userdata`."""
-    if model.actuator_user[node, 1] == KIND_CHAMBER:
+    if model.actuator_user[node, 1] == slots.KIND_CHAMBER:
         return read_air(model, act, userdata, node)
     mass = act[..., model.actuator_actadr[node]]  # the first state of each
     volume = np.full_like(mass, room_of(model, node))

@@ -15,28 +15,12 @@ from typing import Any, Protocol
 import mujoco
 
 from afo_sim.common import GAS_CONSTANT, HEAT_CAPACITY_RATIO
-from afo_sim.native.slots import (
-    ANCHOR_ACT,
-    ANCHOR_DATA,
-    CHAMBER_ACT,
-    CHAMBER_DATA,
-    DRIVE_ACT,
-    DRIVE_DATA,
-    EDGE_DATA,
-    LEADER_ACT,
-    LEADER_DATA,
-    N_USER,
-    RESTRICTION_ACT,
-    RIGID,
-    STORE_ACT,
-    VALVE_ACT,
-    VOLUME_DATA,
-)
+from afo_sim.native import slots
 from afo_sim.physics import COMPRESSOR, FRICTIONS, INERTIAL, FlowEdge, flow_edge
 
 AMBIENT_NAME, SUPPLY_NAME = flow_edge.AMBIENT, flow_edge.SUPPLY
 SIDES = ("inlet", "outlet")
-BLANK = [0.0] * N_USER
+BLANK = [0.0] * slots.N_USER
 FRICTION_STATES = {friction.native_id: friction.n_state for friction in FRICTIONS.values()}
 
 
@@ -91,7 +75,7 @@ class CircuitMuscle:
     row: Mapping[str, Any]  # its own parameters, as `muscle_row` takes them
     series_length: float  # all of the tendon that is neither muscle nor stretch [m]
     chamber: str  # name of the one that fills it
-    cable_stiffness: float = RIGID  # of the cable or bracket of each muscle [N/m]
+    cable_stiffness: float = slots.RIGID  # of the cable or bracket of each muscle [N/m]
     anchors: tuple[str, ...] = ()  # names of those that its pull displaces
     wrap_friction: float = 0.0  # coefficient of friction at the tendons' guides [-]
 
@@ -234,11 +218,11 @@ def add_muscles(
 ) -> None:
     """The first half of `add_circuit`, for who has actuators to put between."""
     affine, fixed = mujoco.mjtGain.mjGAIN_AFFINE, mujoco.mjtGain.mjGAIN_FIXED
-    spec.nuser_actuator = max(N_USER, spec.nuser_actuator)
+    spec.nuser_actuator = max(slots.N_USER, spec.nuser_actuator)
     joints = {chamber.name: chamber.joint for chamber in circuit.chambers}
     for network in circuit.networks():
         leaders = sum(len(circuit.muscles_of(name)) for name in network.chambers)
-        count = len(LEADER_ACT) * leaders + len(ANCHOR_ACT) * len(network.anchors)
+        count = len(slots.LEADER_ACT) * leaders + len(slots.ANCHOR_ACT) * len(network.anchors)
         joint = joints[network.chambers[0]]
         add_states(spec, prefix + network.name, joint, max(count, 2), default)
     for muscle in circuit.muscles:
@@ -256,24 +240,24 @@ def add_chambers(
     default: mujoco.MjsDefault | None = None,
 ) -> None:  # fmt: skip
     """The second half: chambers, drives, valves, and what holds the states of friction."""
-    spec.nuser_actuator = max(N_USER, spec.nuser_actuator)
+    spec.nuser_actuator = max(slots.N_USER, spec.nuser_actuator)
     spec.nuserdata = (
         userdata
-        + len(CHAMBER_DATA) * len(circuit.chambers)
-        + len(LEADER_DATA) * len(circuit.muscles)
-        + len(ANCHOR_DATA) * len(circuit.anchors)
-        + len(DRIVE_DATA) * len(circuit.driven)
-        + len(VOLUME_DATA) * (len(circuit.volumes) + len(circuit.stores))
-        + EDGE_DATA * len(circuit.restrictions)
+        + len(slots.CHAMBER_DATA) * len(circuit.chambers)
+        + len(slots.LEADER_DATA) * len(circuit.muscles)
+        + len(slots.ANCHOR_DATA) * len(circuit.anchors)
+        + len(slots.DRIVE_DATA) * len(circuit.driven)
+        + len(slots.VOLUME_DATA) * (len(circuit.volumes) + len(circuit.stores))
+        + slots.EDGE_DATA * len(circuit.restrictions)
     )
     joints = {chamber.name: chamber.joint for chamber in circuit.chambers}
     for chamber in circuit.driven:
-        add_states(spec, f"{prefix}drive_{chamber.name}", chamber.joint, len(DRIVE_ACT), default)
+        add_states(spec, f"{prefix}drive_{chamber.name}", chamber.joint, len(slots.DRIVE_ACT), default)
     for name, joint in joints.items():
-        add_states(spec, f"{prefix}chamber_{name}", joint, len(CHAMBER_ACT), default)
+        add_states(spec, f"{prefix}chamber_{name}", joint, len(slots.CHAMBER_ACT), default)
     for name, joint in joints.items():
         for side in SIDES:
-            add_states(spec, f"{prefix}valve_{name}_{side}", joint, len(VALVE_ACT), default)
+            add_states(spec, f"{prefix}valve_{name}_{side}", joint, len(slots.VALVE_ACT), default)
     for muscle in circuit.muscles:
         if muscle.friction_states:
             joint = joints[muscle.chamber]
@@ -289,14 +273,14 @@ def _add_air_path(
         return
     joint = circuit.chambers[0].joint
     for volume in circuit.volumes:
-        add_states(spec, f"{prefix}volume_{volume.name}", joint, len(STORE_ACT), default)
+        add_states(spec, f"{prefix}volume_{volume.name}", joint, len(slots.STORE_ACT), default)
     for store in circuit.stores:
-        add_states(spec, f"{prefix}store_{store.name}", joint, len(STORE_ACT), default)
+        add_states(spec, f"{prefix}store_{store.name}", joint, len(slots.STORE_ACT), default)
     for each in circuit.restrictions:
         if each.valve is not None:
-            add_states(spec, f"{prefix}valve_{each.name}", joint, len(VALVE_ACT), default)
+            add_states(spec, f"{prefix}valve_{each.name}", joint, len(slots.VALVE_ACT), default)
             continue
-        states = len(RESTRICTION_ACT) if each.law in (COMPRESSOR, INERTIAL) else 0
+        states = len(slots.RESTRICTION_ACT) if each.law in (COMPRESSOR, INERTIAL) else 0
         add_states(spec, f"{prefix}restriction_{each.name}", joint, states, default)
 
 
