@@ -207,10 +207,12 @@ def stands_there(time: np.ndarray, place: np.ndarray, side: str, legs: Legs, fra
     pressed = _level(place, frame, wide)
     found = {}
     for name, leg in legs.items():
-        ways = [_level(leg.points[role].path, frame, wide) for role in ("heel", "toe")]
+        near = slice(max(np.searchsorted(leg.time, time[0]) - 1, 0), np.searchsorted(leg.time, time[-1]) + 1)
+        ways = [_level(leg.points[role].path[near], frame, wide) for role in ("heel", "toe")]
         # NaN before and after a way and beside its gaps
         ends = [
-            np.column_stack([np.interp(time, leg.time, c, np.nan, np.nan) for c in way.T]) for way in ways
+            np.column_stack([np.interp(time, leg.time[near], c, np.nan, np.nan) for c in way.T])
+            for way in ways
         ]
         away = _distance(pressed, *ends)
         if np.isfinite(away).mean() > 0.5:
@@ -222,7 +224,8 @@ def stands_there(time: np.ndarray, place: np.ndarray, side: str, legs: Legs, fra
 
 def _width(leg: LegPoints, frame: WalkingFrame) -> float:
     """How far the leg's points lie apart across the walk [m]; none for one made of sagittal angles."""
-    across = np.array([frame.across(point.path) for point in leg.points.values()])
+    some = slice(None, None, max(1, len(leg.time) // 500))  # which is called for each contact of a trial
+    across = np.array([frame.across(point.path[some]) for point in leg.points.values()])
     seen = across[:, np.isfinite(across).all(axis=0)]
     return float(np.ptp(seen, axis=0).max()) if seen.size else 0.0
 

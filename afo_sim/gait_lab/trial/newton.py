@@ -31,6 +31,7 @@ _NEAR = 0.05  # from a contact, in which its foot may stand: clocks differ, even
 _BESIDE = 0.04  # about a stance beside the plates, which is left out with it (assumed) [s]
 _END = 0.1  # of what was seen, in which a filtered acceleration is not known (assumed) [s]
 _LEAST = 0.25  # time that is judged; a single support lasts 0.35 to 0.45 (assumed) [s]
+_FEW = 12  # contacts of which each is left out in turn to find one half beside its plate; more outweigh it
 _LOADED = 100.0  # force from which on a plate takes part [N]
 _ABOVE = (0.15, 0.9)  # height over the pelvis of a marker on trunk or head (assumed) [m]
 _ARM = 0.12  # way to and fro about the pelvis of a marker on an arm (assumed) [m]
@@ -90,7 +91,7 @@ def find_newton(
     found = compare(contacts)
     if found is None:
         return "all standing feet on plates for 0.25 s, and the trunk or the pelvis seen then"
-    for side, contact in contacts if len(contacts) > 1 and not found.follows else ():
+    for side, contact in contacts if 1 < len(contacts) <= _FEW and not found.follows else ():
         less = compare([other for other in contacts if other != (side, contact)])
         if less is not None and less.correlation > max(_FOLLOWS, found.correlation):
             beside = f"the {side} foot at {contact.start:.2f} s on plate {contact.plate}"

@@ -81,6 +81,15 @@ def _steps(done: Imported, side: str) -> _Steps | None:
     if leg.by_angles or leg.points["heel"].error is not None:
         return None
     heel, toe = (_level(frame, time, _bridged(time, leg.points[role].path)) for role in ("heel", "toe"))
+    plates = {
+        plate.name: (
+            plate.time,
+            np.abs(frame.plane(plate.force)[:, 1]),
+            _level(frame, plate.time, plate.place),
+        )
+        for plate in done.trial.plates
+        if any(contact.plate == plate.name for contact in done.grounds[side].contacts)
+    }
     found = []
     for contact in done.grounds[side].contacts:
         if not contact.whole or contact.start < time[0] or contact.end > time[-1]:
@@ -93,17 +102,15 @@ def _steps(done: Imported, side: str) -> _Steps | None:
         length = float(np.linalg.norm(along))
         if not length > 0.0:
             continue
-        plate = next(plate for plate in done.trial.plates if plate.name == contact.plate)
-        up = np.abs(frame.plane(plate.force)[:, 1])
-        on = _during(plate.time, contact, 0.0, 1.0)
+        clock, up, pressed = plates[contact.plate]
+        on = _during(clock, contact, 0.0, 1.0)
         on &= up > 0.15 * up[on].max()
-        pressed = _level(frame, plate.time, plate.place)[:, :2]
-        place = pressed[on] - behind[:2]
+        place = (pressed[on] - behind)[:, :2]
         late = done.newton.late[0] if isinstance(done.newton, Newton) and done.newton.follows else 0.0
         found.append(
             _Steps(
                 ahead=_rolled(
-                    time, heel, toe, along / length, contact.start - late, plate.time - late, pressed
+                    time, heel, toe, along / length, contact.start - late, clock - late, pressed[:, :2]
                 ),
                 aside=float(np.mean(place[:, 1] * along[0] - place[:, 0] * along[1])) / length,
                 moved=0.5 * (_stop(time, heel, contact.start, -1) + _stop(time, toe, contact.end, 1))
