@@ -147,7 +147,7 @@ def lacking(
         per_step, move = 1.0 / m.opt.timestep, contraction - act[state + LEADER_ACT.contraction]
         rate = (1.5 * move - 0.5 * act[state + LEADER_ACT.last_move]) * per_step
         c = damping(m, k, rate, absolute)
-        rubbing, by_friction = friction(m, d, k, contraction, move, rate, pressure, static)
+        rubbing, by_friction = friction(m, d, k, contraction, move, pressure, static)
         left -= c * rate + rubbing
         damped = 1.5 * c * per_step + by_friction
     stiffness = damped + slope * u[k + MUSCLE_ROW.nominal_length] - by_contraction

@@ -52,21 +52,24 @@ def yield_force(u: Any, k: int, contraction: float, pressure: float, static: flo
 
 @register_jitable
 def friction(
-    m: Any, d: Any, k: int, contraction: float, moved: float, rate: float, pressure: float, static: float
+    m: Any, d: Any, k: int, contraction: float, moved: float, pressure: float, static: float
 ) -> tuple[float, float]:
-    """Friction of the muscle whose row starts at k, positive while shortening [N], and its slope by κ [N]."""
-    u, per_rate = m.actuator_user, 1.5 / m.opt.timestep
+    """Friction of the muscle whose row starts at k, positive while shortening [N], and its slope by κ [N].
+
+    It opposes the step's own move: a rate that looks back has another sign where the muscle comes to rest.
+    """
+    u, per_step = m.actuator_user, 1.0 / m.opt.timestep
     model, f = u[k + MUSCLE_ROW.friction], k + MUSCLE_ROW.friction_coefficients
     if model == 0.0:
         return 0.0, 0.0
     if is_force(model):
-        force, slope = friction_of_motion(model, contraction, rate, pressure, d.act, 0, u, f)
-        return force, per_rate * slope
+        force, slope = friction_of_motion(model, contraction, per_step * moved, pressure, d.act, 0, u, f)
+        return force, per_step * slope
     holder, yields = int(u[k + MUSCLE_ROW.friction_states]), yield_force(u, k, contraction, pressure, static)
     if holder >= 0:
         return friction_of_dead_band(model, yields, moved, d.act, m.actuator_actadr[holder], u, f)
-    force, slope = friction_of_dead_band(model, yields, rate, d.act, 0, u, f)
-    return force, per_rate * slope
+    force, slope = friction_of_dead_band(model, yields, per_step * moved, d.act, 0, u, f)
+    return force, per_step * slope
 
 
 @register_jitable

@@ -285,10 +285,25 @@ def test_friction_of_a_dead_band_never_drives(name: str) -> None:
         assert yields == pytest.approx(max(weaker, 0.0), abs=1e-9)
         for rate in (-1.0, -1e-4, 0.0, 1e-4, 1.0):
             moved = rate * model.opt.timestep
-            force, slope = friction(model, data, k, kappa, moved, rate, pressure, static)
-            assert force * rate >= 0.0 and slope >= 0.0
+            force, slope = friction(model, data, k, kappa, moved, pressure, static)
+            assert force * moved >= 0.0 and slope >= 0.0
             assert abs(force) <= yields * (1.0 + 1e-12)
     assert falling > 20
+
+
+@pytest.mark.parametrize("name", ["tondu_lopez_2000_stribeck", "hunt_2017"])
+def test_friction_takes_energy_also_where_the_step_before_was_a_long_one(name: str) -> None:
+    """By steps back alone a muscle that comes to rest within a third of its last move would be drawn on."""
+    rubbed, free = (at_random(Ankle(friction=f), 1) for f in (rubbing(name, BRAID), (0, ())))
+    for last, share in itertools.product((-1e-3, 1e-3), (-1.0, 0.1, 0.3, 1.0)):
+        left = []
+        for model, data in (rubbed, free):
+            chamber = int(model.actuator_user[slots.NETWORK_ROW.first_chamber])
+            leader = int(model.actuator_user[model.nuser_actuator * chamber + slots.CHAMBER_ROW.first_muscle])
+            at = int(model.actuator_user[model.nuser_actuator * leader + slots.MUSCLE_ROW.state])
+            data.act[at + slots.LEADER_ACT.contraction], data.act[at + slots.LEADER_ACT.last_move] = 0.1, last
+            left.append(balance.lacking(model, data, leader, chamber, 0.1 + share * last, 3e5, 0.0, False)[0])
+        assert (left[1] - left[0]) * share * last > 0.0
 
 
 def test_a_muscle_that_shortens_against_a_heavy_damper_is_bracketed(monkeypatch: pytest.MonkeyPatch) -> None:
