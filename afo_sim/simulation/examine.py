@@ -211,10 +211,12 @@ def first_strides(
 
 def swing_of(built: Built, rollout: Rollout) -> np.ndarray:
     """Ankle angle in the later half of each whole stride from the first row on [rad] (k, n)."""
-    n = steps_of_stride(built.scenario)
-    angle = rollout.rows["qpos"][:, built.index.ankle_qpos]
-    found: np.ndarray = angle[: len(angle) // n * n].reshape(-1, n)[:, n // 2 :]
-    return found
+    return _swings(rollout.rows["qpos"][:, built.index.ankle_qpos], steps_of_stride(built.scenario))
+
+
+def _swings(angle: np.ndarray, n: int) -> np.ndarray:
+    whole: np.ndarray = angle[: len(angle) // n * n].reshape(-1, n)
+    return whole[:, n // 2 :]
 
 
 def until_near(built: Built, control: np.ndarray, settled: Rollout) -> Policy | None:
@@ -222,13 +224,13 @@ def until_near(built: Built, control: np.ndarray, settled: Rollout) -> Policy | 
     n, ankle = steps_of_stride(built.scenario), built.index.ankle_qpos
     if settled.failure is not None or len(control) % n:
         return None
-    near, angles = swing_of(built, settled)[-1], np.empty((0, n - n // 2))
+    near, angle = swing_of(built, settled)[-1], np.empty(0)
 
     def choose(moment: Moment) -> np.ndarray:
-        nonlocal angles
-        if moment.steps.start:
-            angles = np.vstack([angles, moment.last["qpos"][n // 2 :, ankle]])
-        if share_left(angles, near) is not None:
+        nonlocal angle
+        if moment.steps.start:  # since the last choice: less than a stride, where the step is fine
+            angle = np.concatenate([angle, moment.last["qpos"][:, ankle]])
+        if share_left(_swings(angle, n), near) is not None:
             raise StopEarly
         return control[moment.steps.start : moment.steps.stop]
 

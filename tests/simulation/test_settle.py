@@ -46,6 +46,14 @@ def walked(described: Scenario, strides: int = 60) -> dict[str, float]:
     return numbers(plain, rollout)
 
 
+def test_first_strides_near_the_settled_one_alike_in_blocks_of_less_than_a_stride(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    whole = run(scenario()).metrics
+    monkeypatch.setattr("afo_sim.simulation.simulate.BLOCK", 300)
+    assert dict(run(scenario()).metrics) == dict(whole)
+
+
 QUICK: dict[str, dict[str, object]] = {
     "shipped": {},
     "little pressure, heavy": {"supply.pressure": "2.1 bar", "patient.body_mass": "89 kg"},
