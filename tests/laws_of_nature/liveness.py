@@ -33,9 +33,9 @@ def leaves(node: Any, path: str = "") -> dict[str, Any]:
 
 
 def nudged(value: Any, share: float = 0.05) -> Any:
-    """A share more; where it is zero, AMOUNT of its unit, or 0.05 of a plain number."""
+    """A share more, of a whole number one; of zero AMOUNT of its unit, or 0.05 of a plain number."""
     if isinstance(value, int):
-        return value - 1
+        return value + 1
     if isinstance(value, float):
         return value * (1.0 + share) if value else 0.05
     number, unit = value.split(" ", 1)

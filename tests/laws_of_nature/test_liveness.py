@@ -31,7 +31,10 @@ STRETCHED = {
 LONG = {"duration": "10 s"}  # the plantarflexor vents from 8 s on, and its outlet is choked for a while
 # Of muscles that were measured themselves; the pressure of that test means nothing else.
 ENDS = {f"orthosis.muscle.{role}.type.blocked_force": "700 N" for role in ("dorsiflexor", "plantarflexor")}
+# Each piece of a muscle has ends; where they take nothing, it is as strong in two pieces as in one.
+WEAKER = {f"orthosis.muscle.{role}.type.end_loss": "5 mm" for role in ("dorsiflexor", "plantarflexor")}
 RUNS = {"plain": SHORT, "stretched": SHORT | STRETCHED, "long": LONG, "ends": SHORT | ENDS}
+RUNS["pieces"] = SHORT | WEAKER
 
 # Which recorded column must move, by the parameter's key; the first pattern that fits counts.
 OUTPUTS = {
@@ -112,6 +115,7 @@ def test_parameter_moves_its_output(key: str, changed: Any, base: dict[str, Reco
     column = OUTPUTS[pattern].format(role=role_of(key), side=side, anchor=anchor_of(key))
     run = "stretched" if key.endswith("braid_stiffness") else "plain"
     run = "ends" if key.endswith("test_pressure") else run
+    run = "pieces" if key.endswith("pieces") else run
     run = "long" if key.endswith("outlet.critical_ratio") else run
     assert_moves(base[run], afo_sim.run(SCENARIO, RUNS[run] | {key: changed}), column, 1e-7, key)
 
