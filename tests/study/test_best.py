@@ -104,5 +104,6 @@ def test_it_finds_less_pressure_for_the_same_torque(tmp_path: pathlib.Path, call
     assert float(found.metrics[torque]) >= float(own.metrics[torque]) - 1e-3
     assert found["ankle/angle"].max() >= own["ankle/angle"].max() - np.radians(0.02)
     assert found["ankle/angle"][0] == pytest.approx(own["ankle/angle"][0], abs=np.radians(0.1))
-    # without air it is slack where the foot rests, and taut below
-    assert np.degrees(fits(best.orthosis)["dorsiflexor"].taut) < -9.0
+    # without air it is slack where the foot rests, and taut below: with any ends that the search may choose,
+    # the shortest link of its constraint is taut at -10.3 to -6.9 deg
+    assert fits(best.orthosis)["dorsiflexor"].taut < found["ankle/angle"].min() - np.radians(1.0)
