@@ -71,10 +71,8 @@ class Arm:
             pull = (static > 0.0) * (static - slower).clip(0.0)  # no cable pushes, no slack muscle brakes
             flexor, extensor = h * self.radius * pull
             drag, hold = 0.5 * h * p["damping"], np.sinh(p["cable_friction"]) * (flexor + extensor)
-            mass, push = (
-                p["inertia"] + 0.0 * angle,
-                np.cosh(p["cable_friction"]) * (flexor - extensor) - drag * speed,
-            )
+            mass = p["inertia"] + 0.0 * angle
+            push = np.cosh(p["cable_friction"]) * (flexor - extensor) - drag * speed
             for (b, link), far in zip(self.links.items(), p["distance"], strict=True):
                 a, ratio, inertia = b - 1, link / far, p["inertia"][b]
                 bent, weight = h * inertia * ratio * np.sin(angle[:, b]), h * GRAVITY * inertia / far
@@ -149,11 +147,8 @@ def joints(logs: Sequence[BenchLog]) -> Iterator[Joint]:
             slopes = np.linalg.lstsq(seen[k]["told"], seen[k]["angle"][:, -1], rcond=None)[0]
             guesses = held[:, k], other[k]["told"] @ slopes, other[k]["angle"][:, 0]
             held_out, linear, stays = (_error(each, other[k]) for each in guesses)
-            numbers = dict[str, float]()
-            for name in RANGES:
-                found = x[[name == each for each in arm.names]]
-                if len(found):
-                    numbers[name] = float(found[min(k, len(found) - 1)])
+            known = {name: x[[name == each for each in arm.names]] for name in RANGES}
+            numbers = {name: float(own[min(k, len(own) - 1)]) for name, own in known.items() if len(own)}
             yield Joint(log, _error(fitted[:, k], seen[k]), held_out, linear, stays, numbers)
 
 

@@ -67,9 +67,8 @@ class Credibility(Shown):
         a, below = self.answer, ", ".join(f"{each.name} ({each.grade})" for each in self.short)
         needed = f"grade {self.factors[0].required}, which {self.risk} risk requires"
         reached = len(self.factors) - len(self.short)
-        graded = f"{reached} of {len(self.factors)} factors reach {needed}" + (
-            f"; not {below}" if below else ""
-        )
+        graded = f"{reached} of {len(self.factors)} factors reach {needed}"
+        graded += f"; not {below}" if below else ""
         wanted = "" if a["wanted"] is None else f"; {a['good']} {a['wanted']:.3g} {a['unit']} is wanted"
         band = f"5 to 95 % of {a['draws']} draws: {a['low']:.3g} to {a['high']:.3g} {a['unit']}"
         # no yes or no: the program cannot know how the question is put
@@ -156,15 +155,12 @@ def credibility(
             raise InputError("is empty", field=field, allowed="a sentence in your own words")
     description = load("scenario", scenario, sets)
     if not description.walking:
-        problem, allowed = (
-            "nobody walks here, and what is assessed is a walk",
-            "a scenario with a gait: `afo-sim list scenarios`",
-        )
+        problem = "nobody walks here, and what is assessed is a walk"
+        allowed = "a scenario with a gait: `afo-sim list scenarios`"
         raise InputError(problem, field="scenario", value=description.name, allowed=allowed)
     if not draws:
-        raise InputError(
-            "draws nothing, and a band is asked for", field="draws", value=draws, allowed="20 or more"
-        )
+        problem = "draws nothing, and a band is asked for"
+        raise InputError(problem, field="draws", value=draws, allowed="20 or more")
     recording = run(description, uncertainty=draws, progress=progress, step="controlled")
     if not recording.ok:
         raise SimulationError(recording.status)
@@ -175,7 +171,14 @@ def assess(recording: Recording, asked: dict[str, str]) -> Credibility:
     """A run with bands, assessed."""
     metric, study = asked["metric"], recording.studies["uncertainty"]
     risk = rules_of()["risk"][asked["influence"]][asked["consequence"]]
-    answer, comparators = _answer(recording, metric), _comparators(metric)
+    answer = _answer(recording, metric)
+    comparators = tuple(  # what the ledger has of this very number
+        {"device": of.device, "quantity": each.quantity, "measured": each.value, "error": each.error}
+        | {"source": of.source, "given": len(of.given), "drawn": len(of.unknown)}
+        for of in devices().values()
+        for each in of.measured
+        if each.at.get("metric") == metric
+    )
     evidence = _evidence(recording, metric, answer, comparators) | _inputs(recording.scenario)
     factors = graded(evidence, rules_of()["required"][risk])
     plan = _plan(study, metric, evidence, factors, answer["status"])
@@ -258,12 +261,11 @@ def _kept(recording: Recording, metric: str) -> bool:
     """Whether limits of a number and of trips are at least as strict as the usual ones."""
     rule, own, usual = rules_of()["metric"][metric], limits_of(recording), load("limits", "usual")
     sides = {rule["limit"]: 1.0 if rule["good"] == "above" else -1.0, "drawn_trips": -1.0}
-    pairs = [
-        (side * x, side * y)
+    return all(
+        side * x >= side * y
         for name, side in sides.items()
         for x, y in zip(getattr(own, name), getattr(usual, name), strict=True)
-    ]
-    return all(x >= y for x, y in pairs)
+    )
 
 
 def _inputs(scenario: Mapping[str, Any]) -> Numbers:
@@ -299,17 +301,6 @@ def _kinds(node: Mapping[str, Any]) -> Counter[str]:
     return found
 
 
-def _comparators(metric: str) -> tuple[Numbers, ...]:
-    """What the ledger has of this very number, and how many conditions were given and drawn for it."""
-    return tuple(
-        {"device": of.device, "quantity": each.quantity, "measured": each.value, "error": each.error}
-        | {"source": of.source, "given": len(of.given), "drawn": len(of.unknown)}
-        for of in devices().values()
-        for each in of.measured
-        if each.at.get("metric") == metric
-    )
-
-
 def _plan(
     study: Numbers, metric: str, evidence: Numbers, factors: Sequence[Factor], status: str
 ) -> tuple[Numbers, ...]:
@@ -326,10 +317,8 @@ def _plan(
             ranked.append((-gain if gain > group.get("wrong_left_error", 0.0) else 0.0, left, told))
     found = [told for *_, told in sorted(ranked, key=lambda each: each[:2])]
     if status == "unknown":
-        found.insert(
-            0,
-            {"what": "more draws", "measure": "nothing yet: the draws are too few, repeat with --draws 1000"},
-        )
+        more = "nothing yet: the draws are too few, repeat with --draws 1000"
+        found.insert(0, {"what": "more draws", "measure": more})
     if any(each.grade < each.required for each in factors if each.part == "validation: comparator"):
         measure = f"record the wearer with the device, and compare {metric.replace('_', ' ')}"
         seen = {name: evidence[name] for name in ("values", "worn")}

@@ -176,10 +176,8 @@ def doubts(fits: Sequence[LawFit]) -> list[Notice]:
     factor, unit = residual_unit(best)
     for kind in kinds(fits):
         if _too_few(fits, kind):
-            text = (
-                "only {groups} {subject}s: one left out is extrapolated from the other, so the laws are not "
-            )
-            text += "ranked by it; measure at {fewest} or more"
+            text = "only {groups} {subject}s: one left out is extrapolated from the other, "
+            text += "so the laws are not ranked by it; measure at {fewest} or more"
             groups = _groups(fits, kind)
             found.append(Notice("too-few-groups", text, subject=kind, groups=groups, fewest=FEWEST[kind]))
     if not _ranked_by(fits) and not found:

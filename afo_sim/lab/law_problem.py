@@ -82,11 +82,7 @@ class LawProblem(FitProblem):
             return least_squares(self.residuals, best.x, bounds=self.bounds, **options).jac[heard], heard
 
     def variance(self, residuals: np.ndarray, freedom: float) -> float:
-        """Of a residual, which goes with the unweighted Jacobian.
-
-        Σψ²/freedom over (mean ψ′)², with ψ = ρ′(z) f of scipy's loss ρ(z), z = (f/outlying)²; for the linear
-        loss the usual Σf²/freedom. Source: Huber 1981, Robust Statistics, section 7.6.
-        """
+        """Σψ²/freedom/(mean ψ′)², ψ = ρ′(z) f of scipy's loss ρ(z), z = (f/outlying)² (Huber 1981, 7.6)."""
         z = (residuals / self.outlying) ** 2
         beyond = np.where(z > 1.0, z, 1.0)
         first, second = {

@@ -316,8 +316,16 @@ def tables(found: StaticFit) -> Tables:
     if len(found.fits) + len(found.skipped) > 1:
         header = ["law", "parameters", f"RMS [{unit}]"]
         header += [f"{kind} left out [{unit}]" for kind in kinds(found.fits)]
+        rows, columns = [], kinds(found.fits)
+        for each in found.fits:
+            factor, _ = residual_unit(each)
+            held = [f"{factor * each.held_out[k].rms:.3g}" if k in each.held_out else "-" for k in columns]
+            refused, count = sum(map(math.isinf, each.half_width.values())), len(each.values)
+            ends = [f"{each.agreeing_starts} of {each.starts}", f"{count - refused} of {count}"]
+            ends[1] = ends[1] if refused else "all"
+            rows.append([each.problem.law.name, str(count), f"{factor * each.rms:.3g}", *held, *ends])
+        rows += [[law, "", "", *[""] * len(columns), "", reason] for law, reason in found.skipped.items()]
         title = f"laws, best first by the {criterion(found.fits)}"
-        rows = _ranking_rows(found)
         shown.append((title, [*header, "starts agree", "intervals"], rows))
     rows, best = [], found.best
     for p in best.problem.free:
@@ -327,19 +335,6 @@ def tables(found: StaticFit) -> Tables:
         rows.append([p.name, f"{number:.5g}", interval, p.shown])
     shown.append((best.problem.law.name, ["parameter", "value", "95 % interval", "unit"], rows))
     return shown
-
-
-def _ranking_rows(found: StaticFit) -> list[list[str]]:
-    rows, columns = [], kinds(found.fits)
-    for each in found.fits:
-        factor, _ = residual_unit(each)
-        held = [f"{factor * each.held_out[k].rms:.3g}" if k in each.held_out else "-" for k in columns]
-        refused = sum(math.isinf(w) for w in each.half_width.values())
-        count = len(each.values)
-        intervals = "all" if not refused else f"{count - refused} of {count}"
-        agree = f"{each.agreeing_starts} of {each.starts}"
-        rows.append([each.problem.law.name, str(count), f"{factor * each.rms:.3g}", *held, agree, intervals])
-    return rows + [[law, "", "", *[""] * len(columns), "", reason] for law, reason in found.skipped.items()]
 
 
 def remarks(found: StaticFit) -> list[str]:
@@ -354,15 +349,12 @@ def remarks(found: StaticFit) -> list[str]:
     lines += [f"data do not identify: {line}" for line in best.verdict]
     lines.append(_covariance_line(best))
     if found.slack:
-        lines.append(
-            f"{found.slack} readings of 0 N are taken as of a slack muscle, whose force a law may put below "
-            "zero; a load of 0 N at which the contraction was measured belongs into a column `load`"
-        )
+        line = f"{found.slack} readings of 0 N are taken as of a slack muscle, whose force a law may put "
+        line += "below zero; a load of 0 N at which the contraction was measured belongs into a column `load`"
+        lines.append(line)
     if found.left_out:
-        lines.append(
-            f"{found.left_out} points without pressure or tension, or stretched, were left out: no static "
-            "law is about them"
-        )
+        line = f"{found.left_out} points without pressure or tension, or stretched, were left out: no static "
+        lines.append(f"{line}law is about them")
     lacking = dict.fromkeys(name for data in best.problem.data for name in taken_over(data))
     if lacking:
         lines.append(f"grade C at most: {', '.join(lacking)} are taken over from {found.like}, not measured")

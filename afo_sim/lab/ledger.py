@@ -56,10 +56,7 @@ class Number(BaseModel, frozen=True, extra="forbid"):
     source: str = Option(min_length=1)
 
     def at(self, share: float, others: Sequence[float] = ()) -> float | str:
-        """The value below which a share of the draws lies, a text where the range has a unit.
-
-        others : ln of measured over predicted force of the other laboratories
-        """
+        """The value below which a share of draws lies; `others` are ln of measured over predicted force."""
         if self.laboratories:
             return float(np.exp(rms(np.array(others)) * stdtrit(len(others), share)))
         if self.factor_sd is not None:
@@ -102,10 +99,8 @@ class Device(BaseModel, frozen=True, extra="forbid"):
         """What is given, and draws of what is not known: each DRAWS-th part of every range once."""
         rng = np.random.default_rng(SEED)
         shares = {key: (rng.permutation(DRAWS) + rng.random(DRAWS)) / DRAWS for key in sorted(self.unknown)}
-        others = [*self.others.values()]
-        drawn = [
-            {key: self.unknown[key].at(each[k], others) for key, each in shares.items()} for k in range(DRAWS)
-        ]
+        of, others = self.unknown, [*self.others.values()]
+        drawn = ({key: of[key].at(each[k], others) for key, each in shares.items()} for k in range(DRAWS))
         return [self.known | one | {"draw": k} for k, one in enumerate(drawn)]
 
     @property
@@ -147,11 +142,10 @@ class LedgerRow:
         """One of VERDICTS, by the module's rule."""
         if self.band is None or self.measured is None or self.error is None:
             return VERDICTS[2]
-        low, _, high = self.band
-        if low > self.measured + self.error or high < self.measured - self.error:
+        (low, _, high), error = self.band, self.error
+        if low > self.measured + error or high < self.measured - error:
             return VERDICTS[1]
-        half = 0.5 * (high - low) + self.error
-        return VERDICTS[2 if half > SAYS_NOTHING * abs(self.measured) else 0]
+        return VERDICTS[2 if 0.5 * (high - low) + error > SAYS_NOTHING * abs(self.measured) else 0]
 
 
 def interval_score(low: Any, high: Any, x: Any) -> Any:

@@ -164,10 +164,7 @@ def check_facts(file: pathlib.Path | None, facts: Mapping[str, Any], group: str 
 def columns_of(
     table: Table, known: Known, example: str, needed: Mapping[str, Sequence[str]] | None = None
 ) -> tuple[dict[str, np.ndarray], dict[str, str]]:
-    """A table's columns by name, each once, in SI, pressures gauge; and their SI units.
-
-    Nothing but the `known` may stand there; of each that is `needed`, one of some names must.
-    """
+    """A table's columns by name, each once and `known`, in SI, pressures gauge; and their SI units."""
     file, found, units = table.file, dict[str, np.ndarray](), dict[str, str]()
     for k, title in enumerate(table.titles):
         name = " ".join(split_title(title)[0].split())

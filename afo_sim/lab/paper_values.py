@@ -82,14 +82,10 @@ def compared(scenario: str, laws: tuple[str, ...], refit: str = "") -> dict[str,
         points, _ = select(characteristic("dmsp_20"))
         geometry = {"braid_angle": load("muscle", "dmsp_20").braid_angle}
         values = fit_law(pose(refit, [points], fixed=geometry)).values
-        sets = {
-            f"orthosis.muscle.{group}.type.laws.{refit}.{parameter.name}": format_quantity(
-                float(values[parameter.name]), parameter.unit
-            )
-            for group in ("flexor", "extensor")
-            for parameter in LAWS[refit].parameters
-            if parameter.name in values
-        }
+        fitted = [p for p in LAWS[refit].parameters if p.name in values]
+        texts = {p.name: format_quantity(float(values[p.name]), p.unit) for p in fitted}
+        places = [f"orthosis.muscle.{group}.type.laws.{refit}" for group in ("flexor", "extensor")]
+        sets = {f"{at}.{name}": text for at in places for name, text in texts.items()}
         runs |= compare_laws(scenario, [refit], sets)
     return runs
 

@@ -28,9 +28,8 @@ FEWEST = 3  # logs whose errors, log by log, widen intervals
 CARRIAGE = 1e-3  # what a spring draws beside half the muscle [kg]
 QUIET = 5e-3  # of the span of pressure that a quiet sample changes by in 0.1 s
 FIT_POINTS = 4000  # of a channel that a fit compares
-DIFFERENCE = (
-    0.01  # of a fit's slopes: 1 % of a setting, or a fifty-hundredth of its range where that begins at zero
-)
+# of a fit's slopes: 1 % of a setting, or a fifty-hundredth of its range where that begins at zero
+DIFFERENCE = 0.01
 # What can be fitted: the physical range that a search keeps to [SI], and the unit for people's eyes.
 _DELAY, _FLOW, _RATIO = (0.0, 0.06, "ms"), (1e-10, 1e-7, "dm^3/(s*bar)"), (0.0, 0.6, "")
 FITTED: dict[str, tuple[float, float, str]] = {

@@ -262,10 +262,8 @@ def run_at(problem: RunProblem, values: Values) -> Recording:
     scenario = load("scenario", problem.scenario, sets)
     slack = max([p.upper for p in problem.free if not p.keys], default=0.0)
     end = problem.log.time[-1] + slack + scenario.timestep
-    scenario = scenario.with_values(
-        duration=end if slack else min(end, scenario.duration), record_rate=1.0 / scenario.timestep
-    )
-    built = build(scenario)
+    end = end if slack else min(end, scenario.duration)
+    built = build(scenario.with_values(duration=end, record_rate=1.0 / scenario.timestep))
     rollout = simulate(built, described_policy(built) or schedule.controls(built))
     if rollout.failure is not None:
         raise rollout.failure

@@ -131,9 +131,8 @@ def stand(
         problem = "cannot be compared with a static characteristic"
         raise InputError(problem, field="compare", value=test, allowed=", ".join(CHARACTERISTICS))
     data = read_measured(pathlib.Path(compare)) if isinstance(compare, str | os.PathLike) else compare
-    top, duration = (
-        None if x is None else _number(name, x) for name, x in (("supply", supply), ("time", time))
-    )
+    pair = {"supply": supply, "time": time}.items()
+    top, duration = (None if x is None else _number(name, x) for name, x in pair)
     given: dict[str, Any] = {} if duration is None else {"duration": duration}
     given["laboratory"] = Laboratory(top, None if valve is None else load_description("valve", valve))
     if series is not None and not 1 <= series <= 20:

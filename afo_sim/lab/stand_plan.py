@@ -2,7 +2,7 @@
 
 import dataclasses
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -25,6 +25,7 @@ LEAST_LOAD = 1.0  # [N]: an unloaded muscle has no definite length
 STIFFEST = 1e6  # spring of the stand [N/m]; its frame has ten times that
 PULLING = 10.0  # force at zero contraction from which a muscle counts as pulling [N]
 LONGEST, SHORTEST = -0.5, 0.7  # contraction ratios between which anything is looked for
+HALVINGS = 52  # of an interval, which leave one ulp of it
 Given = Sequence[float] | None
 Span = tuple[float | None, float | None] | None
 Ends = tuple[float | Sequence[float] | np.ndarray, float | Sequence[float] | np.ndarray]
@@ -363,20 +364,16 @@ def force_at(muscle: Muscle, contraction: float, pressure: float) -> float:
 
 def slack(muscle: Muscle, pressure: float) -> float:
     """Contraction ratio from which a muscle at a gauge pressure [Pa] carries nothing [-]."""
-    return _crossing(lambda x: force_at(muscle, x, pressure) - 1e-9, 0.0, SHORTEST)
+    return crossing(lambda x: force_at(muscle, x, pressure) - 1e-9, (), 0.0, SHORTEST, HALVINGS)
 
 
 def hanging(muscle: Muscle, load: float, pressure: float, spring: float = 0.0) -> float:
     """Contraction ratio at which a load [N] and a spring [N/m] rest on a muscle at a gauge pressure [Pa]."""
     rise = spring * muscle.nominal_length
-    return _crossing(lambda x: force_at(muscle, x, pressure) - load - rise * x, LONGEST, SHORTEST)
+    left = lambda x: force_at(muscle, x, pressure) - load - rise * x  # noqa: E731
+    return crossing(left, (), LONGEST, SHORTEST, HALVINGS)
 
 
 def _lifting(muscle: Muscle, load: float, contraction: float, highest: float) -> float:
     """Lowest gauge pressure, up to `highest` [Pa], that carries a load [N] at a contraction [-]."""
-    return _crossing(lambda p: load - force_at(muscle, contraction, p), 0.0, highest)
-
-
-def _crossing(falling: Callable[[float], float], low: float, high: float) -> float:
-    """Zero of a function that falls from low to high; one ulp of the interval is left after 52 halvings."""
-    return crossing(falling, (), low, high, 52)
+    return crossing(lambda p: load - force_at(muscle, contraction, p), (), 0.0, highest, HALVINGS)

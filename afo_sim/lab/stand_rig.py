@@ -56,12 +56,10 @@ def _build_rig(plan: StandPlan) -> tuple[mujoco.MjModel, native.CircuitIds]:
     spec, circuit = mujoco.MjSpec(), _circuit_of(plan)
     top = [0.0, 0.0, muscle.nominal_length]
     spec.worldbody.add_site(name="frame", pos=top)
-    carriage = spec.worldbody.add_body(
-        name="carriage", mass=1.0, inertia=[1.0, 1.0, 1.0], explicitinertial=True
-    )
-    inertia = MOUNTAIN if plan.held else plan.inertia
+    body = {"mass": 1.0, "inertia": [1.0, 1.0, 1.0], "explicitinertial": True}
+    carriage = spec.worldbody.add_body(name="carriage", **body)
     slide = {"name": "slide", "type": mujoco.mjtJoint.mjJNT_SLIDE, "axis": [0.0, 0.0, 1.0]}
-    carriage.add_joint(**slide, armature=inertia)
+    carriage.add_joint(**slide, armature=MOUNTAIN if plan.held else plan.inertia)
     carriage.add_site(name="hook")
     tendon = spec.add_tendon(name=MUSCLE, width=muscle.bore / 2.0)
     tendon.wrap_site("frame")
@@ -82,7 +80,6 @@ def _circuit_of(plan: StandPlan) -> native.Circuit:
     wide = REGULATOR_NUMBER / plan.timestep / (_per_slope(plan) * laminar_slope(1.0, REGULATOR_RATIO))
     valve: Any = native.CircuitValve(wide, REGULATOR_RATIO) if plan.valve is None else plan.valve
     room, wall = laboratory.tube_volume, laboratory.wall_conductance
-    stirred = laboratory.wall_conductance_by_flow
     volumes, edges, port = [], [], ""
     if laboratory.line_length > 0.0:  # the valves open into the gauge's volume, and a line leads on in cells
         port, bore, length = GAUGE, laboratory.line_bore, laboratory.line_length / CELLS
@@ -99,9 +96,8 @@ def _circuit_of(plan: StandPlan) -> native.Circuit:
     if laboratory.leak_conductance > 0.0:
         c = laboratory.leak_conductance  # measured leaks follow the gauge pressure, and no orifice
         edges.append(flow_edge.relief("leak", CHAMBER, c, 0.0, limit=0.0, per_excess=c * STANDARD_DENSITY))
-    chamber = native.CircuitChamber(
-        CHAMBER, "slide", room, wall, valve, plan.outlet or valve, port=port, wall_conductance_by_flow=stirred
-    )
+    ways: dict[str, Any] = {"port": port, "wall_conductance_by_flow": laboratory.wall_conductance_by_flow}
+    chamber = native.CircuitChamber(CHAMBER, "slide", room, wall, valve, plan.outlet or valve, **ways)
     muscle = native.CircuitMuscle(MUSCLE, (MUSCLE,), plan.muscle.row, 0.0, CHAMBER, _mounting(plan))
     return native.Circuit((muscle,), (chamber,), volumes=tuple(volumes), restrictions=tuple(edges))
 
@@ -189,16 +185,11 @@ def roll(plan: StandPlan, progress: Progress | None = None) -> list[Rows]:
     """Run a plan, all its curves side by side."""
     _require_stable(plan)
     rig, n = _build_rig(plan), len(plan.set_points)
-    cases = [
-        Case(_loaded(rig[0], plan, k), _start(*rig, plan, k), _policy(*rig, plan, k), k) for k in range(n)
-    ]
-    recipe = Recipe(
-        fields=("actuator_force", "userdata"),
-        inputs=INPUTS,
-        stride=plan.stride,
-        block=max(BLOCK // n // plan.stride, 1) * plan.stride,
-        threads=min(n, os.cpu_count() or 1),
-    )
+    cases = []
+    for k in range(n):
+        cases.append(Case(_loaded(rig[0], plan, k), _start(*rig, plan, k), _policy(*rig, plan, k), k))
+    block, threads = max(BLOCK // n // plan.stride, 1) * plan.stride, min(n, os.cpu_count() or 1)
+    recipe = Recipe(("actuator_force", "userdata"), INPUTS, plan.stride, block, threads)
     n_step = round(plan.duration * plan.branches / plan.timestep)
     rollouts = roll_out(cases, n_step + 1, recipe, progress=progress)
     for rollout in rollouts:

@@ -119,15 +119,13 @@ def static(plan: StandPlan, rows: int = 200) -> Trial:
 
 def complete(plan: StandPlan, k: int, rows: Rows) -> Rows:
     """A curve's columns, in the order of COLUMNS."""
-    length = plan.muscle.nominal_length
+    length, kappa = plan.muscle.nominal_length, rows["contraction"]
     columns = rows | {
         "branch": plan.branch(rows["time"]),
-        "length": length * (1.0 - rows["contraction"]),
+        "length": length * (1.0 - kappa),
         "velocity": -length * rows["contraction_rate"],
-        "static_force": plan.muscle.force(
-            rows.get("muscle_pressure", rows["pressure"]), contraction=rows["contraction"]
-        ),
-        "load": plan.carried(k, rows["contraction"]),
+        "static_force": plan.muscle.force(rows.get("muscle_pressure", rows["pressure"]), contraction=kappa),
+        "load": plan.carried(k, kappa),
     }
     return {name: columns[name] for name in COLUMNS}
 
@@ -146,9 +144,8 @@ def limits_left(plan: StandPlan, curves: tuple[Rows, ...]) -> Iterator[Notice]:
     """Warnings of a muscle beyond its limits, or beyond its law's range of validity."""
     muscle = plan.muscle
     limits, law = muscle.limits, muscle.law_set
-    pressure, contraction, force = (
-        np.concatenate([columns[name] for columns in curves]) for name in ("pressure", "contraction", "force")
-    )
+    names = ("pressure", "contraction", "force")
+    pressure, contraction, force = (np.concatenate([columns[n] for columns in curves]) for n in names)
     least, most = limits.contraction_min, max(limits.contraction_max, muscle.contraction_range[1])
     low, high = law.pressure_range
     strong, stretched = (provenance_note(limits, key) for key in ("force", "contraction_min"))

@@ -57,10 +57,8 @@ def judged(
     # at one pressure a law's strength and its dependence on pressure are one, and so is the compliance
     one = len(np.unique(solution.problem.levels)) == 1 and any(p.of_law for p in solution.problem.free)
     if one and not set(solution.problem.names) <= refused(lines):
-        why = (
-            "not identifiable one by one: the readings are at one pressure, where the law's strength passes "
-        )
-        why += "for stiffness"
+        why = "not identifiable one by one: the readings are at one pressure, "
+        why += "where the law's strength passes for stiffness"
         lines.append(unidentified("one-pressure", solution.problem.names, why))
     return lines
 
@@ -122,10 +120,11 @@ def doubts(solution: Solution, told: Sequence[str], shared: Sequence[SharedError
 def _problems(problem: TorqueProblem) -> Iterator[tuple[str, TorqueProblem, str]]:
     yield "all angles 1 deg higher", _reread(problem, lambda r: replace(r, angle=r.angle + ANGLE)), ""
     yield "all torques 2 % larger", _reread(problem, lambda r: replace(r, torque=TORQUE * r.torque)), ""
-    filled = _reread(
-        problem, lambda r: replace(r, pressure=r.pressure + np.where(r.pressure > WITHOUT_AIR, PRESSURE, 0.0))
-    )
-    yield "all pressures 0.05 bar higher", filled, ""  # without air a gauge is set to zero
+
+    def filled(r: Readings) -> Readings:  # without air a gauge is set to zero
+        return replace(r, pressure=r.pressure + np.where(r.pressure > WITHOUT_AIR, PRESSURE, 0.0))
+
+    yield "all pressures 0.05 bar higher", _reread(problem, filled), ""
     for name, values in _held(problem).items():
         if name not in problem.names and len(values) == 1:
             stiffer = replace(problem, fixed={**problem.fixed, name: STIFFER * min(values)})
@@ -166,7 +165,13 @@ def warnings_of(solution: Solution, added: Sequence[str]) -> Iterator[Notice]:
     for group in problem.groups:
         yield from arms_off(group.readings)
     yield from beyond_law(solution)
-    yield from _slack(solution)
+    found = predict(problem, solution.values)["torque"]
+    taut = found != 0.0
+    scatter = float(np.sqrt(np.mean((found - torque)[taut] ** 2))) if taut.any() else 0.0
+    slack = int(np.sum(~taut & (np.abs(torque) > max(PULL * np.abs(found).max(), 4.0 * scatter))))
+    if slack:
+        text = "at {settings} the fitted muscle hangs slack where a torque was read"
+        yield Notice("slack", text, settings="1 setting" if slack == 1 else f"{slack} settings")
     yield from _held_soft(solution)
     if len(np.unique(problem.levels)) == 1:
         yield Notice(
@@ -209,20 +214,8 @@ def beyond_law(solution: Solution) -> Iterator[Notice]:
         if len(filled) and (filled.min() < 0.98 * low or filled.max() > 1.02 * high):
             asked = f"pressures go from {filled.min() * 1e-5:.3g} to {filled.max() * 1e-5:.3g} bar"
             holds = f"{group.type.law} holds from {low * 1e-5:.3g} to {high * 1e-5:.3g} bar"
-            yield Notice(
-                "beyond-law", f"{{subject}}: {asked}, and {holds}", subject=name, quantity="pressure"
-            )
-
-
-def _slack(solution: Solution) -> Iterator[Notice]:
-    problem = solution.problem
-    found, torque = predict(problem, solution.values)["torque"], problem.column("torque")
-    taut = found != 0.0
-    scatter = float(np.sqrt(np.mean((found - torque)[taut] ** 2))) if taut.any() else 0.0
-    slack = int(np.sum(~taut & (np.abs(torque) > max(PULL * np.abs(found).max(), 4.0 * scatter))))
-    if slack:
-        text = "at {settings} the fitted muscle hangs slack where a torque was read"
-        yield Notice("slack", text, settings="1 setting" if slack == 1 else f"{slack} settings")
+            text = f"{{subject}}: {asked}, and {holds}"
+            yield Notice("beyond-law", text, subject=name, quantity="pressure")
 
 
 def _held_soft(solution: Solution) -> Iterator[Notice]:

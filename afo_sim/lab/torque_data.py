@@ -82,8 +82,11 @@ def read_torques(
         remarks.append(said)
     else:
         columns["weight"] = np.ones(len(columns["angle"]))
-    doubt = _doubt_gauge(columns)
-    remarks += [doubt] if doubt else []
+    pressure, torque = columns["pressure"], np.abs(columns["torque"])
+    empty = np.abs(pressure - AMBIENT_PRESSURE) < 5e3
+    if pressure.min() >= 0.9e5 and empty.any() and torque[empty].max() <= 0.02 * torque.max():
+        remark = "at 1 bar the torque is zero, and no pressure is below: if these pressures are absolute, "
+        remarks.append(f"{remark}the title of their column must say absolute pressure")
     unused = [title for title in table.titles if re.match("length|moment.arm", title.strip().lower())]
     if unused and not _of_path(columns):
         remarks.append(f"{', '.join(unused)}: not used; a path has columns path length and moment arm")
@@ -152,18 +155,6 @@ def _check(file: pathlib.Path, columns: Columns) -> None:
         if len(beyond):
             value = f"{shown * beyond[0]:.4g} {unit}"
             raise InputError("is out of range", file=file, field=name, value=value, allowed=words)
-
-
-def _doubt_gauge(columns: Columns) -> str:
-    """Whether the pressures look absolute: none below 0.9 bar, and no torque where they are near 1 bar."""
-    pressure, torque = columns["pressure"], np.abs(columns["torque"])
-    empty = np.abs(pressure - AMBIENT_PRESSURE) < 5e3
-    if pressure.min() < 0.9e5 or not empty.any() or torque[empty].max() > 0.02 * torque.max():
-        return ""
-    return (
-        "at 1 bar the torque is zero, and no pressure is below: if these pressures are absolute, the title "
-        "of their column must say absolute pressure"
-    )
 
 
 def _still(file: pathlib.Path, columns: Columns, rates: tuple[float, float]) -> tuple[Columns, str]:

@@ -314,26 +314,22 @@ def require_possible(problem: TorqueProblem) -> None:
         raise refused("does not go along the pull, which is positive", mean, field="cuff")
     muscles = f"the muscles of chamber {problem.chamber!r}"
     if not np.abs(most).max() > 1e-6 * largest:
-        raise refused(
-            f"{muscles} hang slack at every reading, even on rigid anchors",
-            f"{largest:.3g} N·m measured",
-            "another chamber, angle or pressure, or a shorter link in the orthosis",
-        )
+        text = f"{muscles} hang slack at every reading, even on rigid anchors"
+        allowed = "another chamber, angle or pressure, or a shorter link in the orthosis"
+        raise refused(text, f"{largest:.3g} N·m measured", allowed)
     share = float(np.sum(measured * most) / np.sum(most**2))
     if share < 0.0:
         sign, way = "positive" if most.sum() > 0.0 else "negative", orthosis.words.directions[0]
-        raise refused(
-            f"has the wrong sign: {muscles} turn the joint to {sign} torques ({way} is positive)",
-            f"{measured[np.argmax(np.abs(measured))]:.3g} N·m",
-            "the other sign, or another chamber",
-        )
+        text = f"has the wrong sign: {muscles} turn the joint to {sign} torques ({way} is positive)"
+        read = f"{measured[np.argmax(np.abs(measured))]:.3g} N·m"
+        raise refused(text, read, "the other sign, or another chamber")
     if share > BEYOND and not any(p.of_law for p in problem.free):
-        raise refused(
+        text = (
             f"is {share:.2g} times what the muscles give on rigid anchors; a series stiffness or an offset "
-            "can only lessen it",
-            f"up to {largest:.3g} N·m measured, {np.abs(most).max():.3g} N·m at most",
-            "another muscle, law, geometry, unit or pressure; or a parameter of the law in the fit",
         )
+        allowed = "another muscle, law, geometry, unit or pressure; or a parameter of the law in the fit"
+        read = f"up to {largest:.3g} N·m measured, {np.abs(most).max():.3g} N·m at most"
+        raise refused(f"{text}can only lessen it", read, allowed)
 
 
 def errors(problem: TorqueProblem, values: Mapping[str, float]) -> dict[str, np.ndarray]:

@@ -1,6 +1,7 @@
 """A torque fit in files and in words: the fitted orthosis, its numbers, tables and remarks to print."""
 
 import pathlib
+import re
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ from afo_sim.description.portable import portable
 from afo_sim.lab.identifiability import rms
 from afo_sim.lab.solution import held_out_json, held_out_lines
 from afo_sim.lab.torque_fit import TorqueFit
-from afo_sim.lab.torque_laws import OfLaw, moves
+from afo_sim.lab.torque_laws import moves
 from afo_sim.lab.torque_problem import errors
 from afo_sim.lab.torque_solution import root_mean_square
 
@@ -39,9 +40,7 @@ def folders(found: TorqueFit) -> dict[str, pathlib.Path]:
     names = [g.readings.group for g in found.problem.groups]
     if len({id(g.orthosis) for g in found.problem.groups}) == 1:
         return {names[0]: pathlib.Path()}
-    return {
-        name: pathlib.Path("".join(c if c.isalnum() or c in "-_" else "_" for c in name)) for name in names
-    }
+    return {name: pathlib.Path(re.sub(r"[^\w-]", "_", name)) for name in names}
 
 
 def as_json(found: TorqueFit) -> dict[str, Any]:
@@ -118,12 +117,22 @@ def tables(found: TorqueFit) -> list[Table]:
         left = [f"{next(iter(found.held_out))} left out"] if found.laws[0].rms_held_out is not None else []
         header = ["law", *(f"{p.name} [{p.shown}]" for p in free), "RMS [N·m]", *left, "fits"]
         title = "each law of the muscle, intervals by its fit alone; those above hold all that fit comparably"
-        shown.append((title, header, [_row_of_law(found, each) for each in found.laws]))
+        rows = []
+        for law in found.laws:
+            cells = []
+            for p in free:
+                value = p.number(law.solution.values.get(p.name, np.nan))
+                ends = dict.fromkeys(f"{p.number(end):.3g}" for end in law.ends(p.name) or ())
+                cells.append(f"{value:.3g}" + (f" ({' to '.join(ends)})" if len(ends) > 1 else ""))
+            cells += [f"{root_mean_square(law.solution):.3g}"]
+            cells += [] if law.rms_held_out is None else [f"{law.rms_held_out:.3g}"]
+            beyond = "".join(f"; beyond its range of {n.data['quantity']}" for n in law.beyond)
+            rows.append([law.law, *cells, ("comparably" if law.comparable else "worse") + beyond])
+        shown.append((title, header, rows))
     if found.alternatives:
         kind, header = found.judged_by, ["fit", *(p.name for p in free), "RMS [N·m]"]
-        rows = [
-            ["as asked", *(p.text(found.parameters[p.name]) for p in free), f"{found.held_out[kind].rms:.3g}"]
-        ]
+        own = [p.text(found.parameters[p.name]) for p in free]
+        rows = [["as asked", *own, f"{found.held_out[kind].rms:.3g}"]]
         for each in found.alternatives:
             cells = [p.text(each.values[p.name]) if p.name in each.values else "-" for p in free]
             rows.append([f"without {each.dropped}", *cells, f"{each.rms:.3g}"])
@@ -132,24 +141,10 @@ def tables(found: TorqueFit) -> list[Table]:
         rows = [[each.cause, *(p.text(each.values[p.name]) for p in free)] for each in found.shared]
         shown.append(("not in the intervals: the same fit with", ["", *(p.name for p in free)], rows))
     if found.apart:
-        rows = [
-            [group, *(p.text(values[p.name]) for p in free)] for group, values in found.apart.values.items()
-        ]
+        groups = found.apart.values.items()
+        rows = [[group, *(p.text(values[p.name]) for p in free)] for group, values in groups]
         shown.append(("each group fitted alone", ["group", *(p.name for p in free)], rows))
     return shown
-
-
-def _row_of_law(found: TorqueFit, each: OfLaw) -> list[str]:
-    """A row of the table of laws."""
-    cells = []
-    for p in found.problem.free:
-        value = p.number(each.solution.values.get(p.name, np.nan))
-        ends = dict.fromkeys(f"{p.number(end):.3g}" for end in each.ends(p.name) or ())
-        cells.append(f"{value:.3g}" + (f" ({' to '.join(ends)})" if len(ends) > 1 else ""))
-    left = [] if each.rms_held_out is None else [f"{each.rms_held_out:.3g}"]
-    beyond = "".join(f"; beyond its range of {n.data['quantity']}" for n in each.beyond)
-    fits = ("comparably" if each.comparable else "worse") + beyond
-    return [each.law, *cells, f"{root_mean_square(each.solution):.3g}", *left, fits]
 
 
 def remarks(found: TorqueFit) -> list[str]:
@@ -168,8 +163,7 @@ def remarks(found: TorqueFit) -> list[str]:
     lines += held_out_lines(found.held_out)
     lines += [line for line in moves(found.laws, problem.free) if line.severity == "note"]
     if not found.laws:
-        lines.append(
-            "no second law of the muscle was fitted: how far the law moves these numbers is not known"
-        )
+        line = "no second law of the muscle was fitted: "
+        lines.append(f"{line}how far the law moves these numbers is not known")
     lines += [f"the readings do not identify: {line}" for line in found.verdict]
     return lines + [f"warning: {warning}" for warning in found.warnings]

@@ -55,10 +55,7 @@ class Alternative:
 def alternatives(
     solution: Solution, found: dict[str, HeldOut], report: Progress = lambda text: None
 ) -> tuple[str, tuple[Alternative, ...]]:
-    """Fits without each parameter that has a neutral value, and the kind of part by which they were judged.
-
-    Source: the one-standard-error rule of Breiman, Friedman, Olshen & Stone 1984, in logarithms.
-    """
+    """Fits without each parameter that has a neutral value, and the kind of part that judged them."""
     problem = solution.problem
     kind = next((k for k in KINDS if k in found and len(found[k].errors) >= FOLDS), "")
     seen = np.isfinite(problem.column("cuff")).any()  # torques alone are judged
@@ -75,6 +72,7 @@ def alternatives(
         own = solve(less)
         without_it = left_out(less, masks, from_start(own.x))
         ratio = [2.0 * np.log((without_it.of(n) + 1e-12) / (with_it.of(n) + 1e-12)) for n in masks]
+        # the one-standard-error rule of Breiman, Friedman, Olshen & Stone 1984, in logarithms
         error = float(np.std(ratio, ddof=1)) / np.sqrt(len(ratio))
         told = float(np.mean(ratio)) > error
         result.append(Alternative(parameter.name, own.values, without_it.rms, not told))

@@ -99,6 +99,4 @@ def brief(row: Row, first: Row) -> str:
 def published(row: Row) -> str:
     """What was published, and in brackets what is implied."""
     parts = [] if row.published is None else [f"{row.published:.6g}"]
-    if row.expected is not None:
-        parts.append(f"({row.expected:.4g})")
-    return " ".join(parts)
+    return " ".join([*parts, *([] if row.expected is None else [f"({row.expected:.4g})"])])

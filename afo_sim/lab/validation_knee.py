@@ -59,10 +59,8 @@ class KneeTest:
 
 def path(angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The path between the brackets, as it would be if they did not bend."""
-    cos, sin = np.cos(angle), np.sin(angle)
-    tibia = np.array(
-        [cos * TIBIA_ANCHOR[0] - sin * TIBIA_ANCHOR[1], sin * TIBIA_ANCHOR[0] + cos * TIBIA_ANCHOR[1]]
-    )
+    cos, sin, (x, z) = np.cos(angle), np.sin(angle), TIBIA_ANCHOR
+    tibia = np.array([cos * x - sin * z, sin * x + cos * z])
     line = tibia + np.reshape(np.subtract(PIN, FEMUR_ANCHOR), (2, *np.ndim(angle) * (1,)))
     length = np.hypot(*line)
     return length, (line[1] * tibia[0] - line[0] * tibia[1]) / length
@@ -155,9 +153,7 @@ def muscles(told: Mapping[str, Any]) -> np.ndarray:
     """Errors of all torques by a law, through the simulator's own muscle at rest [N·m]."""
     errors = []
     for test in knee_tests().values():
-        muscle, (kappa, arm) = (
-            test.muscle.using(law=told["law"]),
-            posture(test, measured=told.get("measured", False)),
-        )
-        errors.append(-muscle.force(test.pressure, contraction=kappa) * arm - test.torque)
+        kappa, arm = posture(test, measured=told.get("measured", False))
+        force = test.muscle.using(law=told["law"]).force(test.pressure, contraction=kappa)
+        errors.append(-force * arm - test.torque)
     return np.concatenate(errors)
