@@ -198,9 +198,8 @@ class _Evaluation:
 
 
 def _refuse(text: str, at: int, problem: str, allowed: str = "", nearest: str | None = None) -> NoReturn:
-    raise InputError(
-        f"at character {at + 1}: {problem}", field="constraints", value=text, allowed=allowed, nearest=nearest
-    )
+    told = f"at character {at + 1}: {problem}"
+    raise InputError(told, field="constraints", value=text, allowed=allowed, nearest=nearest)
 
 
 def _parse(text: str) -> ast.expr:

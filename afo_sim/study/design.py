@@ -71,8 +71,7 @@ def cases_of(plan: Plan, most: int = MOST) -> Cases:
     cases = Cases(plan, columns, seeds, dropped)
     for case in plan.keep:
         if case >= len(cases):
-            allowed = f"0 to {len(cases) - 1}"
-            problem = "there is no such case"
+            problem, allowed = "there is no such case", f"0 to {len(cases) - 1}"
             raise InputError(problem, file=plan.file, field="keep", value=case, allowed=allowed)
     for case in _telling(cases):  # so that what is wrong shows before the first is run
         try:
@@ -102,12 +101,11 @@ def _check_count(plan: Plan, most: int) -> None:
     if count > most:
         steps = load("scenario", plan.scenario, plan.set).n_step
         days, size = count * steps * STEP_SECONDS / 86_400.0, count * ROW_BYTES / 1e9
-        raise InputError(
-            f"the design has {count} cases: some {days:.2g} days on one processor, {size:.2g} GB of results",
-            file=plan.file,
-            field="parameters" if plan.design == "grid" else "cases",
-            allowed=f"up to {most}, or `yes_many`",
+        text = (
+            f"the design has {count} cases: some {days:.2g} days on one processor, {size:.2g} GB of results"
         )
+        field = "parameters" if plan.design == "grid" else "cases"
+        raise InputError(text, file=plan.file, field=field, allowed=f"up to {most}, or `yes_many`")
     if plan.design == "saltelli" and not varied:
         problem = "has no parameter but seeds"
         raise InputError(problem, file=plan.file, field="parameters", allowed="at least one")

@@ -54,9 +54,8 @@ _WORSE = 1.0  # by which a share of a limit that is left already must grow to be
 
 def beyond_limit(share: str, percent: float) -> Notice:
     """That a share of a limit, a metric of SHARES, is beyond it."""
-    return Notice(
-        BEYOND_LIMIT, "{percent:.0f} % of {limit}", subject=share, percent=percent, limit=SHARES[share]
-    )
+    text = "{percent:.0f} % of {limit}"
+    return Notice(BEYOND_LIMIT, text, subject=share, percent=percent, limit=SHARES[share])
 
 
 def _hindrance(values: Mapping[str, float], limits: Limits) -> float:
@@ -183,12 +182,8 @@ class Effects(Shown):
     @classmethod
     def from_json(cls, table: Mapping[str, Any]) -> Self:
         """Of what `to_json` gave."""
-        return cls(
-            aim=table["aim"],
-            base={name: Metric(number(value), unit) for name, (value, unit) in table["base"].items()},
-            ranked=tuple(map(Effect.from_json, table["ranked"])),
-            timestep=table["timestep"],
-        )
+        base = {name: Metric(number(value), unit) for name, (value, unit) in table["base"].items()}
+        return cls(table["aim"], base, tuple(map(Effect.from_json, table["ranked"])), table["timestep"])
 
     def to_pandas(self) -> "pandas.DataFrame":
         """A row for each step, ranked; columns of differences such as "toe_clearance [mm]" (needs pandas).

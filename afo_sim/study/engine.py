@@ -254,12 +254,9 @@ def _roll(batch: Sequence[Prepared], workspace: Workspace) -> list[Rolled]:
     if batch[0].solved:
         mode: native.Mode = "python" if _in_python(batch) else "native"
         settled = settle(builts, controls, mode=mode, workspace=workspace)
+        pairs = [(case.first, each.rollout) for case, each in zip(batch, settled, strict=True) if case.first]
         first = [
-            dataclasses.replace(
-                case.first, policy=until_near(case.first.built, case.first.control, each.rollout)
-            )
-            for case, each in zip(batch, settled, strict=True)
-            if case.first is not None
+            dataclasses.replace(one, policy=until_near(one.built, one.control, near)) for one, near in pairs
         ]
         walked = _walk(first, workspace) if first else [None] * len(batch)
         return [Rolled(each.rollout, each, before) for each, before in zip(settled, walked, strict=True)]
@@ -270,12 +267,8 @@ def _walk(batch: Sequence[Prepared], workspace: Workspace) -> list[Rollout]:
     """Roll-outs from the start; rows of a search for settled strides in the same memory stay."""
     if _in_python(batch):
         return [_roll_alone(case) for case in batch]
-    return simulate_together(
-        [case.built for case in batch],
-        [case.control for case in batch],
-        workspace,
-        policies=[case.policy for case in batch],
-    )
+    builts, controls, policies = zip(*((c.built, c.control, c.policy) for c in batch), strict=True)
+    return simulate_together(builts, controls, workspace, policies=policies)
 
 
 def _roll_alone(case: Prepared) -> Rollout:
@@ -323,9 +316,8 @@ def _results(
 ) -> tuple[dict[str, Metric], tuple[str, ...], dict[str, np.ndarray]]:
     """Metrics, warnings and curves of a case that has run."""
     settled = rolled.settled
-    columns, found = examine(
-        case.built, rolled.rollout, transient=False, solved=settled is not None, asked=asked
-    )
+    solved = settled is not None
+    columns, found = examine(case.built, rolled.rollout, transient=False, solved=solved, asked=asked)
     curves = _curves(case.built, columns, asked.curves)
     if settled is None:
         return found.totals, found.warnings, curves

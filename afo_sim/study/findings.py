@@ -71,20 +71,16 @@ def indices(results: Results, metric: str) -> Indices:
     whole = np.isfinite(values).all(axis=1)
     failed = 1.0 - float(np.isfinite(values).mean())
     if failed >= _MOST_FAILED or whole.sum() < _FEWEST_BLOCKS:
-        raise InputError(
-            f"{100.0 * failed:.2g} % of the cases have no {metric}, and {whole.sum()} base samples are "
-            "whole: too few for Sobol' indices",
-            file=results.folder,
-            allowed=f"less than {100.0 * _MOST_FAILED:g} %, and at least {_FEWEST_BLOCKS}",
-        )
+        text = f"{100.0 * failed:.2g} % of the cases have no {metric}, and {whole.sum()} base samples are "
+        allowed = f"less than {100.0 * _MOST_FAILED:g} %, and at least {_FEWEST_BLOCKS}"
+        raise InputError(f"{text}whole: too few for Sobol' indices", file=results.folder, allowed=allowed)
     kept = values[whole].ravel()
     if np.ptp(kept) <= 1e-12 * np.abs(kept).max():
         raise InputError(f"{metric} does not vary: it has no Sobol' indices", file=results.folder)
     names = varied(results)
     problem = {"num_vars": len(names), "names": list(names), "bounds": [[0.0, 1.0]] * len(names)}
-    found = optional("SALib.analyze.sobol").analyze(
-        problem, kept, calc_second_order=True, num_resamples=_RESAMPLES, seed=_SEED
-    )
+    sobol, options = optional("SALib.analyze.sobol"), {"num_resamples": _RESAMPLES, "seed": _SEED}
+    found = sobol.analyze(problem, kept, calc_second_order=True, **options)
     arrays = {name: np.asarray(found[key]) for name, key in _OF_SALIB.items()}
     return Indices(names, **arrays, blocks=len(whole), left_out=int((~whole).sum()))
 
@@ -96,10 +92,8 @@ def _blocks(results: Results, metric: str) -> np.ndarray:
         problem = "Sobol' indices need a sweep of another design"
         raise InputError(problem, file=results.folder, field="design", value=results.design, allowed=_DESIGN)
     if results.unfinished or len(results) % size:
-        raise InputError(
-            f"Sobol' indices need every case of the sweep, and {len(results)} of {results.planned} are here",
-            file=results.folder,
-        )
+        there = f"{len(results)} of {results.planned} are here"
+        raise InputError(f"Sobol' indices need every case of the sweep, and {there}", file=results.folder)
     return results[metric].reshape(-1, size)
 
 

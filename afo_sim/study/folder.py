@@ -52,10 +52,8 @@ class FolderKind:
         if manifest is None:
             problem = f"there is no {self.name} here ({self.manifest} is missing)"
             raise InputError(problem, file=folder)
-        whole = isinstance(manifest, dict) and all(
-            isinstance(manifest.get(k), kind) for k, kind in self.parts.items()
-        )
-        if not whole:
+        parts = self.parts.items()
+        if not (isinstance(manifest, dict) and all(isinstance(manifest.get(k), kind) for k, kind in parts)):
             raise InputError("is damaged: it lacks a part", file=path, allowed=allowed)
         return manifest | {"scenario": as_found(manifest["scenario"], folder)}
 

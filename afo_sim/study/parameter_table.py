@@ -222,14 +222,9 @@ class ParameterReader:
         """An error of an option of this parameter, with the key of the scenario."""
         keys = self.table.keys or ((self.table.key,) if self.table.key else ())
         about = f" ({', '.join(keys)})" if keys and option != "key" else ""
-        return InputError(
-            f"{problem}{about}",
-            file=self.file,
-            field=self._at(option),
-            value=value if value is not None else self.given.get(option),
-            allowed=allowed,
-            nearest=nearest,
-        )
+        value = self.given.get(option) if value is None else value
+        told: dict[str, Any] = {"file": self.file, "field": self._at(option), "value": value}
+        return InputError(f"{problem}{about}", allowed=allowed, nearest=nearest, **told)
 
 
 def first_error(file: pathlib.Path, table: Any, error: ValidationError) -> InputError:
@@ -240,14 +235,10 @@ def first_error(file: pathlib.Path, table: Any, error: ValidationError) -> Input
     path = [str(part) for part in first["loc"]] + ([facts["key"]] if facts.get("key") else [])
     value = functools.reduce(child_of, path, table)
     problems = PROBLEMS | {"dict_type": "is not a table", "too_short": "is empty"}
-    return InputError(
-        problems.get(first["type"], first["msg"]),
-        file=file,
-        field=".".join(path),
-        value=None if isinstance(value, dict) else value,
-        allowed=str(facts.get("allowed", "") or facts.get("expected", "") or bound),
-        nearest=facts.get("nearest") or None,
-    )
+    allowed = str(facts.get("allowed", "") or facts.get("expected", "") or bound)
+    near, value = facts.get("nearest") or None, None if isinstance(value, dict) else value
+    told: dict[str, Any] = {"file": file, "field": ".".join(path), "value": value}
+    return InputError(problems.get(first["type"], first["msg"]), allowed=allowed, nearest=near, **told)
 
 
 def values_of(

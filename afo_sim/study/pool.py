@@ -57,13 +57,11 @@ def _computed(
             yield chunk, future.result()
         submit()
     if lost:
-        raise InputError(
-            f"chunks {', '.join(map(str, lost))} killed every worker that took them (out of memory?); "
-            "all others are computed",
-            field="workers",
-            allowed="the same command with fewer workers, or a smaller chunk in the sweep file (in another "
-            "folder)",
+        text = f"chunks {', '.join(map(str, lost))} killed every worker that took them (out of memory?); "
+        allowed = (
+            "the same command with fewer workers, or a smaller chunk in the sweep file (in another folder)"
         )
+        raise InputError(f"{text}all others are computed", field="workers", allowed=allowed)
 
 
 def compute(

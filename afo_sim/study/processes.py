@@ -176,9 +176,8 @@ class Processes:
         def own() -> Iterator[tuple[int, Mapping[str, Any]]]:
             nonlocal waited_for
             while True:
-                while self.jobs.qsize() < self.count + 1 and (
-                    some := list(itertools.islice(cases, _PORTION))
-                ):
+                room = self.count + 1
+                while self.jobs.qsize() < room and (some := list(itertools.islice(cases, _PORTION))):
                     self.jobs.put((scenario, some, asked))
                     waited_for += 1
                 try:

@@ -154,10 +154,9 @@ def _digest(path: str) -> str:
 
 def _digest_of_word(parameter: Parameter, word: str) -> Any:
     """The content that a word names, of a description or a file; None where it is the word alone."""
-    description = parameter.description
     path = parameter.files.get(word, word)
-    if description:
-        return _content(load(description, path))
+    if parameter.description:
+        return _content(load(parameter.description, path))
     return _digest(path) if word in parameter.files or word in assets.gait_names() else None
 
 
@@ -202,13 +201,8 @@ def planned(file: pathlib.Path, written: SweepFile) -> Plan:
         except InputError as error:
             raise _elsewhere(error, file, f"constraints[{number}]") from None
     stated = {name: getattr(written, name) for name in SweepTable.model_fields}
-    return Plan(
-        **stated | {"scenario": scenario, "set": sets},
-        file=file,
-        parameters=parameters,
-        constraints=tuple(constraints),
-        notes=notes,
-    )
+    stated |= {"scenario": scenario, "set": sets, "notes": notes}
+    return Plan(**stated, file=file, parameters=parameters, constraints=tuple(constraints))
 
 
 def _check_count(file: pathlib.Path, written: SweepFile) -> None:
@@ -255,9 +249,8 @@ def _parameters(file: pathlib.Path, written: SweepFile, base: Scenario) -> tuple
     if written.file is not None:
         for name, parameter in tables.items():
             if parameter.values is not None:
-                problem = "is stated by the file's column"
-                allowed = "values or file"
-                raise InputError(problem, file=file, field=f"parameters.{name}.values", allowed=allowed)
+                problem, at = "is stated by the file's column", f"parameters.{name}.values"
+                raise InputError(problem, file=file, field=at, allowed="values or file")
         rows = values_of(file, written.file, tables)
         tables = {
             name: parameter.model_copy(update={"values": rows[name]}) if name in rows else parameter
@@ -271,10 +264,8 @@ def _parameters(file: pathlib.Path, written: SweepFile, base: Scenario) -> tuple
         lengths = {p.name: len(p.spread.values) for p in found if isinstance(p.spread, Choice)}
         if len(set(lengths.values())) != 1:
             each = ", ".join(f"{name}: {length}" for name, length in lengths.items())
-            problem = "there is no list of values"
-            if lengths:
-                problem = "the parameters' lists of values differ in length"
-            allowed = "alike, row by row"
+            differ, allowed = "the parameters' lists of values differ in length", "alike, row by row"
+            problem = differ if lengths else "there is no list of values"
             raise InputError(problem, file=file, field="parameters", value=each or None, allowed=allowed)
     return found
 

@@ -73,8 +73,7 @@ def remark(folder: pathlib.Path) -> str:
     if not told["beyond"]:
         return f"{begun}none has a number that twice the step puts beyond its bound"
     name, most = max(errors_of(told["worst"]).items(), key=lambda item: item[1].times)
-    return (
-        f"{begun}{len(told['beyond'])} have numbers that twice the step puts beyond their bounds, most "
-        f"{name} of case {told['worst'][name]['case']} by {Metric(most.error, most.unit)} ({most.bound:.2g} "
-        "allowed): set a shorter timestep, or run such a case alone, which controls its step"
-    )
+    text = f"{begun}{len(told['beyond'])} have numbers that twice the step puts beyond their bounds, most "
+    text += f"{name} of case {told['worst'][name]['case']} by {Metric(most.error, most.unit)} "
+    text += f"({most.bound:.2g} allowed): set a shorter timestep, or run such a case alone, "
+    return f"{text}which controls its step"

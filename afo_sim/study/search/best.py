@@ -48,9 +48,8 @@ def statement(best: Mapping[str, Any]) -> list[str]:
     patients = f"{best['patients']} patient{'s' if best['patients'] > 1 else ''}"
     tried += f", {best['simulated']} of them simulated with {patients} each"
     tried += f", {best['runs']} runs by {best['method']}" if "runs" in best else ""
-    how = "the search has converged"
-    if not best["converged"]:
-        how = "the search has not converged: more generations may find better"
+    further = "the search has not converged: more generations may find better"
+    how = "the search has converged" if best["converged"] else further
     lines = []
     if best["feasible"]:
         lines.append(f"design {best['design']} keeps every limit, as {best['feasible_designs']} designs do")
@@ -192,16 +191,18 @@ def best_design(search: SearchPlan, summary: Mapping[str, Any]) -> BestDesign:
         share = "" if one["share"] == 1.0 else f" in {100.0 * one['share']:g} %"
         text = f"{one['metric']} {_SIGNS[one['at']]} {Metric(one['bound'], one['unit'])}{share}"
         kept[text] = one["short"] == 0.0
+    metrics = {one["metric"]: Metric(number(one["level"]), one["unit"]) for one in limits}
+    metrics |= {goal["metric"]: Metric(number(goal["value"]), goal["unit"])}
+    starts = tuple(Metric(number(start["objective"]), goal["unit"]) for start in summary["starts"])
     return BestDesign(
         parameters=parameters,
         objective=goal["metric"],
         goal=goal["goal"],
-        metrics={one["metric"]: Metric(number(one["level"]), one["unit"]) for one in limits}
-        | {goal["metric"]: Metric(number(goal["value"]), goal["unit"])},
+        metrics=metrics,
         limits=kept,
         feasible=summary["feasible"],
         converged=summary["converged"],
-        starts=tuple(Metric(number(start["objective"]), goal["unit"]) for start in summary["starts"]),
+        starts=starts,
         scenario=load("scenario", search.designs.scenario, summary["sets"]),
         summary=dict(summary),
     )

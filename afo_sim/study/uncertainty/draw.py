@@ -168,13 +168,9 @@ def _matching(name: str, pattern: str, scenario: Scenario, left_out: list[str]) 
         there = [field for field in fields if holder(scenario, split_key(field.key)[0]) is not None]
         if not there and astray(parts):
             nearest = nearest_name(pattern, [leaf.key for leaf in known])
-            raise InputError(
-                "fits no key of any scenario",
-                field=f"parameters.{name}",
-                value=pattern,
-                allowed="a key as afo-sim keys lists it, * for a name",
-                nearest=nearest,
-            )
+            text, allowed = "fits no key of any scenario", "a key as afo-sim keys lists it, * for a name"
+            at = f"parameters.{name}"
+            raise InputError(text, field=at, value=pattern, allowed=allowed, nearest=nearest)
     for field in there:
         if field.kind != "number":
             problem = "is not a number that spreads"
@@ -213,9 +209,8 @@ def _distribution(
         option = "at_least" if own < low else "at_most"
         problem = f"leaves out the scenario's own value of {field.key if field else name}"
         allowed = f"{'at most' if own < low else 'at least'} {own:g} {unit}".rstrip()
-        raise InputError(
-            problem, field=f"parameters.{name}.{option}", value=getattr(table, option), allowed=allowed
-        )
+        field_name, value = f"parameters.{name}.{option}", getattr(table, option)
+        raise InputError(problem, field=field_name, value=value, allowed=allowed)
     if table.distribution == "pearson3":
         return Distribution("pearson3", width, table.skew or 0.0)
     return Distribution(table.distribution, width, 0.0, low, high)
@@ -316,9 +311,8 @@ def draw(spreads: Applied, scenario: Scenario, count: int, seed: int = 0) -> Dra
             name = f"{fit.name}_{key.rpartition('.')[2]}"
             columns.append(Column(name, keys, field.unit, float(field.value), values, fit.table))
         owners.append((fit.name, fit.table, legal))
-    return Draws(
-        count, seed, tuple(columns), tuple(_groups(owners)), rejected, spreads.left_out, spreads.notes
-    )
+    groups = tuple(_groups(owners))
+    return Draws(count, seed, tuple(columns), groups, rejected, spreads.left_out, spreads.notes)
 
 
 def _legal(fit: Fit, deviates: np.ndarray, generator: np.random.Generator) -> tuple[np.ndarray, int]:
@@ -330,13 +324,10 @@ def _legal(fit: Fit, deviates: np.ndarray, generator: np.random.Generator) -> tu
             return found, rejected
         rejected += int(wrong.sum())
         found[wrong] = generator.standard_normal((int(wrong.sum()), found.shape[1]))
-    raise InputError(
-        f"hardly any draw of its fit is a muscle: {wrong.sum()} of {len(found)} lie beyond its bounds "
-        f"after {_MOST_TRIES} tries",
-        field=f"parameters.{fit.name}",
-        value=fit.muscle.name,
-        allowed="a fit with smaller standard errors, or a scale below 1",
-    )
+    text = f"hardly any draw of its fit is a muscle: {wrong.sum()} of {len(found)} lie beyond its bounds "
+    text += f"after {_MOST_TRIES} tries"
+    allowed = "a fit with smaller standard errors, or a scale below 1"
+    raise InputError(text, field=f"parameters.{fit.name}", value=fit.muscle.name, allowed=allowed)
 
 
 def _groups(owners: Sequence[tuple[str, SpreadTable, np.ndarray]]) -> Iterator[Group]:
@@ -376,7 +367,5 @@ def _notes(drawn: Draws) -> Iterator[str]:
         yield "not drawn: " + "; ".join(drawn.left_out)
     heights = ", ".join(column.name for column in drawn.columns if not column.keys)
     if heights:
-        yield (
-            f"not drawn: {heights}: no key of the scenario sets a height of the sole; "
-            "`afo-sim run --uncertainty` adds it to every clearance"
-        )
+        text = f"not drawn: {heights}: no key of the scenario sets a height of the sole; "
+        yield f"{text}`afo-sim run --uncertainty` adds it to every clearance"

@@ -252,11 +252,9 @@ def _trips(found: Found, recording: Recording) -> dict[str, Any]:
 
 
 def _kept(found: Found, recording: Recording) -> dict[str, float]:
-    """Share of the draws that are judged good, by the answer's name; the walk without the device is the
-    run's."""
-    compared = {
-        name: m for name, m in recording.metrics.items() if name.startswith(("reference_", "uncompensated_"))
-    }
+    """Share of the draws that are judged good, by the answer; the walk without the device is the run's."""
+    kinds = ("reference_", "uncompensated_")
+    compared = {name: m for name, m in recording.metrics.items() if name.startswith(kinds)}
     judged: dict[str, list[str]] = {}
     # what is wanted of the toe leaves room for strides that vary
     steady = {name: 1e3 * found.draws.heights(each_stride=True) for name in _HEIGHTS}
@@ -264,9 +262,8 @@ def _kept(found: Found, recording: Recording) -> dict[str, float]:
     values = {name: found.metric(name) - steady.get(name, 0.0) for name in asked}
     for k in np.flatnonzero(found.ok):
         metrics = {name: Metric(float(of[k]), recording.metrics[name].unit) for name, of in values.items()}
-        drawn = dataclasses.replace(
-            recording, columns={}, metrics=metrics | compared, strides={}, studies={}, warnings=()
-        )
+        bare: dict[str, Any] = {"columns": {}, "strides": {}, "studies": {}, "warnings": ()}
+        drawn = dataclasses.replace(recording, metrics=metrics | compared, **bare)
         for answer in drawn.verdict:
             judged.setdefault(answer.name, []).append(answer.status)
     own = _own_walk(recording)

@@ -200,14 +200,9 @@ def _check_key(file: pathlib.Path, name: str, key: str) -> None:
     wrong = astray(key.split("."))
     if wrong is not None:
         part, known = wrong
-        raise InputError(
-            f"fits no key of any scenario: {part!r} is unknown",
-            file=file,
-            field=field,
-            value=key,
-            allowed=", ".join(known) or "a key as afo-sim keys lists it, * for a name",
-            nearest=nearest_name(part, known),
-        )
+        allowed = ", ".join(known) or "a key as afo-sim keys lists it, * for a name"
+        text, near = f"fits no key of any scenario: {part!r} is unknown", nearest_name(part, known)
+        raise InputError(text, file=file, field=field, value=key, allowed=allowed, nearest=near)
 
 
 def _no_quantity(given: Any, *, width: bool) -> str:
@@ -225,9 +220,8 @@ def in_words(spreads: Spreads) -> list[tuple[str, str]]:
     """(name, what is drawn and why) of each table."""
     found = []
     for name, table in spreads.tables.items():
-        what = ", ".join(
-            table.keys or filter(None, (table.key, table.fit, table.height and "the sole's height"))
-        )
+        one = (table.key, table.fit, table.height and "the sole's height")
+        what = ", ".join(table.keys or filter(None, one))
         width = next((f"{o} {getattr(table, o)}" for o in _EVERY_WIDTH if getattr(table, o) is not None), "")
         if table.factor_sd_measured is not None:
             width += f", {table.factor_sd_measured} where measured"
