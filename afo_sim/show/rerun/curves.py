@@ -156,10 +156,8 @@ def plots_of(lines: list[Curve]) -> dict[str, list[Curve]]:
 def log_styles(stream: rr.RecordingStream, lines: list[Curve]) -> None:
     """Names and colours of the lines, once."""
     for entity, group in _by_entity(lines).items():
-        style = rr.SeriesLines(
-            names=[c.name for c in group], colors=[c.colour for c in group], widths=[c.width for c in group]
-        )
-        stream.log(entity, style, static=True)
+        names, shades, widths = zip(*((c.name, c.colour, c.width) for c in group), strict=True)
+        stream.log(entity, rr.SeriesLines(names=names, colors=shades, widths=widths), static=True)
 
 
 def columns_of(source: Source, lines: list[Curve]) -> list[str]:
@@ -191,6 +189,20 @@ def _level(
     style = rr.SeriesLines(names=[name] * count, colors=[colour] * count, widths=[1.0] * count)
     stream.log(entity, style, static=True)
     send(stream, entity, ends, rr.Scalars.columns(scalars=np.tile(levels, (2, 1))))
+
+
+def log_line(
+    stream: rr.RecordingStream,
+    entity: str,
+    rows: Columns,
+    values: np.ndarray,
+    name: str,
+    colour: list[int],
+    width: float = _USUAL,
+) -> None:
+    """One line with its name, colour and width."""
+    stream.log(entity, rr.SeriesLines(names=[name], colors=[colour], widths=[width]), static=True)
+    send(stream, entity, rows, rr.Scalars.columns(scalars=values))
 
 
 def _by_entity(lines: list[Curve]) -> dict[str, list[Curve]]:

@@ -9,9 +9,10 @@ import rerun.blueprint as rrb
 from afo_sim.model import ANKLE, Design, PathFacts, muscle_names, pressure, rows
 from afo_sim.show.moving_parts import Mountings
 from afo_sim.show.rerun import colours, scene
+from afo_sim.show.rerun.curves import log_line
 from afo_sim.show.rerun.layout import CAMERA, closed, space, time_plot
 from afo_sim.show.rerun.recording_file import recording
-from afo_sim.show.rerun.run_rows import ANGLE, SWEPT, Columns, send
+from afo_sim.show.rerun.run_rows import ANGLE, SWEPT, Columns
 from afo_sim.show.rerun.texts import document
 
 _SPEED = 10.0  # at which the ankle turns on the timeline of seconds [deg/s]
@@ -99,7 +100,5 @@ def _log_curves(stream: rr.RecordingStream, entry: PathFacts, number: int, block
     ]
     for plot, what, values, width in lines:
         entity = f"{plot}/{entry.name.replace(' ', '_').replace(',', '')}/{what.replace(' ', '_')}"
-        style = rr.SeriesLines(names=[f"{entry.name}, {what}"], colors=[colour], widths=[width])
-        stream.log(entity, style, static=True)
         shown = np.interp(angles, entry.angles, values)
-        send(stream, entity, block, rr.Scalars.columns(scalars=shown))
+        log_line(stream, entity, block, shown, f"{entry.name}, {what}", colour, width)

@@ -9,6 +9,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from afo_sim.lab import AXES, Trial, set_point_text
+from afo_sim.show.rerun.curves import log_line
 from afo_sim.show.rerun.layout import closed, space, time_plot
 from afo_sim.show.rerun.muscle_shapes import PULLING, SLACK, tube_radius
 from afo_sim.show.rerun.recording_file import recording
@@ -48,13 +49,11 @@ def _layout(trials: Sequence[Trial]) -> rrb.Blueprint:
     eye = (1.2 * max(height, count * _SPACING) + 0.3, middle, -0.3 * height)
     scene = space("/stand", "the stand", eye, (0.0, middle, -0.6 * height))
     right: list[Any] = list(plots)
-    shares = [1.0] * len(plots)
     if trials[0].plan.kind in AXES:
         abscissa, _, ordinate, _ = AXES[trials[0].plan.kind]
         title = f"{SHOWN[ordinate][0]} over {SHOWN[abscissa][0]}"
         right.insert(0, rrb.Spatial2DView(origin="/characteristic", name=title))
-        shares.insert(0, 2.0)
-    beside = rrb.Vertical(*right, row_shares=shares)
+    beside = rrb.Vertical(*right, row_shares=[2.0, 1.0, 1.0, 1.0][-len(right) :])
     return closed(rrb.Horizontal(scene, beside, column_shares=[3, 4]), play_state="paused")
 
 
@@ -64,10 +63,7 @@ def _log_curve(stream: rr.RecordingStream, trial: Trial, k: int, entity: str, la
     columns = {name: values[::every] for name, values in trial.curves[k].items()}
     shade = [round(255 * (0.25 + 0.75 * part)) for part in colour(trial, k)[:3]]  # for a dark ground
     for name in ("pressure", "contraction", "force"):
-        style = rr.SeriesLines(names=[label], colors=[shade], widths=[1.6])
-        stream.log(f"{name}/{entity}", style, static=True)
-        scalars = rr.Scalars.columns(scalars=SHOWN[name][1] * columns[name])
-        send(stream, f"{name}/{entity}", columns, scalars)
+        log_line(stream, f"{name}/{entity}", columns, SHOWN[name][1] * columns[name], label, shade)
     muscle = trial.plan.muscle  # a tube that hangs from the frame, and the carriage below
     frame = rr.Boxes3D(
         half_sizes=[[0.03, 0.03, 0.006]], centers=[[0.0, y, 0.006]], colors=[[90, 95, 105]], fill_mode="solid"

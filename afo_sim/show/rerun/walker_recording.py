@@ -8,6 +8,7 @@ import rerun.blueprint as rrb
 
 from afo_sim.show.moving_parts import Mountings
 from afo_sim.show.rerun import colours, scene
+from afo_sim.show.rerun.curves import log_line
 from afo_sim.show.rerun.layout import closed, space, time_plot
 from afo_sim.show.rerun.recording_file import recording
 from afo_sim.show.rerun.run_rows import send
@@ -43,10 +44,8 @@ def write_response(response: Response, path: pathlib.Path) -> None:
             _log_walker(stream, case, place)
             for k, (column, factor) in enumerate(_PLOTS.values()):
                 entity = f"plot_{k}/{case.name.replace(' ', '_')}"
-                style = rr.SeriesLines(names=[case.name], colors=[colours.of_run(place)], widths=[1.6])
-                stream.log(entity, style, static=True)
-                curve = rr.Scalars.columns(scalars=factor * case.walked[column])
-                send(stream, entity, {"time": case.walked["time"]}, curve)
+                rows, curve = {"time": case.walked["time"]}, factor * case.walked[column]
+                log_line(stream, entity, rows, curve, case.name, colours.of_run(place))
         words = [f"**{r.question}** {r.text} {' '.join(r.assumptions)}" for r in verdict(response)]
         document(stream, "summary", "\n\n".join(words))
 
@@ -56,25 +55,21 @@ def _log_walker(stream: rr.RecordingStream, case: Case, place: int) -> None:
     model, root = case.walked.body.model, f"world/{case.name.replace(' ', '_')}"
     block = {name: values[::_EVERY] for name, values in coordinates(case).items()}
     stage = scene.Stage(model, {}, f"{root}/walker", 1.0, "force", Mountings(model, {}, ()))
-    name = rr.Points3D(
-        [[0.0, 0.0, 1.95]], radii=[1e-4], labels=[case.name], show_labels=True, colors=[colours.of_run(place)]
-    )
+    look = {"radii": [1e-4], "colors": [colours.of_run(place)], "show_labels": True}
+    name = rr.Points3D([[0.0, 0.0, 1.95]], labels=[case.name], **look)
     marks = [[[x, -0.3, 0.0], [x, 0.3, 0.0]] for x in np.arange(-1.0, 1.01, _MARKS)]
     stream.log(root, rr.Transform3D(translation=[_APART * place, 0.0, 0.0]), static=True)
     stream.log(f"{root}/name", name, static=True)
     stream.log(f"{root}/floor", rr.LineStrips3D(marks, radii=[0.003], colors=[[92, 97, 105]]), static=True)
     scene.log_shapes(stream, stage)
     scene.log_poses(stream, stage, block)
-    for entity, gone in (
-        (stage.root, block["qpos/forward"]),
-        (f"{root}/floor", block["qpos/forward"] % _MARKS),
-    ):
+    forward = block["qpos/forward"]
+    for entity, gone in ((stage.root, forward), (f"{root}/floor", forward % _MARKS)):
         back = np.column_stack([-gone, 0.0 * gone, 0.0 * gone]).astype(np.float32)
         send(stream, entity, block, rr.Transform3D.columns(translation=back))
     for part, line in poses(case, range(0, len(case.walked["time"]), _EVERY)).items():
-        tube = rr.LineStrips3D.from_fields(
-            radii=[_LIMBS.get(part, 0.006)], colors=[[160, 165, 175] if part in _LIMBS else colours.BLUE]
-        )
+        shade = [160, 165, 175] if part in _LIMBS else colours.BLUE
+        tube = rr.LineStrips3D.from_fields(radii=[_LIMBS.get(part, 0.006)], colors=[shade])
         stream.log(f"{stage.root}/{part}", tube, static=True)
         strips = line[:, : 2 if part in ("left", "right") else None].astype(np.float32)
         send(stream, f"{stage.root}/{part}", block, rr.LineStrips3D.columns(strips=list(strips)))
