@@ -38,10 +38,8 @@ def lines(recording: Recording) -> list[str]:
     if study is None:
         return []
     heading = _warnings(study) or [f"What is not known, drawn together ({study['draws']} draws)"]
-    notes = [_HOLDS, *study["notes"], *_in_no_band(study)]
-    notes += _left_out(study)
-    told = [*_sentences(study), *(["; ".join(notes)] if notes else [])]
-    return [*heading, *(f"  {line}" for line in told)]
+    notes = [_HOLDS, *study["notes"], *_in_no_band(study), *_left_out(study)]
+    return [*heading, *(f"  {line}" for line in [*_sentences(study), "; ".join(notes)])]
 
 
 def brief(recording: Recording) -> list[str]:
@@ -122,15 +120,12 @@ def _sentences(study: Mapping[str, Any]) -> list[str]:
         touch = of_draws(trips["touch"]["share"], draws, "trips", "trip")
         near = of_draws(trips["within_10mm"]["share"], draws, "comes within 10 mm", "come within 10 mm")
         low, _, high = (percent(share) for share in trips["touch"]["of_one"])
-        own = low if low == high else f"{low} to {high}"
+        own = f"one wearer's own strides {low if low == high else f'{low} to {high}'} trip"
         found.append(
-            f"of {draws} drawn strides {touch}; {near}; of "
-            f"one wearer's own strides {own} trip (5 to 95 % of the draws): {NO_RATE}"
+            f"of {draws} drawn strides {touch}; {near}; of {own} (5 to 95 % of the draws): {NO_RATE}"
         )
     others = [f"{_OF_METRICS[name]} {_band(name, metrics)}" for name in (_TORQUE, _AIR) if name in metrics]
-    if others:
-        found.append("; ".join(others))
-    return [*found, *_measure_next(study)]
+    return [*found, *(["; ".join(others)] if others else []), *_measure_next(study)]
 
 
 def _measure_next(study: Mapping[str, Any]) -> list[str]:
@@ -204,11 +199,9 @@ def _in_no_band(study: Mapping[str, Any]) -> list[str]:
 def _notes(study: Mapping[str, Any]) -> list[str]:
     """All that is to be minded, a sentence each."""
     failed = [f"draw failed, {one['count']} times: {one['reason']}" for one in study["failed"]["reasons"]]
-    left_out = _left_out(study)
-    again = []
-    if study["rejected"]:
-        again.append(f"{study['rejected']} draws of a muscle's fit were no muscle, and were drawn anew")
-    return [_HOLDS, *study["notes"], *_undefined(study), *failed, *again, *left_out]
+    again = f"{study['rejected']} draws of a muscle's fit were no muscle, and were drawn anew"
+    failed += [again] if study["rejected"] else []
+    return [_HOLDS, *study["notes"], *_undefined(study), *failed, *_left_out(study)]
 
 
 def _left_out(study: Mapping[str, Any]) -> list[str]:

@@ -90,11 +90,8 @@ def _sources(design: Design) -> str:
         told.append(f"{plain(kind.name, 20)}: {length}, {ends}, {marked('bore', kind, 'bore')}")
     for segment, mounting in design.built.scenario.orthosis.anchor.items():
         part = WORN[segment]
-        if mounting.stiffness is not None:
-            stiffness = f"{1e-3 * mounting.stiffness:.4g} kN/m"
-            told.append(f"{part} {marked(stiffness, mounting, 'stiffness')}")
-        else:
-            told.append(f"{part} stiffens")
+        stiffness = "" if mounting.stiffness is None else f"{1e-3 * mounting.stiffness:.4g} kN/m"
+        told.append(f"{part} {marked(stiffness, mounting, 'stiffness') if stiffness else 'stiffens'}")
     if not design.built.scenario.orthosis.anchor:
         told.append("cuff and plate rigid")
     return "; ".join(told)
@@ -163,10 +160,8 @@ def _draw_curves(axes: list[Any], design: Design) -> None:
         _scale(axis, design.facts[0])
         axis.set_title(title, loc="left", fontsize=_SMALL, pad=2.5)
     _limits(axes[0], design)
-    axes[-1].set_xlabel(
-        f"{plain(leg.ankle, 20)} angle [deg], {leg.directions[0]} +; grey: beyond the range of motion",
-        fontsize=_SMALL + 0.5,
-    )
+    label = f"{plain(leg.ankle, 20)} angle [deg], {leg.directions[0]} +; grey: beyond the range of motion"
+    axes[-1].set_xlabel(label, fontsize=_SMALL + 0.5)
     for axis in axes[:-1]:
         axis.tick_params(labelbottom=False)
 
@@ -202,24 +197,18 @@ def _contraction(axis: Any, entry: PathFacts, colour: str) -> None:
 
 def _limits(axis: Any, design: Design) -> None:
     """Lock and limits of each kind of muscle, where the axis shows them."""
-    kinds = {entry.group.type.name: entry.group.type for entry in design.facts}
-    levels = [
-        level
-        for kind in kinds.values()
-        for level in (
-            (100.0 * kind.limits.contraction_max, "cannot shorten further", kind.name, "-."),
-            (100.0 * kind.limits.contraction_min, "stretch limit", kind.name, ":"),
-            (100.0 * kind.braid.lock, "braid locks", kind.name, "-"),
-        )
-    ]
+    kinds, levels = {entry.group.type.name: entry.group.type for entry in design.facts}, []
+    for name, kind in kinds.items():
+        levels.append((100.0 * kind.limits.contraction_max, "cannot shorten further", name, "-."))
+        levels.append((100.0 * kind.limits.contraction_min, "stretch limit", name, ":"))
+        levels.append((100.0 * kind.braid.lock, "braid locks", name, "-"))
     heights = [level for level, *_ in levels]
     bottom, top = axis.get_ylim()
     low, high = min(bottom, *heights), max(top, *heights)
     words = _WORDS * (high - low)
     axis.set_ylim(min(bottom, low - 1.2 * words), max(top, high + 1.2 * words))
-    axis.axhspan(
-        -100.0, 100.0 * min(kind.braid.lock for kind in kinds.values()), color=GREY, alpha=0.25, lw=0.0
-    )
+    lowest = 100.0 * min(kind.braid.lock for kind in kinds.values())
+    axis.axhspan(-100.0, lowest, color=GREY, alpha=0.25, lw=0.0)
     taken: list[float] = []
     for height, word, name, style in levels:
         axis.axhline(height, color=GREY, lw=0.8, ls=style, zorder=2)
@@ -230,9 +219,8 @@ def _limits(axis: Any, design: Design) -> None:
         taken.append(middle)
         of = f" ({plain(name, 16)})" if len(kinds) > 1 else ""
         look: dict[str, Any] = {"fontsize": _SMALL, "color": "0.25", "va": "top" if below else "bottom"}
-        axis.text(
-            np.degrees(design.facts[0].angles[0]) + 0.5, height, f"{word}{of}", zorder=6, bbox=WHITE, **look
-        )
+        left = np.degrees(design.facts[0].angles[0]) + 0.5
+        axis.text(left, height, f"{word}{of}", zorder=6, bbox=WHITE, **look)
 
 
 def _lengths(axis: Any, entry: PathFacts, colour: str) -> None:
@@ -303,13 +291,12 @@ def check_files(paths: Sequence[pathlib.Path], *, force: bool = False, view: str
 
 def write_drawing(found: Design, path: pathlib.Path) -> None:
     """Draw a design and write it, whole or not at all."""
-    if path.suffix.lower() == f".{_RERUN}":
-        from afo_sim.show.rerun.design_recording import write_design
+    if path.suffix.lower() != f".{_RERUN}":
+        return write_page(path, PAGE, functools.partial(page, design=found))
+    from afo_sim.show.rerun.design_recording import write_design
 
-        with replacing(path) as temporary:
-            write_design(found, temporary)
-        return
-    write_page(path, PAGE, functools.partial(page, design=found))
+    with replacing(path) as temporary:
+        write_design(found, temporary)
 
 
 @overload

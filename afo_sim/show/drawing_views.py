@@ -180,8 +180,7 @@ def lever(pose: Pose, facts: PathFacts) -> tuple[np.ndarray, np.ndarray]:
     for start, end in itertools.pairwise(corners):
         along_it = (end - start) / max(float(np.linalg.norm(end - start)), 1e-12)
         feet.append(start - (start @ along_it) * along_it)
-    best = min(feet, key=lambda foot: abs(float(np.linalg.norm(foot)) - wanted))
-    return np.zeros(2), best
+    return np.zeros(2), min(feet, key=lambda foot: abs(float(np.linalg.norm(foot)) - wanted))
 
 
 @dataclass(frozen=True)
@@ -236,8 +235,7 @@ def side_view(axis: Any, design: Design, box: Box, scale: _Scale) -> None:
     place(axis, box, scale, scale.middle[0])
     pose = Pose.at(design.built, 0.0)
     for angle in _postures(design)[1:]:
-        ghost = Pose.at(design.built, angle)
-        _draw_ghost(axis, ghost, design.facts, angle)
+        _draw_ghost(axis, Pose.at(design.built, angle), design.facts, angle)
     _draw_leg(axis, pose)
     named = colours(design)
     for entry in design.facts:
@@ -387,8 +385,7 @@ def sole(design: Design, pose: Pose) -> tuple[str, float] | None:
     if "heel" in sites:
         height = float(pose.flat(pose.data.site("heel").xpos[None, :])[0, 1])
     else:
-        found = _extreme(design, highest=False)
-        height = 0.0 if found is None else found
+        height = _extreme(design, highest=False) or 0.0
     joint = design.built.scenario.leg.joint
     end = "sole" if joint == "ankle" else "lowest"
     return (f"{joint}–{end}", height) if height < -1e-3 else None

@@ -209,6 +209,5 @@ def _rows(
             cells = tuple((_number(effect, found, n), 100.0 * effect.by(n) / longest[n]) for n in names)
             told = _MEASURE if effect.assumed and k == 0 else ""
             note = "; ".join(text for text in (told, effect.reason, *effect.beyond, *effect.notes) if text)
-            yield _EffectRow(
-                parameter if k == 0 else "", len(steps), _values(effect), effect.helps, cells, note
-            )
+            name = parameter if k == 0 else ""
+            yield _EffectRow(name, len(steps), _values(effect), effect.helps, cells, note)

@@ -31,9 +31,8 @@ _SPARSE = 150  # samples: fewer are drawn one by one
 def write_fit_figure(found: StaticFit, folder: pathlib.Path) -> list[pathlib.Path]:
     """Write fit.png and fit.pdf, and return the files."""
     count = len(found.best.problem.data) + 1 + (len(found.fits) > 1)
-    return write_pair(
-        folder / "fit", (3.6 * count, 3.3), functools.partial(_fill, fits=found.fits, count=count)
-    )
+    fill = functools.partial(_fill, fits=found.fits, count=count)
+    return write_pair(folder / "fit", (3.6 * count, 3.3), fill)
 
 
 def _fill(figure: Any, fits: Sequence[LawFit], count: int) -> None:
@@ -84,10 +83,8 @@ def _draw_curves(axis: Any, fit: LawFit, data: Measured) -> None:
 def _line(points: Measured, **columns: np.ndarray) -> Measured:
     """A data set to predict a smooth curve at: the points' mean pressure, other columns replaced."""
     size = len(next(iter(columns.values())))
-    blank = {"force": np.zeros(size)} | columns
-    return dataclasses.replace(
-        points, pressure=np.full(size, points.pressure.mean()), curve=np.zeros(size), **blank
-    )
+    blank = {"force": np.zeros(size), "curve": np.zeros(size)} | columns
+    return dataclasses.replace(points, pressure=np.full(size, points.pressure.mean()), **blank)
 
 
 def _draw_residuals(axis: Any, fit: LawFit) -> None:
@@ -143,9 +140,8 @@ def _rows(figure: Any, fit: FitRun) -> None:
 
 def _overlay(axis: Any, fit: FitRun, channel: Channel) -> None:
     time = fit.problem.log.time
-    look: dict[str, Any] = (
-        {"lw": 3.5} if len(time) > _SPARSE else {"lw": 0.0, "marker": "o", "ms": 4.0, "mew": 0.0}
-    )
+    dots: dict[str, Any] = {"lw": 0.0, "marker": "o", "ms": 4.0, "mew": 0.0}
+    look = {"lw": 3.5} if len(time) > _SPARSE else dots
     axis.plot(time, channel.values / channel.scale, color=_LOG, label="log", zorder=1, **look)
     for label, run, values, look in _runs(fit):
         simulated = channel.simulated(run, time - values.get("time_offset", 0.0))

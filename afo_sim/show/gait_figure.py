@@ -93,9 +93,8 @@ def _warned(warnings: Sequence[str]) -> str:
 def _leg(axis: Any, cycle: GaitCycle, ends: tuple[float, float], alone: bool) -> None:
     """Shank and foot through the stride, with the ground's force where it presses."""
     phases = np.linspace(0.0, 1.0, _POSES)
-    shank, ankle, x, z = (
-        cycle.signal(n, phases) for n in ("shank_angle", "ankle_angle", "ankle_x", "ankle_z")
-    )
+    names = ("shank_angle", "ankle_angle", "ankle_x", "ankle_z")
+    shank, ankle, x, z = (cycle.signal(name, phases) for name in names)
     extension = toe_extension(np.radians(_EXTENSION))(phases)
     force_x, force_z, cop = cycle.ground(phases)
     off = stance(cycle)
@@ -138,9 +137,8 @@ def _angles(axes: dict[str, Any], cycle: GaitCycle, alone: bool) -> None:
     _over_stride(axes["ankle"], cycle, "ankle angle [deg]\ndorsiflexion +")
     low, high = (np.degrees(norm.at(n, fine)) for n in ("ankle_low", "ankle_high"))
     axes["ankle"].fill_between(100 * fine, low, high, color=NORM, lw=0.0, label="published means")
-    axes["knee"].plot(
-        100 * fine, np.degrees(norm.at("knee_angle", fine)), color="0.75", lw=3.0, label="a published mean"
-    )
+    knee = np.degrees(norm.at("knee_angle", fine))
+    axes["knee"].plot(100 * fine, knee, color="0.75", lw=3.0, label="a published mean")
     closing, strides = closing_errors(cycle), _strides(cycle) if alone else []
     recorded = "mean" if alone and "mean" in cycle.notes else "recorded"
     for name in ("shank", "knee", "ankle"):

@@ -82,13 +82,10 @@ def unseen(scenario: Mapping[str, Any], metrics: Collection[str]) -> list[str]:
     if "air_per_stride" in metrics and AIR_BEFORE not in metrics:
         found.append(_FILLING)
     lifts = any(name.startswith(("toe_clearance", "lowest_toe_clearance")) for name in metrics)
-    if lifts and (scenario.get("orthosis") or {}).get("muscle") and not any(map(_harms, metrics)):
+    harms = any("push_off" in name or "skin_pressure" in name for name in metrics)
+    if lifts and (scenario.get("orthosis") or {}).get("muscle") and not harms:
         found.append(_HARM)
     return found
-
-
-def _harms(metric: str) -> bool:
-    return "push_off" in metric or "skin_pressure" in metric
 
 
 def cautions(scenario: Mapping[str, Any], metrics: Metrics, strides: Strides) -> list[str]:
@@ -123,18 +120,14 @@ def of_leg(scenario: Mapping[str, Any]) -> list[Notice]:
     sources, passive = (scenario["leg"].get(key) or {} for key in ("provenance", "passive"))
     spring = (passive.get("provenance") or {}).get("scale", {}).get("source", "")
     if passive.get("scale") == 0.0 and "spring" in spring:
-        words = (
-            "the ankle has no tissue but the spring of the leg's file: a person's resists more or less "
-            "(leg.passive.scale)"
-        )
-        found.append(Notice("no-tissue", words, subject="leg.passive.scale"))
+        words = "the ankle has no tissue but the spring of the leg's file: a person's resists more or less "
+        found.append(Notice("no-tissue", f"{words}(leg.passive.scale)", subject="leg.passive.scale"))
     shapes = (sources.get("foot_length") or {}).get("kind") == "derived"
     if shapes and scenario.get("gait"):
         words = (
             "the leg is an imported one: toe clearance is that of its sole's points, which its shapes tell "
-            "unless the file has them"
         )
-        found.append(Notice("imported-sole", words, subject="toe_clearance"))
+        found.append(Notice("imported-sole", f"{words}unless the file has them", subject="toe_clearance"))
     return found
 
 
@@ -142,17 +135,15 @@ def doubts(scenario: Mapping[str, Any], metrics: Metrics, strides: Strides) -> l
     """Strides that are left out, assumed stiffness that decides."""
     found = of_leg(scenario)
     if "toe_clearance" in metrics and "strides_counted" in metrics:
-        of = "those of the settled stride, which was solved for"
-        if "strides_solved" not in metrics:
-            of = _walked(metrics, strides)
+        solved = "those of the settled stride, which was solved for"
+        of = solved if "strides_solved" in metrics else _walked(metrics, strides)
         words = "the numbers are {of}; the wearer also walks the first strides{start}"
         found.append(Notice(_WHICH_STRIDES, words, of=of, start=_from_start(strides)))
     filled = [name for name, start in (scenario.get("start") or {}).items() if name != "provenance" and start]
     if filled and scenario.get("gait"):
         words = "the {subject} is filled before the first step: after a stop, empty muscles may trip{key}"
-        found.append(
-            Notice("filled-first", words, subject=", ".join(filled), key=" (--set start={} starts empty)")
-        )
+        key = " (--set start={} starts empty)"
+        found.append(Notice("filled-first", words, subject=", ".join(filled), key=key))
     segment = joint_words(scenario).segments[0]
     anchor = scenario["orthosis"].get("anchor", {}).get(segment, {})
     if any(source["kind"] == "assumed" for source in anchor.get("provenance", {}).values()):
@@ -171,10 +162,8 @@ def _of_muscles(scenario: Mapping[str, Any]) -> list[Notice]:
         numbers = (muscle.get("laws", {}).get(law) or {}).get("provenance") or {}
         kinds = {told["kind"] for told in numbers.values()}
         if law in _IDEAL and not muscle.get("tube") and not kinds & {"fitted", "published", "measured"}:
-            words = (
-                "the {subject}'s law {law} is the braid's geometry alone, an upper bound that nobody has "
-                "measured on this muscle: test it on a stand (afo-sim fit), and expect less"
-            )
+            words = "the {subject}'s law {law} is the braid's geometry alone, an upper bound that nobody has "
+            words += "measured on this muscle: test it on a stand (afo-sim fit), and expect less"
             found.append(Notice("ideal-law", words, subject=name, law=law))
         elif kinds and kinds <= {"derived", "assumed"} and muscle.get("grade") == "D":
             words = "the {subject}'s force is derived, not measured: {what}"
@@ -199,19 +188,15 @@ def of_walker(scenario: Mapping[str, Any]) -> list[Notice]:
     if "quality" not in cycle.notes:  # no import wrote it, which warns of its ends
         found += [doubt.after("of the gait cycle ") for doubt in closing_doubts(cycle)]
     if "ankle_z_m" in cycle.notes.get("derived", ""):
-        words = (
-            "a clearance is accurate to about 8 mm: the ankle's path of this gait is derived, not recorded"
-        )
+        words = "a clearance is accurate to about 8 mm: "
+        words += "the ankle's path of this gait is derived, not recorded"
         found.append(Notice("ankle-derived", words, subject="toe_clearance"))
     mass = body_mass(scenario)
     if abs(cycle.body_mass / mass - 1.0) > _SAME_MASS:
-        words = (
-            "the recorded walker weighs {walker:.1f} kg, the patient {patient:g} kg: force and moment "
-            "are scaled to the patient{key}"
-        )
-        subject, walker = "patient.body_mass", cycle.body_mass
-        data: dict[str, Any] = {"walker": walker, "patient": mass, "key": f" ({subject})"}
-        found.append(Notice("walker-mass", words, subject=subject, **data))
+        words = "the recorded walker weighs {walker:.1f} kg, the patient {patient:g} kg: force and moment "
+        words += "are scaled to the patient{key}"
+        data: dict[str, Any] = {"walker": cycle.body_mass, "patient": mass, "key": " (patient.body_mass)"}
+        found.append(Notice("walker-mass", words, subject="patient.body_mass", **data))
     return [*found, *_of_height(cycle, scenario), *_of_own_walk(scenario)]
 
 
@@ -223,10 +208,8 @@ def _of_own_walk(scenario: Mapping[str, Any]) -> list[Notice]:
     keys = [f"patient.{key}" for key in whole if float(patient.get(key, 1.0)) != 1.0]
     if parse_quantity(patient.get("spasticity") or "0 N*m*s/rad", "N*m*s/rad") > 0.0:
         keys.append("patient.spasticity")
-    words = (
-        "the recorded walk is the patient's own, without the device: the muscles act as they did, and no "
-        "torque that the patient lacks is known{key}"
-    )
+    words = "the recorded walk is the patient's own, without the device: the muscles act as they did, and no "
+    words += "torque that the patient lacks is known{key}"
     key = f"; not applied: {', '.join(keys)}" if keys else ""
     return [Notice("own-walk", words, subject="gait.walker", key=key, keys=keys)]
 
@@ -235,9 +218,8 @@ def _of_height(cycle: "GaitCycle", scenario: Mapping[str, Any]) -> list[Notice]:
     """A recorded walker's height that is not known, or that is not the patient's."""
     height, leg = body_height(scenario), parse_quantity(scenario["leg"]["body_height"], "m")
     trial = cycle.body_height or leg
-    is_tall = "is {walker:.2f} m tall"
-    if not cycle.body_height:
-        is_tall = "is of unknown height, {walker:.2f} m is assumed"
+    unknown = "is of unknown height, {walker:.2f} m is assumed"
+    is_tall = "is {walker:.2f} m tall" if cycle.body_height else unknown
     if abs(trial / height - 1.0) > _SAME_HEIGHT:
         end = f"{is_tall}: the stride is scaled to the patient's {{patient:.2f}} m{{key}}"
         if abs(leg / height - 1.0) > 0.05:  # its moment arms are another person's
@@ -246,10 +228,8 @@ def _of_height(cycle: "GaitCycle", scenario: Mapping[str, Any]) -> list[Notice]:
         return []
     else:
         end = f"{is_tall}, the leg's"
-    words, subject = f"the recorded walker {end}", "patient.body_height"
-    return [
-        Notice("walker-height", words, subject=subject, walker=trial, patient=height, key=f" ({subject})")
-    ]
+    data: dict[str, Any] = {"walker": trial, "patient": height, "key": " (patient.body_height)"}
+    return [Notice("walker-height", f"the recorded walker {end}", subject="patient.body_height", **data)]
 
 
 def _walked(metrics: Metrics, strides: Strides) -> str:

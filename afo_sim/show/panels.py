@@ -107,10 +107,8 @@ def angle(axis: Any, runs: Sequence[RunView], over: Over = "time") -> None:
         x, values = first.curves("gait/ankle_angle", over)
         axis.plot(x, np.degrees(values.mean(axis=0)), **HEALTHY, label=first.recorded)
     if over == "time" and len(runs) == 1 and _REFERENCE in first.recording.columns:
-        reference = np.degrees(first.recording[_REFERENCE])
-        axis.step(
-            first.recording["time"], reference, where="post", color=GREY, lw=0.8, ls=":", label="asked for"
-        )
+        look = {"where": "post", "color": GREY, "lw": 0.8, "ls": ":", "label": "asked for"}
+        axis.step(first.recording["time"], np.degrees(first.recording[_REFERENCE]), **look)
     signs = "plantarflexion –  |  + dorsiflexion" if over == "cycle" else f"{first.positive} +"
     axis.set_ylabel(f"{first.joint} angle [deg]\n{signs}")
     if over == "time":

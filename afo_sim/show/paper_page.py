@@ -57,13 +57,12 @@ def _device(figure: Any) -> None:
     force, angle = figure.subplots(1, 2)
     group = "orthosis.muscle.dorsiflexor.type"
     geometric = {f"{group}.law": "chou_hannaford_1996", f"{group}.damping": "0 m^2*s"}
-    for k, (label, scenario, sets, style) in enumerate(
-        (
-            ("S1's geometric model, no damper", "seated-s1-simulated", geometric, "-"),
-            ("S1's Hill model", "seated-s1-simulated", {}, "--"),
-            ("the measured muscle", "seated", {}, "-"),
-        )
-    ):
+    drawn: tuple[tuple[str, str, dict[str, str], str], ...] = (
+        ("S1's geometric model, no damper", "seated-s1-simulated", geometric, "-"),
+        ("S1's Hill model", "seated-s1-simulated", {}, "--"),
+        ("the measured muscle", "seated", {}, "-"),
+    )
+    for k, (label, scenario, sets, style) in enumerate(drawn):
         run = paper_values.recorded({"scenario": scenario, "set": sets})
         look: dict[str, Any] = {"color": COLOURS[k], "ls": style, "label": label}
         cycle = run["time"] <= 8.0
@@ -187,10 +186,8 @@ def _s3(figure: Any) -> None:
         *axes[0].plot([], [], "--", label=f"S3's {told}", **grey),
     ]
     figure.legend(handles=keys, loc="outside lower center", ncols=4)
-    title = (
-        "S3's characteristics of a 10 mm muscle; its own points are lost from its text, these are independent"
-    )
-    figure.suptitle(title, x=0.01, ha="left", fontsize=9.0)
+    title = "S3's characteristics of a 10 mm muscle; its own points are lost from its text, "
+    figure.suptitle(f"{title}these are independent", x=0.01, ha="left", fontsize=9.0)
 
 
 def _s3_printed() -> dict[str, float]:

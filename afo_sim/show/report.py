@@ -90,10 +90,8 @@ def _row(name: str, runs: Sequence[RunView]) -> _TableRow:
     with_it = [run.recording.scenario for run in runs if name in run.recording.metrics]
     others = dict.fromkeys(map(reference, with_it)) if name in _COMPARISONS else {}
     sample = next(metric for metric in found if metric is not None)
-    cells = tuple(
-        (_cell(name, metric, run), _difference(name, metric, found[0]))
-        for run, metric in zip(runs, found, strict=True)
-    )
+    pairs = zip(runs, found, strict=True)
+    cells = tuple((_cell(name, metric, run), _difference(name, metric, found[0])) for run, metric in pairs)
     return _TableRow(words(name).label, cells, unit(sample), "; ".join(others) or words(name).meaning)
 
 
@@ -227,17 +225,15 @@ def remarks(runs: Sequence[RunView]) -> list[str]:
     found = []
     walking, others = ([run.label for run in runs if run.walks is kind] for kind in (True, False))
     if walking and others:
-        found.append(
+        text = (
             "walking and not walking: each kind has its own figures, and a number that only one kind has is "
-            f"compared with nothing (walking: {', '.join(walking)}; not walking: {', '.join(others)})"
         )
+        text += f"compared with nothing (walking: {', '.join(walking)}; not walking: {', '.join(others)})"
+        found.append(text)
     found += _worn_differently(runs)
-    for name in _gaits_of(runs):
-        if _gait_file(name) is None:
-            found.append(
-                f"the gait file {pathlib.Path(name).name} is not there any more: its source "
-                "and licence are unknown; all curves are the recordings' own"
-            )
+    for name in (name for name in _gaits_of(runs) if _gait_file(name) is None):
+        text = f"the gait file {pathlib.Path(name).name} is not there any more: its source "
+        found.append(f"{text}and licence are unknown; all curves are the recordings' own")
     return found
 
 

@@ -49,10 +49,8 @@ class EventFinder:
         for valve in self.valves:
             is_open = block[f"valve/{valve}/opening"] > 0.5
             self._lane(f"valves/{valve}", time, np.where(is_open, "open", "shut"))
-        peaks = {
-            f"greatest {self.positive}": block["ankle/angle"],
-            f"greatest {self.negative}": -block["ankle/angle"],
-        }
+        angle = block["ankle/angle"]
+        peaks = {f"greatest {self.positive}": angle, f"greatest {self.negative}": -angle}
         if self._torque:
             peaks[f"greatest {self.positive} torque of the orthosis"] = block["ankle/moment/orthosis"]
         if self.walks:
@@ -127,10 +125,9 @@ def log_events(stream: rr.RecordingStream, finder: EventFinder, source: Source, 
         send(stream, f"{kind}/{prefix}{what}", at, rr.StateChange.columns(state=states))
     events = finder.events(source)
     if events:
-        texts = rr.TextLog.columns(
-            text=[f"{prefix.replace('/', ': ')}{e[2]}" for e in events], level=[e[1] for e in events]
-        )
-        send(stream, f"events/{prefix.rstrip('/') or 'run'}", finder.rows([e[0] for e in events]), texts)
+        times, level, words = map(list, zip(*events, strict=True))
+        texts = rr.TextLog.columns(text=[f"{prefix.replace('/', ': ')}{w}" for w in words], level=level)
+        send(stream, f"events/{prefix.rstrip('/') or 'run'}", finder.rows(times), texts)
 
 
 def _fitting(values: list[str], changes: list[_Change], end: float) -> list[str]:

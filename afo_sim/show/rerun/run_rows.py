@@ -103,9 +103,8 @@ def from_folder(folder: pathlib.Path) -> Source:
             if len(block[names[0]]):
                 yield block
 
-    return Source(
-        recording_header(file, folder), tuple(file.schema_arrow.names), file.metadata.num_rows, read
-    )
+    columns = tuple(file.schema_arrow.names)
+    return Source(recording_header(file, folder), columns, file.metadata.num_rows, read)
 
 
 def require_rows(source: Source) -> None:

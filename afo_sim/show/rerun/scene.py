@@ -117,9 +117,8 @@ def log_body(
     """The shapes of one body of the model under an entity, in their own colours or all in one (RGBA)."""
     model = view.model
     for geom in np.flatnonzero(model.geom_bodyid == body):
-        pose = rr.Transform3D(
-            translation=model.geom_pos[geom], quaternion=model.geom_quat[geom][[1, 2, 3, 0]]
-        )
+        turned = model.geom_quat[geom][[1, 2, 3, 0]]
+        pose = rr.Transform3D(translation=model.geom_pos[geom], quaternion=turned)
         own = (255 * model.geom_rgba[geom] * [1, 1, 1, view.opacity]).astype(np.uint8)
         shape = _shape(model, int(geom), own if colour is None else np.array(colour, np.uint8))
         if shape is not None:

@@ -43,14 +43,11 @@ def open_recordings(paths: Sequence[pathlib.Path]) -> None:
 
 def require_display(file: pathlib.Path | None = None) -> None:
     """Refuse to open a window where there is no screen."""
-    if sys.platform.startswith("linux") and not (
-        os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
-    ):
-        raise InputError(
-            "there is no display here to open the viewer on; make a picture with `screenshot`, or copy "
-            "the file to a machine with a display and open it there with `rerun FILE`",
-            file=file,
-        )
+    display = os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
+    if sys.platform.startswith("linux") and not display:
+        problem = "there is no display here to open the viewer on; make a picture with `screenshot`, or copy "
+        problem += "the file to a machine with a display and open it there with `rerun FILE`"
+        raise InputError(problem, file=file)
 
 
 def screenshot(path: pathlib.Path, picture: pathlib.Path, at: float | None = None) -> None:
@@ -103,12 +100,9 @@ def viewer_process(options: Sequence[str], *, wait_for_close: bool = False) -> I
 def _no_viewer(complaint: IO[str]) -> InputError:
     complaint.seek(0)
     lines = [line for line in complaint.read().splitlines() if line.strip()]
-    return InputError(
-        "the Rerun viewer does not start here"
-        + (f" ({lines[-1].strip()[:120]})" if lines else "")
-        + "; without a display it needs a Vulkan driver in software: on Debian or Ubuntu "
-        "install the package mesa-vulkan-drivers"
-    )
+    told = f" ({lines[-1].strip()[:120]})" if lines else ""
+    problem = f"the Rerun viewer does not start here{told}; without a display it needs a Vulkan driver in "
+    return InputError(f"{problem}software: on Debian or Ubuntu install the package mesa-vulkan-drivers")
 
 
 def _environment() -> dict[str, str]:
