@@ -65,9 +65,7 @@ def afo_run(request: pytest.FixtureRequest) -> "Recording":
 
 
 @pytest.hookimpl(wrapper=True)
-def pytest_runtest_makereport(
-    item: pytest.Item,
-) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, pytest.TestReport, pytest.TestReport]:
     """Keep the recording of a failed test, and say where."""
     report = yield
     recording = item.stash.get(_RUN, None)

@@ -25,15 +25,7 @@ from afo_sim.common import ControllerError, InputError, Notice, SimulationError
 from afo_sim.description import Base, Scenario, load
 from afo_sim.metrics import Metric, reference_metrics, undefined
 from afo_sim.metrics.strides import strides
-from afo_sim.model import (
-    Built,
-    fills,
-    start_up,
-    steps_of_stride,
-    stride_files_stay,
-    two_strides,
-    why_walked,
-)
+from afo_sim.model import Built, fills, start_up, steps_of_stride, stride_files_stay, two_strides, why_walked
 from afo_sim.model import supply_and_timer as schedule
 from afo_sim.model.build import build
 from afo_sim.simulation import (
