@@ -126,13 +126,12 @@ def columns_read(function: Callable[..., Any], names: tuple[str, ...]) -> tuple[
 
 
 class Plan(NamedTuple):
-    """What is called for metrics of a stride: rows that are read, kernels and where each writes [bytes],
-    names of the numbers that they write, and functions that are no kernels."""
+    """What is called for metrics of a stride."""
 
-    reads: frozenset[int]
-    calls: tuple[tuple[Any, int], ...]
-    names: tuple[str, ...]
-    others: tuple[Callable[..., Any], ...]
+    reads: frozenset[int]  # rows
+    calls: tuple[tuple[Any, int], ...]  # kernels, and where each writes [bytes]
+    names: tuple[str, ...]  # of the numbers that they write
+    others: tuple[Callable[..., Any], ...]  # functions that are no kernels
 
 
 @functools.lru_cache(maxsize=64)

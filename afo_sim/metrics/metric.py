@@ -206,14 +206,12 @@ def load_all() -> None:
 def functions_of(*scopes: Of) -> tuple[Callable[..., Found], ...]:
     """Functions that report what is of some scopes: scope by scope, in the order of the groups."""
     load_all()
-    found = [f for f, rows in REPORTED.items() if rows[0].of in scopes]
-    return tuple(sorted(found, key=lambda f: (scopes.index(REPORTED[f][0].of), *_place(f))))
-
-
-def _place(function: Callable[..., Any]) -> tuple[int, str, int]:
-    """Group, module and line of a function."""
-    group = min(GROUPS.index(row.group) for row in REPORTED[function])
-    return group, function.__module__, function.__code__.co_firstlineno
+    found = {}
+    for f, rows in REPORTED.items():
+        if rows[0].of in scopes:
+            group = min(GROUPS.index(row.group) for row in rows)
+            found[f] = scopes.index(rows[0].of), group, f.__module__, f.__code__.co_firstlineno
+    return tuple(sorted(found, key=found.__getitem__))
 
 
 @functools.lru_cache(maxsize=64)  # cases of a sweep want the same

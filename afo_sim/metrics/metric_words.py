@@ -48,7 +48,10 @@ def in_short(metrics: Mapping[str, Metric], reference: str = "") -> list[str]:
     if "toe_clearance_to_recorded" in metrics:
         than = _than(metrics["toe_clearance_to_recorded"].value, RECORDED)
         sentences.append(f"The toe passes {than}.")
-    if "ball_clearance_to_recorded" in metrics and not _alike(metrics):
+    pairs = (("toe_clearance", "ball_clearance"), ("toe_clearance_to_recorded", "ball_clearance_to_recorded"))
+    # the ball is the lowest point of the forefoot, so that its clearance is the toe's
+    alike = (a in metrics and abs(metrics[a].value - metrics[b].value) < 0.5 for a, b in pairs)
+    if "ball_clearance_to_recorded" in metrics and not all(alike):
         than = _than(metrics["ball_clearance_to_recorded"].value, RECORDED)
         sentences.append(f"The ball of the foot passes {_height(metrics['ball_clearance'].value)}, {than}.")
     if "mid_swing_angle" in metrics:
@@ -61,11 +64,9 @@ def in_short(metrics: Mapping[str, Metric], reference: str = "") -> list[str]:
         how = "as plantarflexed as" if abs(lost) < 0.05 else f"{off} plantarflexed than"
         sentences.append(f"At toe-off the ankle is {how} recorded.")
     if "torque_covered" in metrics:
-        covered = metrics["torque_covered"].value
-        sentences.append(
-            f"Over the stride the orthosis covers {covered:.0f} % of the torque that this patient lacks for "
-            "the recorded ankle's motion; that does not show what it hinders."
-        )
+        text = f"Over the stride the orthosis covers {metrics['torque_covered'].value:.0f} % of the torque "
+        text += "that this patient lacks for the recorded ankle's motion; that does not show what it hinders."
+        sentences.append(text)
     return sentences
 
 
@@ -82,12 +83,6 @@ def _than(off: float, other: str) -> str:
     if abs(off) < 0.5:
         return f"as high as that of {other}"
     return f"{abs(off):.0f} mm {'higher' if off >= 0.0 else 'lower'} than that of {other}"
-
-
-def _alike(metrics: Mapping[str, Metric]) -> bool:
-    """Whether the ball is the lowest point of the forefoot, so that its clearance is the toe's."""
-    pairs = (("toe_clearance", "ball_clearance"), ("toe_clearance_to_recorded", "ball_clearance_to_recorded"))
-    return all(a in metrics and abs(metrics[a].value - metrics[b].value) < 0.5 for a, b in pairs)
 
 
 def _height(millimetres: float) -> str:

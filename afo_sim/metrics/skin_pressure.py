@@ -68,6 +68,8 @@ def pressures(
     # The strap of a cuff is as tight all the time as its strongest pull along the limb requires. So what
     # presses across at another instant comes on top of that.
     in_plane = np.hypot(pull[:, 0], pull[:, 1])
+    # the strap of a cuff is as tight all the time as its strongest pull along the limb requires, so what
+    # presses across at another instant comes on top of that
     if part == "cuff":
         along, across = peak.highest_mean(np.abs(pull[:, 2]), timestep), peak.highest_mean(in_plane, timestep)
         holding = along / friction

@@ -73,7 +73,8 @@ def verdict(
     """The answers of a walking run; none of other runs. `own_walk`: the patient's, without the device."""
     if "strides_counted" not in metrics and not strides:
         return ()
-    worn = any(map(_worn, (metrics, *strides.values())))
+    told = [name for numbers in (metrics, *strides.values()) for name in numbers]
+    worn = any(name.startswith(("orthosis_", "air_per_stride", "torque_against_")) for name in told)
     lift = _lift(metrics, strides, limits.toe_clearance)
     if own_walk and lift.status == "good":
         lift = _lift_by_the_ankle(lift, metrics, limits.toe_clearance)
@@ -141,10 +142,8 @@ def _help(
         answer = UNSURE if answer == ENOUGH else doubted
     both = zip(REFERENCES[reference], heights, touch, (" the toe passes", ""), strict=True)
     limit = f"wanted {in_digits(wanted)}, trips below {in_digits(trips)} mm"
-    parts = [
-        f"{how}{toe} {passes(height)}" + " after the forefoot has touched the floor" * touches
-        for how, height, touches, toe in both
-    ]
+    late = " after the forefoot has touched the floor"
+    parts = [f"{how}{toe} {passes(height)}{late * touches}" for how, height, touches, toe in both]
     low, high = map(millimetres, heights)
     start = REFERENCES[reference][0]
     brief = f"toe {low} {start[0].lower()}{start[1:]}, {high} {REFERENCES[reference][1]}"
@@ -302,9 +301,8 @@ def _heel(metrics: Numbers, strides: Mapping[int, Numbers], pair: tuple[float, f
         return unknown(HEEL, "the pitch of the foot at initial contact is undefined", limit)
     pitch = metrics["foot_pitch_at_contact"].value
     # the contact that stride 0 begins with is where the walk was started, not what a swing came to
-    landed = [
-        s["foot_pitch_at_contact"].value for k, s in strides.items() if k and has(s, "foot_pitch_at_contact")
-    ]
+    contacts = (each for k, each in strides.items() if k and has(each, "foot_pitch_at_contact"))
+    landed = [each["foot_pitch_at_contact"].value for each in contacts]
     each = [at_least(angle, (heel, forefoot)) for angle in (landed or [pitch])]
     stated = _landings(each) if landed else ""
     toes = f"{abs(pitch):.1f}° {'up' if pitch >= 0.0 else 'down'}{stated}"
@@ -330,9 +328,8 @@ def _push_off(metrics: Numbers, worn: bool, limits: Limits) -> Answer:
     torque, work = limits.torque_against_push_off, limits.work_against_push_off
     limit = f"good up to {torque[0]:g} N·m/kg and {work[0]:g} J/kg, bad beyond {torque[1]:g} or {work[1]:g}"
     if not worn:
-        return Answer(
-            PUSH_OFF, QUESTIONS[PUSH_OFF], "good", "Nothing is worn that could hinder it.", limit, kept=1.0
-        )
+        text = "Nothing is worn that could hinder it."
+        return Answer(PUSH_OFF, QUESTIONS[PUSH_OFF], "good", text, limit, kept=1.0)
     if not any(has(metrics, name) for name in AGAINST):
         return unknown(PUSH_OFF, "torque and work against push-off are undefined", limit)
     each = {
@@ -418,8 +415,3 @@ def closing(answers: Iterable[Answer], metrics: Container[str]) -> list[str]:
     marked = any(answer.word.endswith("*") for answer in answers)
     ends = [worth(metrics), f"{UNJUDGED} {NO_DEVICE}" if marked else NO_DEVICE]
     return list(filter(None, ends))
-
-
-def _worn(metrics: Numbers) -> bool:
-    """Whether the leg wears an orthosis with muscles: then its torque and air are reported."""
-    return any(name.startswith(("orthosis_", "air_per_stride", "torque_against_")) for name in metrics)

@@ -55,7 +55,11 @@ def air(metrics: Numbers, worn: bool, limits: Limits, feed: Feed | None) -> Answ
     found = [f"{', '.join(parts)}.", stated]
     if _sags(metrics):
         status = "bad"
-        found.append(_sag(metrics))
+        if has(metrics, "source_empty_after"):
+            found.append(f"It is empty after {lasting(metrics['source_empty_after'].value)}.")
+        if has(metrics, "supply_sag") and has(metrics, "lowest_supply_pressure"):
+            low, sag = metrics["lowest_supply_pressure"].value, metrics["supply_sag"].value
+            found.append(f"The supply falls to {low:.2f} bar, {sag:.0f} % below its set pressure.")
     lasts = metrics.get("strides_per_bottle", math.nan)
     plain = lasts > 0.0 and not _sags(metrics) and not runs
     brief = f"{words}: {lasts:.0f} strides (wanted {wanted:g})" if plain else ""
@@ -95,19 +99,8 @@ def _compressor(metrics: Numbers, words: str) -> tuple[Status, str]:
 
 def _sags(metrics: Numbers) -> bool:
     """Whether the supply falls too far below its set pressure, or the source runs empty."""
-    return has(metrics, "source_empty_after") or (
-        has(metrics, "supply_sag") and metrics["supply_sag"].value > SAG
-    )
-
-
-def _sag(metrics: Numbers) -> str:
-    parts = []
-    if has(metrics, "source_empty_after"):
-        parts.append(f"It is empty after {lasting(metrics['source_empty_after'].value)}.")
-    if has(metrics, "supply_sag") and has(metrics, "lowest_supply_pressure"):
-        low, sag = metrics["lowest_supply_pressure"].value, metrics["supply_sag"].value
-        parts.append(f"The supply falls to {low:.2f} bar, {sag:.0f} % below its set pressure.")
-    return " ".join(parts)
+    falls = has(metrics, "supply_sag") and metrics["supply_sag"].value > SAG
+    return falls or has(metrics, "source_empty_after")
 
 
 def air_adds(metrics: Numbers, limits: Limits, own_walk: bool) -> Iterator[Answer]:

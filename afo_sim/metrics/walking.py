@@ -79,39 +79,37 @@ def walk_metrics(
     kept = None if each_of is None or None in map(known, each_of) else each_of
     each = {number: _measured(found, kept) for number, found in finite.items()}
     if not counted:
-        missing = Notice(
-            "no-stride-counts",
-            "no whole stride follows the first, which is the start's transient: no gait metrics; a longer "
-            "duration would give some",
-        )
-        return WalkMetrics({}, each, (missing,))
+        text = "no whole stride follows the first, which is the start's transient: no gait metrics; a longer "
+        return WalkMetrics({}, each, (Notice("no-stride-counts", f"{text}duration would give some"),))
     totals = {"strides_counted": measured("strides_counted", float(len(counted)))}
     warnings: list[Notice] = []
     numbers = [stride.number for stride in counted]
-    means = finite[numbers[0]] if len(numbers) == 1 else _means([finite[number] for number in numbers])
+    found = [finite[number] for number in numbers]
+    names = dict.fromkeys(name for stride in found for name in stride)
+    means = found[0]
+    if len(found) > 1:
+        means = {name: float(np.mean([each[name] for each in found if name in each])) for name in names}
     totals |= each[numbers[0]] if len(numbers) == 1 else _measured(means, kept)
     for name in dict.fromkeys(n for k in numbers for n in every[k] if n not in finite[k]):
-        lacking = sum(name not in finite[number] for number in numbers)
+        text, lacking = "{subject} is undefined {extent}", sum(name not in stride for stride in found)
         extent = f"in {lacking} of {len(numbers)} strides" if name in means else "and left out"
-        warnings.append(
-            Notice("metric-undefined", "{subject} is undefined {extent}", subject=name, extent=extent)
-        )
+        warnings.append(Notice("metric-undefined", text, subject=name, extent=extent))
     for name in ("toe_clearance", "ball_clearance"):
         if name in totals:
             lowest = min(each[s.number][name].value for s in counted if name in each[s.number])
             totals[f"lowest_{name}"] = measured(f"lowest_{name}", lowest)
     if not solved:
-        changes = _changes([finite[number] for number in numbers[-2:]])
+        changes, last = dict[str, float](), [finite[number] for number in numbers[-2:]]
+        for name, of in CHANGES.items():
+            pair = [stride[of] for stride in last if of in stride]
+            if len(pair) == 2 and name == "walked_clearance_change":
+                changes[name] = pair[1] - pair[0]
+            elif len(pair) == 2 and pair[0] > 0.0:
+                changes[name] = 100.0 * (pair[1] - pair[0]) / pair[0]
         totals |= all_measured(i for i in changes.items() if kept is None or CHANGES[i[0]] in kept)
         warnings += [*_too_few(columns, whole), *_unsettled(counted, changes)]
     warnings += _without_event(means)
     return WalkMetrics(totals, each, tuple(warnings))
-
-
-def _means(found: list[dict[str, float]]) -> dict[str, float]:
-    """The mean of each over the strides that have it."""
-    names = dict.fromkeys(name for stride in found for name in stride)
-    return {name: float(np.mean([stride[name] for stride in found if name in stride])) for name in names}
 
 
 def _measured(found: Mapping[str, float], kept: Collection[str] | None) -> dict[str, Metric]:
@@ -124,38 +122,18 @@ def _without_event(means: Mapping[str, float]) -> Iterator[Notice]:
     for point in ("toe", "ball"):
         share = means.get(f"swings_without_{point}_event", 0.0)
         if share > 0.0:
-            yield Notice(
-                "no-swing-minimum",
-                "{point} clearance: {share:.0f} % of the swings have no minimum while the foot is fast; "
-                "there it is the height at the ankle's greatest speed",
-                subject=f"{point}_clearance",
-                point=point,
-                share=share,
-            )
+            text = "{point} clearance: {share:.0f} % of the swings have no minimum while the foot is fast; "
+            text += "there it is the height at the ankle's greatest speed"
+            subject = f"{point}_clearance"
+            yield Notice("no-swing-minimum", text, subject=subject, point=point, share=share)
 
 
 def _too_few(columns: Mapping[str, np.ndarray], whole: list[Stride]) -> Iterator[Notice]:
     """A run with air that ends before one can tell that it has settled."""
     if chambers(columns) and len(whole) < FEWEST:
-        yield Notice(
-            "too-few-strides",
-            "{strides} whole strides are too few to tell whether the orthosis' air has settled: walk at "
-            "least {fewest} (a longer duration)",
-            strides=len(whole),
-            fewest=FEWEST,
-        )
-
-
-def _changes(last: list[dict[str, float]]) -> dict[str, float]:
-    """Change of clearance and air from the last but one counted stride to the last."""
-    found = {}
-    for name, of in CHANGES.items():
-        pair = [stride[of] for stride in last if of in stride]
-        if len(pair) == 2 and name == "walked_clearance_change":
-            found[name] = pair[1] - pair[0]
-        elif len(pair) == 2 and pair[0] > 0.0:
-            found[name] = 100.0 * (pair[1] - pair[0]) / pair[0]
-    return found
+        text = "{strides} whole strides are too few to tell whether the orthosis' air has settled: walk at "
+        text += "least {fewest} (a longer duration)"
+        yield Notice("too-few-strides", text, strides=len(whole), fewest=FEWEST)
 
 
 def _unsettled(counted: list[Stride], changes: Mapping[str, float]) -> Iterator[Notice]:
@@ -164,12 +142,9 @@ def _unsettled(counted: list[Stride], changes: Mapping[str, float]) -> Iterator[
     if change is None or abs(counted[-1].duration - counted[-2].duration) > counted[-1].timestep:
         return
     if abs(change) > UNSETTLED:
-        yield Notice(
-            "strides-differ",
-            "the strides do not repeat: the last one's toe clearance is {change:+.1f} mm off the one's "
-            "before (air still settling, or a timer that drifts); totals are means over them",
-            change=float(change),
-        )
+        text = "the strides do not repeat: the last one's toe clearance is {change:+.1f} mm off the one's "
+        text += "before (air still settling, or a timer that drifts); totals are means over them"
+        yield Notice("strides-differ", text, change=float(change))
 
 
 def _each(name: str) -> str:
