@@ -142,10 +142,9 @@ def _rows(folder: pathlib.Path, one: Prediction) -> Iterator[BenchRow]:
             raise unknown(channel, known, file=log.file, field="limits", problem=problem)
     sizes, fitted, errors = greatest(logs), list[str](), dict[tuple[str, ...], float]()
     for halves in _halves(logs, one.held_out):
-        seen = [
-            replace(log, columns={key: each[rows] for key, each in log.columns.items()})
-            for log, rows in halves["shown"]
-        ]
+        seen = []
+        for log, rows in halves["shown"]:
+            seen.append(replace(log, columns={key: each[rows] for key, each in log.columns.items()}))
         values: dict[str, float] = {}
         if one.fit:
             fit = fit_replay(seen, one.fit, one.fit_to or [*one.limits][:1], bench=one.given)

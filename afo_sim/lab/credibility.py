@@ -254,18 +254,14 @@ def _evidence(recording: Recording, metric: str, answer: Numbers, others: Sequen
         largest = max(si(each["measured"]) for each in others) / si(f"1 {answer['unit']}")
         found["times_measured"] = max(abs(answer["low"]), abs(answer["high"])) / largest
     found["draws_rejected"] = study["rejected"]
-    return found | {"limit_kept": int(answer["wanted"] is not None and _kept(recording, metric))}
-
-
-def _kept(recording: Recording, metric: str) -> bool:
-    """Whether limits of a number and of trips are at least as strict as the usual ones."""
-    rule, own, usual = rules_of()["metric"][metric], limits_of(recording), load("limits", "usual")
+    if answer["wanted"] is None:
+        return found | {"limit_kept": 0}
+    # limits of the number and of trips are at least as strict as the usual ones
+    rule, run_by, usual = rules_of()["metric"][metric], limits_of(recording), load("limits", "usual")
     sides = {rule["limit"]: 1.0 if rule["good"] == "above" else -1.0, "drawn_trips": -1.0}
-    return all(
-        side * x >= side * y
-        for name, side in sides.items()
-        for x, y in zip(getattr(own, name), getattr(usual, name), strict=True)
-    )
+    limits = [(side, getattr(run_by, name), getattr(usual, name)) for name, side in sides.items()]
+    kept = all(side * x >= side * y for side, *two in limits for x, y in zip(*two, strict=True))
+    return found | {"limit_kept": int(kept)}
 
 
 def _inputs(scenario: Mapping[str, Any]) -> Numbers:

@@ -134,15 +134,9 @@ def _covariance(solution: Solution) -> FitCovariance | None:
         errors = half / t.ppf(0.975, solution.freedom)
         share = errors * math.sqrt(12.0) / span[kept]
         if np.all(share < 1.0):
-            return _described(solution, kept, errors, correlation)
+            break
         del kept[int(np.argmax(share))]
-    return None
-
-
-def _described(
-    solution: Solution, kept: Sequence[int], errors: np.ndarray, correlation: np.ndarray
-) -> FitCovariance | None:
-    if not np.all(errors > 0.0):  # points without any scatter
+    if not kept or not np.all(errors > 0.0):  # points without any scatter
         return None
     problem, law = solution.problem, solution.problem.law.name
     names = [problem.names[k] for k in kept]
@@ -157,28 +151,24 @@ def _described(
         sources["parameters"] = Provenance(kind="fitted", source=why)
     symmetric = np.clip(0.5 * (correlation + correlation.T), -1.0, 1.0)
     np.fill_diagonal(symmetric, 1.0)
-    return FitCovariance.model_validate(
-        {
-            "provenance": sources,
-            "law": law,
-            "parameters": [key_of(law, name) for name in names],
-            "standard_errors": errors.tolist(),
-            "scale": scale,
-            "correlation": symmetric.tolist(),
-            "freedom": int(solution.freedom),
-        },
-        context={"si": True},
-    )
+    table = {
+        "provenance": sources,
+        "law": law,
+        "parameters": [key_of(law, name) for name in names],
+        "standard_errors": errors.tolist(),
+        "scale": scale,
+        "correlation": symmetric.tolist(),
+        "freedom": int(solution.freedom),
+    }
+    return FitCovariance.model_validate(table, context={"si": True})
 
 
 def alike(problem: LawProblem, residuals: np.ndarray) -> float:
     """Correlation of neighbouring errors along the curves, in the order of the data [-]."""
     own = np.split(residuals, np.cumsum([len(d) for d in problem.data])[:-1])
-    curves = [
-        part[d.curve == curve]
-        for d, part in zip(problem.data, own, strict=True)
-        for curve in np.unique(d.curve)
-    ]
+    curves: list[np.ndarray] = []
+    for d, part in zip(problem.data, own, strict=True):
+        curves += [part[d.curve == curve] for curve in np.unique(d.curve)]
     return memory(curves, float(np.sum(residuals**2)))
 
 
@@ -194,7 +184,6 @@ def doubt(problem: LawProblem, residuals: np.ndarray) -> str:
     factor, rho = understated(problem, residuals), alike(problem, residuals)
     if factor == 1.0:
         return ""
-    return (
-        f"neighbouring errors of a curve are alike (correlation {rho:.2f}), so intervals and standard "
-        f"errors, which count each point, are about {factor:.1f} times too small; the muscle's draws count it"
-    )
+    text = f"neighbouring errors of a curve are alike (correlation {rho:.2f}), so intervals and standard "
+    text += f"errors, which count each point, are about {factor:.1f} times too small; "
+    return f"{text}the muscle's draws count it"

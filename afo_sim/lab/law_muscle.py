@@ -42,8 +42,8 @@ def muscle_table(fit: LawFit, data: Measured, like: str = LIKE) -> dict[str, Any
     law, covariance = fit.problem.law, fit.covariance
     if covariance is not None:
         # a muscle whose contractions were measured has no end length, which other muscles' data may have told
-        own = [key for key in covariance.parameters if key != "end_length" or data.contraction is None]
-        covariance = covariance.block(own) if own else None
+        kept = [key for key in covariance.parameters if key != "end_length" or data.contraction is None]
+        covariance = covariance.block(kept) if kept else None
     active = data.facts.get("total_length", 1.0) - {**fit.problem.fixed, **fit.values}["end_length"]
     kappa = data.contraction if data.contraction is not None else data.change / active  # type: ignore[operator]
     greatest = min(max(float(kappa.max()), 0.01), 0.6)  # within what a muscle can be described with
@@ -58,12 +58,15 @@ def muscle_table(fit: LawFit, data: Measured, like: str = LIKE) -> dict[str, Any
         "pressure_range": [format_quantity(p, "Pa") for p in (data.pressure.min(), data.pressure.max())],
         "contraction_range": [0.0, greatest],
     }
+    told = _source("fitted", f"measured on this muscle, {data.file.name}")
+    # force and contraction are its own, and differ from no other laboratory's
+    own: Sourced = dict.fromkeys(("force_factor", "contraction_factor"), (1.0, told))
     return {
         "name": data.file.stem,
         "description": f"{data.file.stem}: {law.name} fitted to {_files(fit)}",
         "grade": grade(fit, data),
         "law": law.name,
-        **_table(_beside_the_law(data, like) | _geometry(fit, data) | _own(data)),
+        **_table(_beside_the_law(data, like) | _geometry(fit, data) | own),
         "laws": {law.name: _table({p.name: _fitted(fit, p.name) for p in law.parameters}) | measured},
         "limits": _table(limits),
         "covariance": None if covariance is None else covariance.model_dump(mode="json"),
@@ -96,12 +99,6 @@ def _beside_the_law(data: Measured, like: str) -> Sourced:
             stated = _source("user", f"stated with {data.file.name}")
             found[name] = format_quantity(data.facts[name], unit), stated
     return found
-
-
-def _own(data: Measured) -> Sourced:
-    """That its law's force and contraction are its own, and differ from no other laboratory's."""
-    told = _source("fitted", f"measured on this muscle, {data.file.name}")
-    return dict.fromkeys(("force_factor", "contraction_factor"), (1.0, told))
 
 
 def _geometry(fit: LawFit, data: Measured) -> Sourced:
@@ -187,11 +184,9 @@ def doubts(fits: Sequence[LawFit]) -> list[Notice]:
     sound = [f for f in fits if f.values and f.telling >= POINTS_PER_PARAMETER * len(f.values)]
     closest = min(sound or [best], key=lambda fit: fit.spread)
     if best.spread > GROSS * closest.spread:
-        text = (
-            f"{{subject}} is first by the {criterion(fits)}, but misses the fitted points by "
-            f"{factor * best.rms:.3g} {unit} RMS, and {{closest}} by "
-            f"{factor * closest.rms:.3g} {unit}: the two orders contradict each other"
-        )
+        text = f"{{subject}} is first by the {criterion(fits)}, but misses the fitted points by "
+        text += f"{factor * best.rms:.3g} {unit} RMS, and {{closest}} by {factor * closest.rms:.3g} {unit}: "
+        text += "the two orders contradict each other"
         first, other = best.problem.law.name, closest.problem.law.name
         found.append(Notice("orders-contradict", text, subject=first, closest=other))
     return found

@@ -255,17 +255,7 @@ def write(found: StaticFit, folder: pathlib.Path) -> None:
     """Write muscle.toml and fit.json; with data of several muscles, a folder for each muscle."""
     best = found.best
     stems = [data.file.stem for data in best.problem.data]
-    write_json(folder / "fit.json", _as_json(found), "law fit")
-    for data in best.problem.data:
-        own = data.file.stem if stems.count(data.file.stem) == 1 else data.name.replace("/", "_")
-        place = folder / own if len(stems) > 1 else folder
-        muscle(best, data, found.like)  # it must be one
-        write_sealed(place / "muscle.toml", toml_text(muscle_table(best, data, found.like)), "muscle")
-
-
-def _as_json(found: StaticFit) -> dict[str, Any]:
-    """The fits as plain data, SI but for the residuals, whose unit is stated."""
-    return {
+    told = {
         "fits": [_fit_as_json(each) for each in found.fits],
         "skipped": found.skipped,
         "ranked_by": criterion(found.fits),
@@ -273,9 +263,16 @@ def _as_json(found: StaticFit) -> dict[str, Any]:
         "slack_readings": found.slack,
         "left_out": found.left_out,
     }
+    write_json(folder / "fit.json", told, "law fit")
+    for data in best.problem.data:
+        own = data.file.stem if stems.count(data.file.stem) == 1 else data.name.replace("/", "_")
+        place = folder / own if len(stems) > 1 else folder
+        muscle(best, data, found.like)  # it must be one
+        write_sealed(place / "muscle.toml", toml_text(muscle_table(best, data, found.like)), "muscle")
 
 
 def _fit_as_json(each: LawFit) -> dict[str, Any]:
+    """A fit as plain data, SI but for the residuals, whose unit is stated."""
     factor, unit = residual_unit(each)
     finite = {name: None if math.isinf(w) else w for name, w in each.half_width.items()}
     return {
@@ -341,10 +338,9 @@ def remarks(found: StaticFit) -> list[str]:
     """Lines to print below the tables: errors, what the data do not tell, what was left out."""
     best = found.best
     factor, unit = residual_unit(best)
-    lines = [
-        f"{len(best.residuals)} points: {factor * best.rms:.3g} {unit} RMS, worst {factor * best.worst:.3g} "
-        f"{unit}; {best.agreeing_starts} of {best.starts} starts agree"
-    ]
+    line = f"{len(best.residuals)} points: {factor * best.rms:.3g} {unit} RMS, worst "
+    line += f"{factor * best.worst:.3g} {unit}; {best.agreeing_starts} of {best.starts} starts agree"
+    lines = [line]
     lines += held_out_lines(best.held_out, factor, unit)
     lines += [f"data do not identify: {line}" for line in best.verdict]
     lines.append(_covariance_line(best))

@@ -241,18 +241,15 @@ def by_bench(rows: Sequence[LedgerRow], values: Sequence[float]) -> tuple[float,
 
 def table(rows: Sequence[LedgerRow]) -> list[list[str]]:
     """The rows as texts under HEADER."""
-    return [
-        [
-            row.device,
-            f"{row.quantity} [{row.unit}]" if row.unit else row.quantity,
-            f"{row.band[1]:.4g}" if row.band else "",
-            f"{row.band[0]:.4g} to {row.band[2]:.4g}" if row.band else "",
-            "" if row.measured is None else f"{row.measured:g}" + (f" ± {row.error:g}" if row.error else ""),
-            f"{row.band[1] / row.measured:.2f}" if row.band and row.measured else "",
-            row.verdict,
-        ]
-        for row in rows
-    ]
+    shown = []
+    for row in rows:
+        quantity = f"{row.quantity} [{row.unit}]" if row.unit else row.quantity
+        band = [f"{row.band[1]:.4g}", f"{row.band[0]:.4g} to {row.band[2]:.4g}"] if row.band else ["", ""]
+        error = f" ± {row.error:g}" if row.error else ""
+        measured = "" if row.measured is None else f"{row.measured:g}{error}"
+        ratio = f"{row.band[1] / row.measured:.2f}" if row.band and row.measured else ""
+        shown.append([row.device, quantity, *band, measured, ratio, row.verdict])
+    return shown
 
 
 def summary(rows: Sequence[LedgerRow]) -> list[str]:

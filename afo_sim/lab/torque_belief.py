@@ -80,10 +80,9 @@ def _as_well_without(
         left = [p for p in solution.problem.free if p.name != other.dropped]
         rest = ", ".join(f"{p.name} {p.text(other.values[p.name])}" for p in left)
         words = "not identifiable one by one" if len(names) > 1 else "not identifiable"
-        why = (
-            f"{words}: without {other.dropped} ({rest}) the {kind} that is left out is predicted as well, "
-            f"to {other.rms:.3g} N·m against {found[kind].rms:.3g} N·m with it, which is within the scatter"
-        )
+        why = f"{words}: without {other.dropped} ({rest}) the {kind} that is left out is predicted as well, "
+        why += f"to {other.rms:.3g} N·m against {found[kind].rms:.3g} N·m with it, "
+        why += "which is within the scatter"
         lines.append(unidentified("as-well-without", names, why))
     return lines
 
@@ -157,11 +156,8 @@ def warnings_of(solution: Solution, added: Sequence[str]) -> Iterator[Notice]:
     pressure, torque = problem.column("pressure"), problem.column("torque")
     lower, upper = np.degrees(np.array([g.orthosis.range_of_motion for g in problem.groups])).T
     if angle.min() < lower.min() - 0.1 or angle.max() > upper.max() + 0.1:
-        yield Notice(
-            "beyond-motion",
-            f"angles go from {angle.min():.3g} to {angle.max():.3g} deg, beyond the orthosis' "
-            "range_of_motion: are unit and zero right?",
-        )
+        text = f"angles go from {angle.min():.3g} to {angle.max():.3g} deg, beyond the orthosis' "
+        yield Notice("beyond-motion", f"{text}range_of_motion: are unit and zero right?")
     for group in problem.groups:
         yield from arms_off(group.readings)
     yield from beyond_law(solution)
@@ -174,34 +170,22 @@ def warnings_of(solution: Solution, added: Sequence[str]) -> Iterator[Notice]:
         yield Notice("slack", text, settings="1 setting" if slack == 1 else f"{slack} settings")
     yield from _held_soft(solution)
     if len(np.unique(problem.levels)) == 1:
-        yield Notice(
-            "one-pressure",
-            "the readings are at one pressure: an error of the law's force passes for stiffness or offset; "
-            "readings at three pressures tell them apart",
-        )
+        text = "the readings are at one pressure: an error of the law's force passes for stiffness or "
+        yield Notice("one-pressure", f"{text}offset; readings at three pressures tell them apart")
     missed = errors(problem, solution.values)["torque"]
     share = rms(missed) / float(np.abs(torque).mean())
     if share > COARSE:
-        yield Notice(
-            "coarse",
-            f"the errors are {100 * share:.0f} % of the mean torque: the model misses something, such as "
-            "friction, a moment arm or the angle's zero",
-            share=share,
-        )
+        text = f"the errors are {100 * share:.0f} % of the mean torque: the model misses something, such as "
+        yield Notice("coarse", f"{text}friction, a moment arm or the angle's zero", share=share)
     if solution.memory > HANGING_TOGETHER:
-        yield Notice(
-            "errors-correlated",
-            "errors of neighbouring angles hang together (correlation {memory:.2f}): they are the "
-            "model's, not the gauge's; the intervals count them as fewer",
-            memory=solution.memory,
-        )
+        text = "errors of neighbouring angles hang together (correlation {memory:.2f}): they are the "
+        text += "model's, not the gauge's; the intervals count them as fewer"
+        yield Notice("errors-correlated", text, memory=solution.memory)
     airless = (pressure <= WITHOUT_AIR) & (np.abs(missed) > AIRLESS * np.abs(torque).max())
     if airless.any() and not problem.difference:
-        yield Notice(
-            "torque-without-air",
-            f"without air the torque reads up to {np.abs(torque[pressure <= WITHOUT_AIR]).max():.3g} N·m: "
-            "the limb's weight or tissue is in it; take it out, or fit with torque = difference",
-        )
+        empty = np.abs(torque[pressure <= WITHOUT_AIR]).max()
+        text = f"without air the torque reads up to {empty:.3g} N·m: the limb's weight or tissue is in it; "
+        yield Notice("torque-without-air", f"{text}take it out, or fit with torque = difference")
 
 
 def beyond_law(solution: Solution) -> Iterator[Notice]:
@@ -228,9 +212,6 @@ def _held_soft(solution: Solution) -> Iterator[Notice]:
     if free is None or not weaker or not held or not orthosis.anchored:
         return
     if solution.values[free.name] > RIGID * free.upper:
-        yield Notice(
-            "held-soft",
-            "the cables end rigid, and the readings are stronger still: what is held gives more in the "
-            f"orthosis' file than on the device, or an anchor is elsewhere: try --fit {held[0]}",
-            subject=held[0],
-        )
+        text = "the cables end rigid, and the readings are stronger still: what is held gives more in the "
+        text += f"orthosis' file than on the device, or an anchor is elsewhere: try --fit {held[0]}"
+        yield Notice("held-soft", text, subject=held[0])

@@ -128,10 +128,8 @@ class TorqueFit(Believed, Shown):
         files = ", ".join(dict.fromkeys(g.readings.file.name for g in self.problem.groups))
         together = [p.name for p in self.problem.free if p is not parameter]
         beside = f" with {', '.join(together)}" if together else ""
-        return (
-            f"fitted{beside} to {len(self.problem)} static torques of {files}, {self.rms:.3g} N·m RMS; "
-            f"{self.ends(parameter)}"
-        )
+        text = f"fitted{beside} to {len(self.problem)} static torques of {files}, {self.rms:.3g} N·m RMS; "
+        return text + self.ends(parameter)
 
 
 def fit_torque(

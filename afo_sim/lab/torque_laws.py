@@ -56,16 +56,12 @@ def of_laws(solution: Solution, found: dict[str, HeldOut], report: Progress) -> 
         left[law] = held_out(fitted.problem, [kind] if kind else [], from_start(fitted.x))
     least = min(fits.values(), key=mean_square)
     square = mean_square(least)
-    return tuple(
-        OfLaw(
-            law,
-            each,
-            left[law][kind].rms if kind in left[law] else None,
-            bool(mean_square(each) <= f.ppf(CHANCE, each.independent, least.independent) * square),
-            tuple(beyond_law(each)),
-        )
-        for law, each in fits.items()
-    )
+    result = []
+    for law, each in fits.items():
+        alike = bool(mean_square(each) <= f.ppf(CHANCE, each.independent, least.independent) * square)
+        rms = left[law][kind].rms if kind in left[law] else None
+        result.append(OfLaw(law, each, rms, alike, tuple(beyond_law(each))))
+    return tuple(result)
 
 
 def _with(problem: TorqueProblem, law: str) -> TorqueProblem:
@@ -97,13 +93,7 @@ def moves(laws: Sequence[OfLaw], free: Sequence[FitParameter]) -> Iterator[Notic
         low, high = laws[0].ends(p.name) or (-np.inf, np.inf)
         beyond = value[0][0] < low or value[-1][0] > high
         text = "{subject}: the law moves it from {least} to {most}; {count} of {all} laws fit comparably"
-        yield Notice(
-            "law-moves",
-            text if len(value) > 1 else "{subject}: no other of {all} laws fits comparably",
-            subject=p.name,
-            severity="warning" if beyond else "note",
-            least=f"{p.text(value[0][0])} ({value[0][1]})",
-            most=f"{p.text(value[-1][0])} ({value[-1][1]})",
-            count=len(fitting),
-            all=len(laws),
-        )
+        text = text if len(value) > 1 else "{subject}: no other of {all} laws fits comparably"
+        least, most = (f"{p.text(number)} ({law})" for number, law in (value[0], value[-1]))
+        data = {"least": least, "most": most, "count": len(fitting), "all": len(laws)}
+        yield Notice("law-moves", text, subject=p.name, severity="warning" if beyond else "note", **data)

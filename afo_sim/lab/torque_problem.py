@@ -324,12 +324,10 @@ def require_possible(problem: TorqueProblem) -> None:
         read = f"{measured[np.argmax(np.abs(measured))]:.3g} N·m"
         raise refused(text, read, "the other sign, or another chamber")
     if share > BEYOND and not any(p.of_law for p in problem.free):
-        text = (
-            f"is {share:.2g} times what the muscles give on rigid anchors; a series stiffness or an offset "
-        )
+        text = f"is {share:.2g} times what the muscles give on rigid anchors; a series stiffness or an "
         allowed = "another muscle, law, geometry, unit or pressure; or a parameter of the law in the fit"
         read = f"up to {largest:.3g} N·m measured, {np.abs(most).max():.3g} N·m at most"
-        raise refused(f"{text}can only lessen it", read, allowed)
+        raise refused(f"{text}offset can only lessen it", read, allowed)
 
 
 def errors(problem: TorqueProblem, values: Mapping[str, float]) -> dict[str, np.ndarray]:

@@ -153,10 +153,8 @@ def remarks(found: TorqueFit) -> list[str]:
     readings = problem.column("weight").sum()
     largest = float(np.abs(found.residuals).max())
     lines = [*found.remarks]
-    lines.append(
-        f"{readings:.0f} readings: {found.rms:.3g} N·m RMS, worst {largest:.3g} N·m, on a mean torque of "
-        f"{np.abs(problem.column('torque')).mean():.3g} N·m"
-    )
+    text = f"{readings:.0f} readings: {found.rms:.3g} N·m RMS, worst {largest:.3g} N·m, on a mean torque of "
+    lines.append(f"{text}{np.abs(problem.column('torque')).mean():.3g} N·m")
     cuff = _cuff_error(found)
     if cuff is not None:
         lines.append(f"displacement of the cuff: {1e3 * cuff:.3g} mm RMS")

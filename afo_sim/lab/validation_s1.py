@@ -30,10 +30,8 @@ def table(number: int) -> Measured:
 
 
 def model(number: int, force: np.ndarray, pressure: np.ndarray) -> np.ndarray:
-    """Change of length at forces [N] and gauge pressures [Pa], statically, of a table's model [cm].
-
-    Of I and II the muscle fitted to both; of III and IV the ideal braid of their headers: 37°, 5 mm, no ends.
-    """
+    """Change of length at forces [N] and gauge pressures [Pa], statically, of a table's model [cm]."""
+    # of I and II the muscle fitted to both; of III and IV the braid of their headers: 37°, 5 mm, no ends
     muscle = load("muscle", TABLES[number])
     law, coefficients, length = LAWS[muscle.law], muscle.coefficients, muscle.nominal_length
     if number > 2:
