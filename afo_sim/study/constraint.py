@@ -149,7 +149,15 @@ class _Evaluation:
                 self._refuse(node, "is a word, not a number", f"{node.id} == 'a word'")
             return self.values[node.id], dimension(self.constraint.units[node.id])
         if isinstance(node, ast.Constant):
-            return self._constant(node)
+            value = node.value
+            if isinstance(value, str):
+                try:
+                    return np.float64(read_any_quantity(value)[0]), read_any_quantity(value)[1]
+                except ValueError as error:
+                    self._refuse(node, str(error))
+            if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= _LARGEST:
+                self._refuse(node, "is not a number", _LANGUAGE)
+            return np.float64(value), ()
         if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub | ast.UAdd):
             value, measures = self._number(node.operand)
             return -value if isinstance(node.op, ast.USub) else value, measures
@@ -164,17 +172,6 @@ class _Evaluation:
                 measures = tuple(sorted((name, power) for name, power in powers.items() if power))
             return ARITHMETIC[type(node.op)](a, b), measures
         self._refuse(node, "is not of the language of constraints", _LANGUAGE)
-
-    def _constant(self, node: ast.Constant) -> tuple[Any, Dimension]:
-        value = node.value
-        if isinstance(value, str):
-            try:
-                return np.float64(read_any_quantity(value)[0]), read_any_quantity(value)[1]
-            except ValueError as error:
-                self._refuse(node, str(error))
-        if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= _LARGEST:
-            self._refuse(node, "is not a number", _LANGUAGE)
-        return np.float64(value), ()
 
     def _alike(self, left: ast.expr, right: ast.expr, whole: ast.expr) -> tuple[Any, Any, Dimension]:
         """Both sides of what puts numbers of one dimension together, and the dimension."""

@@ -101,9 +101,8 @@ def _check_count(plan: Plan, most: int) -> None:
     if count > most:
         steps = load("scenario", plan.scenario, plan.set).n_step
         days, size = count * steps * STEP_SECONDS / 86_400.0, count * ROW_BYTES / 1e9
-        text = (
-            f"the design has {count} cases: some {days:.2g} days on one processor, {size:.2g} GB of results"
-        )
+        text = f"the design has {count} cases: some {days:.2g} days on one processor, "
+        text += f"{size:.2g} GB of results"
         field = "parameters" if plan.design == "grid" else "cases"
         raise InputError(text, file=plan.file, field=field, allowed=f"up to {most}, or `yes_many`")
     if plan.design == "saltelli" and not varied:

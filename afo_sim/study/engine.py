@@ -22,7 +22,7 @@ import numpy as np
 
 from afo_sim import native
 from afo_sim.common import ControllerError, InputError, Notice, SimulationError
-from afo_sim.description import Base, Scenario, load
+from afo_sim.description import Base, load
 from afo_sim.metrics import Metric, reference_metrics, undefined
 from afo_sim.metrics.strides import strides
 from afo_sim.model import Built, fills, start_up, steps_of_stride, stride_files_stay, two_strides, why_walked
@@ -191,18 +191,14 @@ def prepare(
         with stride_files_stay():
             solved = description.walking and not why_walked(description)
             built = build(two_strides(description) if solved else description)
-            first = _first(description, number, first_strides) if solved and first_strides else None
+            first = None
+            if solved and first_strides and description.gait is not None:  # no more than a run alone has
+                begun, n = build(start_up(description)), steps_of_stride(description)
+                end = -round(description.gait.start_phase * n) % n + first_strides * n
+                first = Prepared(number, begun, schedule.controls(begun)[:end])
         return Prepared(number, built, schedule.controls(built), solved, first, described_policy(built))
     except Exception as error:  # one case's trouble is not the others'
         return _failed(error)
-
-
-def _first(description: Scenario, number: int, strides: int) -> Prepared:
-    """The first strides of the run that a case is alone, no more than it has."""
-    assert description.gait is not None
-    built, n = build(start_up(description)), steps_of_stride(description)
-    until_strike = -round(description.gait.start_phase * n) % n
-    return Prepared(number, built, schedule.controls(built)[: until_strike + strides * n])
 
 
 def _batches(

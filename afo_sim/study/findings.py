@@ -62,12 +62,15 @@ def _block_size(results: Results) -> int:
 
 
 def indices(results: Results, metric: str) -> Indices:
-    """First-order, second-order and total Sobol' indices of a metric, by SALib.
-
-    Source: Saltelli et al. 2010, doi 10.1016/j.cpc.2009.09.018; second order: Saltelli 2002, doi
-    10.1016/S0010-4655(02)00280-1. Intervals by bootstrap of the base samples, as normal ones.
-    """
-    values = _blocks(results, metric)
+    """First-order, second-order and total Sobol' indices, with intervals by bootstrap of base samples."""
+    size = _block_size(results)
+    if results.design != _DESIGN:
+        text = "Sobol' indices need a sweep of another design"
+        raise InputError(text, file=results.folder, field="design", value=results.design, allowed=_DESIGN)
+    if results.unfinished or len(results) % size:
+        there = f"{len(results)} of {results.planned} are here"
+        raise InputError(f"Sobol' indices need every case of the sweep, and {there}", file=results.folder)
+    values = results[metric].reshape(-1, size)  # a row for each base sample (N, 2d + 2)
     whole = np.isfinite(values).all(axis=1)
     failed = 1.0 - float(np.isfinite(values).mean())
     if failed >= _MOST_FAILED or whole.sum() < _FEWEST_BLOCKS:
@@ -79,22 +82,11 @@ def indices(results: Results, metric: str) -> Indices:
         raise InputError(f"{metric} does not vary: it has no Sobol' indices", file=results.folder)
     names = varied(results)
     problem = {"num_vars": len(names), "names": list(names), "bounds": [[0.0, 1.0]] * len(names)}
+    # Saltelli et al. 2010, doi 10.1016/j.cpc.2009.09.018; 2002, doi 10.1016/S0010-4655(02)00280-1
     sobol, options = optional("SALib.analyze.sobol"), {"num_resamples": _RESAMPLES, "seed": _SEED}
     found = sobol.analyze(problem, kept, calc_second_order=True, **options)
     arrays = {name: np.asarray(found[key]) for name, key in _OF_SALIB.items()}
     return Indices(names, **arrays, blocks=len(whole), left_out=int((~whole).sum()))
-
-
-def _blocks(results: Results, metric: str) -> np.ndarray:
-    """The metric, one row for each base sample (N, 2d + 2)."""
-    size = _block_size(results)
-    if results.design != _DESIGN:
-        problem = "Sobol' indices need a sweep of another design"
-        raise InputError(problem, file=results.folder, field="design", value=results.design, allowed=_DESIGN)
-    if results.unfinished or len(results) % size:
-        there = f"{len(results)} of {results.planned} are here"
-        raise InputError(f"Sobol' indices need every case of the sweep, and {there}", file=results.folder)
-    return results[metric].reshape(-1, size)
 
 
 @dataclass(frozen=True)
@@ -156,10 +148,9 @@ def effects_of(results: Results, metric: str, indices: Indices | None = None) ->
     saltelli = results.design == _DESIGN
     blocks = results["case"] // _block_size(results) if saltelli else None
     grid = results.levels() is not None and not results.lacking(metric)
-    found = {
-        name: analysis.effect(results[name], results[metric], blocks=blocks, grid=grid)
-        for name in varied(results)
-    }
+    found = {}
+    for name in varied(results):
+        found[name] = analysis.effect(results[name], results[metric], blocks=blocks, grid=grid)
     if indices is None:
         return found
     first = dict(zip(indices.parameters, indices.first.tolist(), strict=True))

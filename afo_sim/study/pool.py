@@ -58,9 +58,8 @@ def _computed(
         submit()
     if lost:
         text = f"chunks {', '.join(map(str, lost))} killed every worker that took them (out of memory?); "
-        allowed = (
-            "the same command with fewer workers, or a smaller chunk in the sweep file (in another folder)"
-        )
+        allowed = "the same command with fewer workers, "
+        allowed += "or a smaller chunk in the sweep file (in another folder)"
         raise InputError(f"{text}all others are computed", field="workers", allowed=allowed)
 
 

@@ -92,10 +92,7 @@ class Results(Shown):
         return self.planned - int(np.isfinite(self[metric]).sum())
 
     def levels(self) -> dict[str, np.ndarray] | None:
-        """{parameter: its values}, where the cases are the cells of a grid; None where they are not.
-
-        Numbers ascend; words stand in the order in which they first come.
-        """
+        """{parameter: its values, numbers ascending} where the cases are the cells of a grid, else None."""
         found = {name: levels_of(self[name]) for name in self.parameters}
         levels = {name: level for name, (level, _) in found.items()}
         cells = math.prod(map(len, levels.values()))

@@ -92,7 +92,13 @@ def run(
     count = _cases(store, _of_part(range(store.jobs.count), part))
     state = SweepProgress(count, count - left(store, part), 0, 0)
     if pending:
-        _check_room(store)
+        chunks = store.pending()  # and, beside them until they are taken away, the results
+        needed = _bytes(store, _cases(store, chunks) + len(store.cases)) + _CHUNK_BYTES * len(chunks)
+        free = shutil.disk_usage(store.folder).free
+        if needed > free:
+            problem = f"the results need about {needed / 1e9:.2g} GB, the disk has {free / 1e9:.2g} GB left"
+            allowed = "a folder with more room, or fewer cases"
+            raise InputError(problem, field="out", value=str(store.folder), allowed=allowed)
         scenario = SWEEP.read(store.folder)["scenario"]
         due = (chunk for chunk in pending if not store.has(chunk))  # nor computed by another process since
         with (
@@ -129,17 +135,6 @@ def _of_part(chunks: Iterable[int], part: Part) -> list[int]:
 
 def _cases(store: Store, chunks: Iterable[int]) -> int:
     return sum(len(store.jobs.numbers(chunk)) for chunk in chunks)
-
-
-def _check_room(store: Store) -> None:
-    """Of chunks and, beside them until they are taken away, the results."""
-    chunks = store.pending()
-    needed = _bytes(store, _cases(store, chunks) + len(store.cases)) + _CHUNK_BYTES * len(chunks)
-    free = shutil.disk_usage(store.folder).free
-    if needed > free:
-        problem = f"the results need about {needed / 1e9:.2g} GB, and the disk has {free / 1e9:.2g} GB left"
-        allowed = "a folder with more room, or fewer cases"
-        raise InputError(problem, field="out", value=str(store.folder), allowed=allowed)
 
 
 def _bytes(store: Store, cases: int) -> float:

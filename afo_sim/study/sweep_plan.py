@@ -113,6 +113,13 @@ class Plan(SweepTable):
 
     def canonical(self) -> dict[str, Any]:
         """Everything that decides the results, as JSON-able data, to tell whether two sweeps are the same."""
+        parameters = []
+        for one in self.parameters:
+            written = {"name": one.name, "keys": one.keys, "unit": one.unit}
+            written |= {"spread": type(one.spread).__name__, **asdict(one.spread)}
+            if isinstance(one.spread, Choice) and one.words:
+                written["content"] = [_digest_of_word(one, str(word)) for word in one.spread.values]
+            parameters.append(written)
         return {
             "scenario": _content(load("scenario", self.scenario, self.set)),
             "set": self.set,  # holds over what a case swaps whole, also where it changes nothing here
@@ -120,16 +127,9 @@ class Plan(SweepTable):
             "cases": self.cases,
             "seed": self.seed,
             "metrics": list(self.metrics),
-            "parameters": [self._canonical_parameter(parameter) for parameter in self.parameters],
+            "parameters": parameters,
             "constraints": [constraint.text for constraint in self.constraints],
         }
-
-    def _canonical_parameter(self, parameter: Parameter) -> dict[str, Any]:
-        written = {"name": parameter.name, "keys": parameter.keys, "unit": parameter.unit}
-        written |= {"spread": type(parameter.spread).__name__, **asdict(parameter.spread)}
-        if isinstance(parameter.spread, Choice) and parameter.words:
-            written["content"] = [_digest_of_word(parameter, str(word)) for word in parameter.spread.values]
-        return written
 
 
 def _content(description: Any) -> dict[str, Any]:

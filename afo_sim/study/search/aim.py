@@ -32,10 +32,7 @@ class Objective:
 
 @dataclass(frozen=True)
 class Limit:
-    """At least, or at most, `bound` in a `share` of the patients; as written, then in the metric's unit.
-
-    Source: Weibull's plotting position: Gumbel 1958, Statistics of Extremes, section 1.2.7
-    """
+    """At least, or at most, `bound` in a `share` of the patients; as written, then in the metric's unit."""
 
     metric: str
     at_least: bool
@@ -92,10 +89,8 @@ class Aim:
     def judge(self, metrics: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
         """Objective, limits and gaps of designs."""
         goal = metrics[self.objective.metric]
-        found = {
-            OBJECTIVE: self.objective.of(goal),
-            LACKING: np.count_nonzero(np.isnan(goal), axis=1).astype(np.int64),
-        }
+        lacking = np.count_nonzero(np.isnan(goal), axis=1).astype(np.int64)
+        found = {OBJECTIVE: self.objective.of(goal), LACKING: lacking}
         for limit in self.limits:
             values = metrics[limit.metric]
             missing = np.count_nonzero(np.isnan(values), axis=1)
@@ -114,10 +109,7 @@ class Aim:
         return total
 
     def ranks(self, columns: Mapping[str, np.ndarray]) -> np.ndarray:
-        """Rank of designs (n,): 0 is the best; equals share a rank.
-
-        Source: Deb 2000, doi 10.1016/S0045-7825(99)00389-8
-        """
+        """Rank of designs (n,): 0 is the best; equals share a rank (Deb 2000: S0045-7825(99)00389-8)."""
         sign = 1.0 if self.objective.goal == "lowest" else -1.0
         cost = np.where(self.feasible(columns), sign * columns[OBJECTIVE], 0.0)
         keys = np.column_stack([columns[OUTSIDE], columns[LACKING], self.violation(columns), cost])

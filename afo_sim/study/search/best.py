@@ -20,7 +20,12 @@ _SIGNS = {"least": ">=", "most": "<="}
 def tables(best: Mapping[str, Any]) -> list[Table]:
     """Tables of best.json: the design, and its objective and limits."""
     kind = "best design" if best["feasible"] else "the design that violates least"
-    rows = [[p["name"], *_quantity(p), ", ".join(p["keys"])] for p in best["parameters"]]
+    rows = []
+    for p in best["parameters"]:
+        factor, human = human_scale(p["unit"], np.array([p["from"], p["to"]]))
+        value, low, high = (factor * p[key] for key in ("value", "from", "to"))
+        shown = [f"{value:.4g} {human}".strip(), f"{low:.4g} to {high:.4g} {human}".strip()]
+        rows.append([p["name"], *shown, ", ".join(p["keys"])])
     found = [(kind, ["parameter", "value", "searched", "sets"], rows)]
     fresh = best["fresh_patients"]
     many = best["patients"]
@@ -59,11 +64,10 @@ def statement(best: Mapping[str, Any]) -> list[str]:
     lines += spread_over_starts(best)
     if best.get("mixed"):
         lines.append("the designs were computed by more than one version of the code")
-    ends = [
-        p["name"]
-        for p in best["parameters"]
-        if min(p["value"] - p["from"], p["to"] - p["value"]) < 0.01 * (p["to"] - p["from"])
-    ]
+    ends = []
+    for p in best["parameters"]:
+        if min(p["value"] - p["from"], p["to"] - p["value"]) < 0.01 * (p["to"] - p["from"]):
+            ends.append(p["name"])
     if ends:
         lines.append(f"at an end of its range: {', '.join(ends)}; a wider range may hold better")
     half = best.get("half_step")
@@ -97,11 +101,9 @@ def spread_over_starts(best: Mapping[str, Any]) -> list[str]:
     label = metric_words.words(goal["metric"]).label
     size = max(abs(low), abs(high))
     share = f", {100.0 * (high - low) / size:.2g} % apart" if size else ""
-    return [
-        f"{len(starts)} starts from different seeds: {_value_text(low, goal['unit'])} to "
-        f"{_value_text(high, goal['unit'])} of {label[:1].lower() + label[1:]}{share}"
-        f"{lacking if len(values) < len(starts) else ''}"
-    ]
+    text = f"{len(starts)} starts from different seeds: {_value_text(low, goal['unit'])} to "
+    text += f"{_value_text(high, goal['unit'])} of {label[:1].lower() + label[1:]}{share}"
+    return [text + (lacking if len(values) < len(starts) else "")]
 
 
 def _lacks(best: Mapping[str, Any]) -> str:
@@ -117,14 +119,6 @@ def _lacks(best: Mapping[str, Any]) -> str:
         why = f" ({best['reason']})" if best["reason"] else ""
         each.insert(0, f"{best['lacking']} values of objective and limits are missing{why}")
     return "; ".join(each)
-
-
-def _quantity(parameter: Mapping[str, Any]) -> list[str]:
-    """[value, range] in the unit in which people read them."""
-    unit = parameter["unit"]
-    factor, human = human_scale(unit, np.array([parameter["from"], parameter["to"]]))
-    value, low, high = (factor * parameter[key] for key in ("value", "from", "to"))
-    return [f"{value:.4g} {human}".strip(), f"{low:.4g} to {high:.4g} {human}".strip()]
 
 
 def _value_text(value: float | None, unit: str) -> str:

@@ -66,10 +66,7 @@ def answers(
 
 
 class Evolution:
-    """A search by covariance matrix adaptation, on ranks alone.
-
-    Source: Hansen, arXiv:1604.00772; bounds by pycma's smooth transformation of the search space.
-    """
+    """A search by covariance matrix adaptation (Hansen, arXiv:1604.00772), on ranks; pycma keeps bounds."""
 
     def __init__(self, problem: Problem, seed: int):
         cma = optional("cma")

@@ -15,7 +15,7 @@ from afo_sim.common import InputError, assets, parse_quantity
 from afo_sim.description import refusal
 from afo_sim.study.design import Cases, case_seeds, cases_of
 from afo_sim.study.folder import fingerprint
-from afo_sim.study.parameter import OwnSeed, Parameter, Range, Span
+from afo_sim.study.parameter import OwnSeed, Range, Span
 from afo_sim.study.parameter_table import ParameterTable, StrictTable, first_error
 from afo_sim.study.search.aim import (
     LACKING,
@@ -186,27 +186,24 @@ def search_of(
     if bool(lowest) == bool(highest):
         raise InputError("is not stated, or twice", file=file, field="objective", allowed="lowest or highest")
     ranges = {key: Span(*written) if isinstance(written, tuple) else written for key, written in over.items()}
+    bounds = []
+    for number, text in enumerate(limits):
+        found = re.fullmatch(r"\s*(\w+)\s*(>=|<=)\s*(.+?)(?:\s+in\s+([\d.]+)\s*%)?\s*", text)
+        if found is None:
+            at, example = f"limits[{number}]", "toe_clearance >= 10 mm in 95 %"
+            raise InputError("is not a valid limit", file=file, field=at, value=text, allowed=example)
+        metric, sign, bound, share = found.groups()
+        bounds.append({"metric": metric, "at_least" if sign == ">=" else "at_most": bound})
+        bounds[-1] |= {"share": float(share) / 100.0} if share else {}
     table = {
         "scenario": plain_scenario(scenario),
         "parameters": parameter_tables(ranges),
         "objective": {"metric": lowest or highest, "goal": "lowest" if lowest else "highest", "over": of},
-        "limits": tuple(_limit_table(file, k, text) for k, text in enumerate(limits)),
+        "limits": tuple(bounds),
         "set": dict(options.pop("sets", None) or {}),
         **options,
     }
     return _of_table(file, table | ({"patients": dict(patients)} if patients else {}))
-
-
-def _limit_table(file: pathlib.Path, number: int, text: str) -> dict[str, Any]:
-    """A limit in one line as the table that a search's file has."""
-    found = re.fullmatch(r"\s*(\w+)\s*(>=|<=)\s*(.+?)(?:\s+in\s+([\d.]+)\s*%)?\s*", text)
-    if found is None:
-        example = "toe_clearance >= 10 mm in 95 %"
-        problem = "is not a valid limit"
-        raise InputError(problem, file=file, field=f"limits[{number}]", value=text, allowed=example)
-    metric, sign, bound, share = found.groups()
-    table: dict[str, Any] = {"metric": metric, "at_least" if sign == ">=" else "at_most": bound}
-    return table | ({"share": float(share) / 100.0} if share else {})
 
 
 def _of_table(file: pathlib.Path, table: Mapping[str, Any]) -> SearchPlan:
@@ -224,29 +221,22 @@ def _of_table(file: pathlib.Path, table: Mapping[str, Any]) -> SearchPlan:
         bound = one.at_least if at_least else one.at_most
         number = 1 + sum((limit.metric, limit.at_least) == (one.metric, at_least) for limit in limits)
         limits.append(Limit(one.metric, at_least, bound, float(one.share), number))
+    taken = {*_FIXED_COLUMNS, *(f"{limit.name}_{what}" for limit in limits for what in OF_LIMIT)}
     for parameter in designs.parameters:
-        _check_searched(file, parameter, written.parameters[parameter.name], limits)
+        at = f"parameters.{parameter.name}"
+        if not isinstance(parameter.spread, Range):
+            given = written.parameters[parameter.name].model_dump(exclude_none=True)
+            option = next((name for name in ("values", "distribution", "from_seed") if name in given), "")
+            problem, at = "is not a range that can be searched", f"{at}.{option}"
+            raise InputError(problem, file=file, field=at, value=given.get(option), allowed="from and to")
+        if parameter.name in taken:
+            problem = "is what another column of the designs is called"
+            raise InputError(problem, file=file, field=at, allowed="another name")
     patients = None if written.patients is None else _patients(file, base, written.patients, designs)
     stated = {name: getattr(written, name) for name in SearchTable.model_fields}
     objective = Objective(**written.objective.model_dump())
     planned_with = {"file": file, "designs": designs, "patients": patients}
     return SearchPlan(**stated, **planned_with, objective=objective, limits=tuple(limits))
-
-
-def _check_searched(
-    file: pathlib.Path, parameter: Parameter, written: ParameterTable, limits: Sequence[Limit]
-) -> None:
-    """Refuse what is not a range, and names that the designs' table has itself."""
-    if not isinstance(parameter.spread, Range):
-        given = written.model_dump(exclude_none=True)
-        option = next((name for name in ("values", "distribution", "from_seed") if name in given), "")
-        problem = "is not a range that can be searched"
-        field = f"parameters.{parameter.name}.{option}"
-        raise InputError(problem, file=file, field=field, value=given.get(option), allowed="from and to")
-    taken = {f"{limit.name}_{what}" for limit in limits for what in OF_LIMIT}
-    if parameter.name in _FIXED_COLUMNS or parameter.name in taken:
-        problem = "is what another column of the designs is called"
-        raise InputError(problem, file=file, field=f"parameters.{parameter.name}", allowed="another name")
 
 
 def _patients(file: pathlib.Path, base: dict[str, Any], written: PatientsTable, designs: Plan) -> Plan:

@@ -202,9 +202,8 @@ def tube_notes(scenario: Scenario, length: float) -> list[str]:
 def sources(scenario: Scenario) -> list[Candidate]:
     """Every source, by mass, then by volume; each is run full."""
     pressure, found = scenario.supply.pressure, []
-    by_size = sorted(
-        _all("source").items(), key=lambda item: (item[1].mass or math.inf, item[1].volume, item[0])
-    )
+    every = _all("source").items()
+    by_size = sorted(every, key=lambda item: (item[1].mass or math.inf, item[1].volume, item[0]))
     for name, source in by_size:
         size, doubt = (math.inf, MASS_UNKNOWN) if source.mass is None else (source.mass, "")
         facts = {"g": "–" if doubt else f"{1e3 * size:.3g}", "l": f"{1e3 * source.volume:.2g}"}

@@ -206,10 +206,8 @@ def _notes(found: Found, recording: Recording) -> list[str]:
             low, _, high = quantiles(values)
             if not low <= own <= high:
                 side = "above" if own > high else "below"
-                notes.append(
-                    f"{words(name).label} of this run lies {side} its own band: nearly whatever departs "
-                    "from the run moves it one way"
-                )
+                text = f"{words(name).label} of this run lies {side} its own band: "
+                notes.append(f"{text}nearly whatever departs from the run moves it one way")
     return notes
 
 
@@ -241,14 +239,11 @@ def _trips(found: Found, recording: Recording) -> dict[str, Any]:
     heights = np.min([found.curves(name)[:, passing] for name in _FOREFOOT], axis=(0, 2))
     path = found.draws.heights(each_stride=True)
     alone = heights - path[found.ok]
-    return {
-        name: {
-            "height": limit,
-            "share": share_below(heights, limit),
-            "of_one": quantiles(shares_of_one(alone, path, limit)),
-        }
-        for name, limit in (("touch", 0.0), ("within_10mm", BELOW))
-    }
+    trips: dict[str, Any] = {}
+    for name, limit in (("touch", 0.0), ("within_10mm", BELOW)):
+        of_one = quantiles(shares_of_one(alone, path, limit))
+        trips[name] = {"height": limit, "share": share_below(heights, limit), "of_one": of_one}
+    return trips
 
 
 def _kept(found: Found, recording: Recording) -> dict[str, float]:

@@ -156,7 +156,14 @@ def _check(file: pathlib.Path, name: str, table: SpreadTable) -> None:
     if table.measure and table.each_stride:
         raise wrong("goes with what a measurement can give, not with what varies", "measure")
     for key in table.keys or filter(None, (table.key,)):
-        _check_key(file, name, key)
+        told: dict[str, Any] = {"file": file, "field": f"parameters.{name}", "value": key}
+        if key.partition(".")[0] in _NOT_DRAWN:
+            raise InputError("is not a property of orthosis, wearer or walk", **told)
+        if (unknown_part := astray(key.split("."))) is not None:
+            part, known = unknown_part
+            told["allowed"] = ", ".join(known) or "a key as afo-sim keys lists it, * for a name"
+            text, near = f"fits no key of any scenario: {part!r} is unknown", nearest_name(part, known)
+            raise InputError(text, nearest=near, **told)
     for option in _QUANTITIES:
         if problem := _no_quantity(getattr(table, option), width=option in _EVERY_WIDTH):
             raise wrong(problem, option, "a text with the unit of what is drawn, or a number if it has none")
@@ -190,19 +197,6 @@ def _check(file: pathlib.Path, name: str, table: SpreadTable) -> None:
         raise wrong("does not go with pearson3", "at_least" if table.at_least is not None else "at_most")
     if table.height is not None and given[0].startswith("relative"):
         raise wrong("has nothing to be relative to: a height is added", given[0], "sd or within")
-
-
-def _check_key(file: pathlib.Path, name: str, key: str) -> None:
-    """Refuse a key that no scenario has, or that is not a property of orthosis, wearer or walk."""
-    field = f"parameters.{name}"
-    if key.partition(".")[0] in _NOT_DRAWN:
-        raise InputError("is not a property of orthosis, wearer or walk", file=file, field=field, value=key)
-    wrong = astray(key.split("."))
-    if wrong is not None:
-        part, known = wrong
-        allowed = ", ".join(known) or "a key as afo-sim keys lists it, * for a name"
-        text, near = f"fits no key of any scenario: {part!r} is unknown", nearest_name(part, known)
-        raise InputError(text, file=file, field=field, value=key, allowed=allowed, nearest=near)
 
 
 def _no_quantity(given: Any, *, width: bool) -> str:

@@ -15,15 +15,11 @@ _MOST = 1.0 - 1e-9  # share of a variance: what is left is above zero [-]
 
 @dataclass(frozen=True, eq=False)
 class Explained:
-    """Share of a metric's variance that each group explains by itself [-], and what none of them does.
-
-    `left` is what `_left` tells with nothing known and with each group known, and its standard errors (4, 1 +
-    groups).
-    """
+    """Share of a metric's variance that each group explains by itself [-], and what none of them does."""
 
     shares: tuple[float, ...]
     rest: float
-    left: np.ndarray
+    left: np.ndarray  # what `_left` tells, and its standard errors (4, 1 + groups)
 
 
 class _Fit(NamedTuple):
