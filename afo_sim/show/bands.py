@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from afo_sim.metrics import NO_RATE, Metric, of_draws, percent, unit, words
@@ -15,21 +14,6 @@ _HOLDS = "a band holds what was drawn of inputs and muscle, not how predictions 
 _MANY_FAILED = 0.1  # share of draws that fail from which on that is told first [-]
 _LEAST_SHARE = 0.01  # of the variance, below which a group has no row [-]
 _OF_METRICS = {_CLEARANCE: "toe clearance", _TORQUE: "torque against push-off", _AIR: "air"}
-
-
-@dataclass(frozen=True)
-class _Part:
-    """One run's part of the report: warnings that stand first, rows, bars, and what was drawn."""
-
-    run: RunView
-    draws: int
-    warnings: tuple[str, ...]
-    sentences: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
-    explained: tuple[str, ...]
-    bars: tuple[tuple[str, bool, str, tuple[float, ...]], ...]
-    drawn: tuple[tuple[str, str, str, str], ...]
-    notes: tuple[str, ...]
 
 
 def lines(recording: Recording) -> list[str]:
@@ -68,7 +52,7 @@ def markdown(recording: Recording) -> str:
     return "\n\n".join([*parts, "\n".join(table), *_notes(study)])
 
 
-def of_report(runs: Sequence[RunView]) -> list[_Part]:
+def of_report(runs: Sequence[RunView]) -> list[dict[str, Any]]:
     """What the report's part report_bands.html.j2 draws; empty where there is nothing to report."""
     return [_part(run, study) for run in runs if (study := _study(run.recording)) is not None]
 
@@ -78,25 +62,19 @@ def _study(recording: Recording) -> Mapping[str, Any] | None:
     return found if isinstance(found, Mapping) else None
 
 
-def _part(run: RunView, study: Mapping[str, Any]) -> _Part:
+def _part(run: RunView, study: Mapping[str, Any]) -> dict[str, Any]:
     names = [name for name in _OF_METRICS if name in study.get("rest", {})]
     bars = []
     for group in study["groups"]:
-        shares = tuple(_percent(group, name) for name in names)
+        shares = tuple(100.0 * float(group["explained"].get(name, 0.0)) for name in names)
         if max(shares, default=0.0) >= 100.0 * _LEAST_SHARE:
             bars.append((_plain(group["name"]), group["each_stride"], group["measure"], shares))
     rest = tuple(100.0 * study["rest"][name] for name in names)
-    return _Part(
-        run,
-        study["draws"],
-        tuple(_warnings(study)),
-        tuple(_sentences(study)),
-        tuple(_rows(study)),
-        tuple(_OF_METRICS[name] for name in names),
-        (*bars, ("together, and what is left", True, "", rest)) if bars else (),
-        tuple(_drawn(one) for one in study["drawn"]),
-        tuple(_notes(study)),
-    )
+    bars += [("together, and what is left", True, "", rest)] if bars else []
+    told = {"warnings": _warnings(study), "sentences": _sentences(study), "notes": _notes(study)}
+    explained, drawn = [_OF_METRICS[name] for name in names], list(map(_drawn, study["drawn"]))
+    table = {"draws": study["draws"], "rows": _rows(study), "drawn": drawn}
+    return {"run": run, **told, **table, "explained": explained, "bars": bars}
 
 
 def _warnings(study: Mapping[str, Any]) -> list[str]:
@@ -121,9 +99,8 @@ def _sentences(study: Mapping[str, Any]) -> list[str]:
         near = of_draws(trips["within_10mm"]["share"], draws, "comes within 10 mm", "come within 10 mm")
         low, _, high = (percent(share) for share in trips["touch"]["of_one"])
         own = f"one wearer's own strides {low if low == high else f'{low} to {high}'} trip"
-        found.append(
-            f"of {draws} drawn strides {touch}; {near}; of {own} (5 to 95 % of the draws): {NO_RATE}"
-        )
+        told = f"of {draws} drawn strides {touch}; {near}"
+        found.append(f"{told}; of {own} (5 to 95 % of the draws): {NO_RATE}")
     others = [f"{_OF_METRICS[name]} {_band(name, metrics)}" for name in (_TORQUE, _AIR) if name in metrics]
     return [*found, *(["; ".join(others)] if others else []), *_measure_next(study)]
 
@@ -170,10 +147,6 @@ def _decimals(facts: Mapping[str, Any]) -> int:
     """As many as tell two digits of a band's width."""
     low, _, high = facts["quantiles"]
     return 2 if high <= low else min(max(1 - math.floor(math.log10(high - low)), 0), 4)
-
-
-def _percent(group: Mapping[str, Any], name: str) -> float:
-    return 100.0 * float(group["explained"].get(name, 0.0))
 
 
 def _plain(name: str) -> str:

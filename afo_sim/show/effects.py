@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from typing import Any
 
 from afo_sim.metrics import UNITS, number
 from afo_sim.show.run_names import begun
@@ -39,36 +39,6 @@ _HEADS = _SHORT | {
 _BARS = (CLEARANCE, TORQUE)  # columns that are drawn, too
 _MEASURE = "assumed: measure it first"
 _NONE = "no single step helps: it takes a larger step, several together, or another design"
-
-
-@dataclass(frozen=True)
-class _EffectRow:
-    """One step: `name` and `steps` (rows that it heads) only at a parameter's first."""
-
-    name: str
-    steps: int
-    change: str
-    helps: bool
-    cells: tuple[tuple[str, float], ...]
-    note: str
-
-
-@dataclass(frozen=True)
-class _EffectsTable:
-    """The effects of a run's parameters, those of which a step helps first; or why they are left out."""
-
-    run: RunView
-    why: str
-    heads: tuple[tuple[str, str], ...] = ()
-    base: tuple[str, ...] = ()
-    drawn: tuple[bool, ...] = ()
-    first: tuple[_EffectRow, ...] = ()
-    others: tuple[_EffectRow, ...] = ()
-    sentences: tuple[str, ...] = ()
-    none: str = ""
-    idle: str = ""
-    not_run: tuple[str, ...] = ()
-    left_out: str = ""
 
 
 def effects_of(recording: Recording) -> Effects | None:
@@ -123,7 +93,7 @@ def table(found: Effects) -> tuple[str, list[str], list[list[str]]]:
     return f"since {_WHY[found.aim]}", head, rows
 
 
-def of_report(runs: Sequence[RunView]) -> list[_EffectsTable]:
+def of_report(runs: Sequence[RunView]) -> list[dict[str, Any]]:
     """What the report's part report_effects.html.j2 draws; empty where there is nothing to report."""
     tables = []
     for run in runs:
@@ -131,7 +101,7 @@ def of_report(runs: Sequence[RunView]) -> list[_EffectsTable]:
         if found is not None:
             tables.append(_table(run, found))
         elif left_out:
-            tables.append(_EffectsTable(run, "", left_out=left_out))
+            tables.append({"run": run, "left_out": left_out})
     return tables
 
 
@@ -175,7 +145,7 @@ def _left_out(recording: Recording) -> str:
     return str(recording.studies.get(EFFECTS, {}).get(LEFT_OUT, ""))
 
 
-def _table(run: RunView, found: Effects) -> _EffectsTable:
+def _table(run: RunView, found: Effects) -> dict[str, Any]:
     names = [name for name in _HEADS if name in found.base]
     shown = [e for e in found.ranked if e.status == "run" and e.name not in found.idle]
     best = {effect.name for effect in found.helping[:_TOP]}
@@ -184,30 +154,31 @@ def _table(run: RunView, found: Effects) -> _EffectsTable:
     for effect in found.ranked:
         if effect.status not in ("run", "no air"):
             reasons.setdefault(effect.reason, []).append(change(effect))
-    return _EffectsTable(
-        run,
-        _WHY[found.aim],
-        heads=tuple((_HEADS[n], _unit(found, n)) for n in names),
-        base=tuple(number(found.base[n].value, found.base[n].unit) for n in names),
-        drawn=tuple(n in _BARS for n in names),
-        first=tuple(_rows(found, [e for e in shown if e.name in best], names, longest)),
-        others=tuple(_rows(found, [e for e in shown if e.name not in best], names, longest)),
-        sentences=tuple(map(begun, sentences(found, _FEW))),
-        none="" if found.helping else _NONE,
-        idle="; ".join(found.idle),
-        not_run=tuple(f"{'; '.join(steps)}: {reason}" for reason, steps in reasons.items()),
-    )
+    return {
+        "run": run,
+        "left_out": "",
+        "why": _WHY[found.aim],
+        "heads": [(_HEADS[n], _unit(found, n)) for n in names],
+        "base": [number(found.base[n].value, found.base[n].unit) for n in names],
+        "drawn": [n in _BARS for n in names],
+        "first": list(_rows(found, [e for e in shown if e.name in best], names, longest)),
+        "others": list(_rows(found, [e for e in shown if e.name not in best], names, longest)),
+        "sentences": list(map(begun, sentences(found, _FEW))),
+        "none": "" if found.helping else _NONE,
+        "idle": "; ".join(found.idle),
+        "not_run": [f"{'; '.join(steps)}: {reason}" for reason, steps in reasons.items()],
+    }
 
 
 def _rows(
     found: Effects, shown: Sequence[Effect], names: Sequence[str], longest: dict[str, float]
-) -> Iterator[_EffectRow]:
-    """Both steps of a parameter together, in the order of the better one."""
+) -> Iterator[dict[str, Any]]:
+    """Both steps of a parameter together, in the order of the better one; its name at the first alone."""
     for parameter in dict.fromkeys(effect.name for effect in shown):
         steps = [effect for effect in shown if effect.name == parameter]
         for k, effect in enumerate(steps):
-            cells = tuple((_number(effect, found, n), 100.0 * effect.by(n) / longest[n]) for n in names)
+            cells = [(_number(effect, found, n), 100.0 * effect.by(n) / longest[n]) for n in names]
             told = _MEASURE if effect.assumed and k == 0 else ""
             note = "; ".join(text for text in (told, effect.reason, *effect.beyond, *effect.notes) if text)
-            name = parameter if k == 0 else ""
-            yield _EffectRow(name, len(steps), _values(effect), effect.helps, cells, note)
+            row = {"name": parameter if k == 0 else "", "steps": len(steps), "change": _values(effect)}
+            yield row | {"helps": effect.helps, "cells": cells, "note": note}

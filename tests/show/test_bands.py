@@ -161,7 +161,7 @@ def test_the_report_has_table_bars_and_bands_of_curves(studied: Recording) -> No
         report_figures.draw_walk(figures, runs)
         assert sum(UNKNOWN_LABEL in panels.keys(figure.axes) for figure in figures) == count
     assert "no calf cuff was measured" in with_bands  # the source of a spread
-    for name, *_ in bands.of_report(both[:1])[0].bars:
+    for name, *_ in bands.of_report(both[:1])[0]["bars"]:
         assert name in with_bands
     assert with_bands.count("What the bands come from") == 1
 
