@@ -170,17 +170,17 @@ def parts(group: MuscleGroup, own: float, way: float) -> list[tuple[str, float, 
     return [edge for edge in [*edges, ("cable", own, way)] if edge[2] > edge[1]]
 
 
-def lever(pose: Pose, facts: PathFacts) -> tuple[np.ndarray, np.ndarray]:
-    """The moment arm: from the ankle to the foot of its perpendicular on the path's line [m] (2,), (2,)."""
+def lever(pose: Pose, facts: PathFacts) -> np.ndarray:
+    """The moment arm: from the ankle to the foot of its perpendicular on the path's line [m] (2,)."""
     if facts.group.pulley is not None:
-        return np.zeros(2), np.array([facts.arm[facts.at(0.0)], 0.0])
+        return np.array([facts.arm[facts.at(0.0)], 0.0])
     corners = pose.flat(pose.path(facts.muscles[0]))
     wanted = abs(float(facts.arm[facts.at(0.0)]))
     feet = []
     for start, end in itertools.pairwise(corners):
         along_it = (end - start) / max(float(np.linalg.norm(end - start)), 1e-12)
         feet.append(start - (start @ along_it) * along_it)
-    return np.zeros(2), min(feet, key=lambda foot: abs(float(np.linalg.norm(foot)) - wanted))
+    return min(feet, key=lambda foot: abs(float(np.linalg.norm(foot)) - wanted))
 
 
 @dataclass(frozen=True)
@@ -244,7 +244,7 @@ def side_view(axis: Any, design: Design, box: Box, scale: _Scale) -> None:
     axis.plot(0.0, 0.0, "+", color="black", ms=9.0, mew=0.8, zorder=6)
     drawn: list[np.ndarray] = []
     for entry in design.facts:
-        end = lever(pose, entry)[1]
+        end = lever(pose, entry)
         if all(np.linalg.norm(end - other) > _APART * scale.ratio for other in drawn):
             drawn.append(end)
             if float(np.linalg.norm(end)) >= 1e-3:  # the perpendicular to the path, with its length

@@ -177,10 +177,10 @@ def test_the_drawn_lever_is_the_moment_arm() -> None:
     built = afo.build("seated")
     pose = Pose.at(built, 0.0)
     for entry in path_facts(built):
-        start, end = lever(pose, entry)
+        arm = lever(pose, entry)
         path = pose.flat(pose.path(entry.muscles[0]))
-        assert np.linalg.norm(end - start) == pytest.approx(abs(entry.arm[entry.at(0.0)]), abs=1e-9)
-        assert (end - start) @ (path[-1] - path[0]) == pytest.approx(0.0, abs=1e-12)
+        assert np.linalg.norm(arm) == pytest.approx(abs(entry.arm[entry.at(0.0)]), abs=1e-9)
+        assert arm @ (path[-1] - path[0]) == pytest.approx(0.0, abs=1e-12)
 
 
 def test_parts_of_a_muscle_fill_its_path() -> None:
