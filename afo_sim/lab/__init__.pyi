@@ -24,7 +24,6 @@ from .replay import fit_replay as fit_replay
 from .replay import replay as replay
 from .run_fit import FitRun as FitRun
 from .run_fit import fit_run as fit_run
-from .run_problem import Channel as Channel
 from .run_problem import differences as differences
 from .stand import Stand as Stand
 from .stand_table import SET as SET

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from afo_sim.lab import (
-    Channel,
     FitRun,
     LawFit,
     Measured,
@@ -124,11 +123,26 @@ def write_log_figure(fit: FitRun, folder: pathlib.Path) -> list[pathlib.Path]:
 
 
 def _rows(figure: Any, fit: FitRun) -> None:
-    channels = fit.problem.log.channels
+    channels, time, seen = fit.problem.log.channels, fit.problem.log.time, fit.problem.seen
+    dots: dict[str, Any] = {"lw": 0.0, "marker": "o", "ms": 4.0, "mew": 0.0}
     axes = figure.subplots(len(channels), 2, sharex=True, squeeze=False, width_ratios=(1.35, 1.0))
     for (left, right), channel in zip(axes, channels, strict=True):
-        _overlay(left, fit, channel)
-        _rest(right, fit, channel)
+        look = {"lw": 3.5} if len(time) > _SPARSE else dots
+        left.plot(time, channel.values / channel.scale, color=_LOG, label="log", zorder=1, **look)
+        band = 2.0 * fit.problem.noise[channel.title] / channel.scale
+        right.axhspan(-band, band, color="0.88", lw=0.0, zorder=0, label="± 2 × noise")
+        right.axhline(0.0, color="0.6", lw=0.6, zorder=1)
+        for label, run, values, look in _runs(fit):
+            simulated = channel.simulated(run, time - values.get("time_offset", 0.0))
+            left.plot(time, simulated / channel.scale, label=label, zorder=2, **look)
+            off = (simulated - channel.values) / channel.scale
+            right.plot(time, off, zorder=2, **look | {"lw": 0.8})
+        if fit.forecast is not None:
+            missed = differences(fit.problem, *fit.forecast)[channel.title][~seen] / channel.scale
+            label = f"fitted to the first {100.0 * (1.0 - fit.problem.hold_out):.0f} % alone"
+            right.plot(time[~seen], missed, color=_FORECAST, lw=0.8, label=label, zorder=3)
+        left.set_ylabel(f"{plain(channel.title)}\n[{plain(channel.unit)}]")
+        right.set_ylabel(f"[{plain(channel.unit)}]")
     axes[0, 0].set_title("log and runs", loc="left")
     axes[0, 1].set_title("run − log", loc="left")
     for axis in axes[-1]:
@@ -136,32 +150,6 @@ def _rows(figure: Any, fit: FitRun) -> None:
     figure.align_ylabels(axes[:, 0])
     figure.align_ylabels(axes[:, 1])
     legend(figure, axes[0], columns=4)
-
-
-def _overlay(axis: Any, fit: FitRun, channel: Channel) -> None:
-    time = fit.problem.log.time
-    dots: dict[str, Any] = {"lw": 0.0, "marker": "o", "ms": 4.0, "mew": 0.0}
-    look = {"lw": 3.5} if len(time) > _SPARSE else dots
-    axis.plot(time, channel.values / channel.scale, color=_LOG, label="log", zorder=1, **look)
-    for label, run, values, look in _runs(fit):
-        simulated = channel.simulated(run, time - values.get("time_offset", 0.0))
-        axis.plot(time, simulated / channel.scale, label=label, zorder=2, **look)
-    axis.set_ylabel(f"{plain(channel.title)}\n[{plain(channel.unit)}]")
-
-
-def _rest(axis: Any, fit: FitRun, channel: Channel) -> None:
-    time, seen = fit.problem.log.time, fit.problem.seen
-    band = 2.0 * fit.problem.noise[channel.title] / channel.scale
-    axis.axhspan(-band, band, color="0.88", lw=0.0, zorder=0, label="± 2 × noise")
-    axis.axhline(0.0, color="0.6", lw=0.6, zorder=1)
-    for _, run, values, look in _runs(fit):
-        simulated = channel.simulated(run, time - values.get("time_offset", 0.0))
-        axis.plot(time, (simulated - channel.values) / channel.scale, zorder=2, **look | {"lw": 0.8})
-    if fit.forecast is not None:
-        missed = differences(fit.problem, *fit.forecast)[channel.title][~seen] / channel.scale
-        label = f"fitted to the first {100.0 * (1.0 - fit.problem.hold_out):.0f} % alone"
-        axis.plot(time[~seen], missed, color=_FORECAST, lw=0.8, label=label, zorder=3)
-    axis.set_ylabel(f"[{plain(channel.unit)}]")
 
 
 def _runs(fit: FitRun) -> list[tuple[str, Any, dict[str, float], dict[str, Any]]]:

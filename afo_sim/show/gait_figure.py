@@ -66,17 +66,14 @@ def draw_gait(cycle: GaitCycle, path: pathlib.Path, imported: Imported | None = 
             pressure.plot(percent, 100.0 * cycle.ankle_z, color=_PLANTAR, label="ankle above floor")
             pressure.set_ylim(top=1.5 * pressure.get_ylim()[1])
             pressure.legend(loc="upper left")
-        figure.suptitle(_title(cycle, imported), x=0.01, ha="left", fontsize=9.0)
+        leg = f"mean {cycle.notes['mean']}" if "mean" in cycle.notes else f"{cycle.side} leg"
+        words = leg if imported is None else taken_words(imported)
+        facts = f"{cycle.body_mass:.3g} kg, {cycle.walking_speed:.2f} m/s, stride {cycle.stride_time:.2f} s, "
+        facts += f"stance {100 * stance(cycle):.0f} %"
+        title = paragraph(cycle.source, words, facts)
+        figure.suptitle(title, x=0.01, ha="left", fontsize=9.0)
         if cycle.warnings:
             figure.supxlabel(_warned(cycle.warnings), x=0.01, ha="left", fontsize=_SMALL, color=_DORSAL)
-
-
-def _title(cycle: GaitCycle, imported: Imported | None) -> str:
-    leg = f"mean {cycle.notes['mean']}" if "mean" in cycle.notes else f"{cycle.side} leg"
-    words = leg if imported is None else taken_words(imported)
-    facts = f"{cycle.body_mass:.3g} kg, {cycle.walking_speed:.2f} m/s, stride {cycle.stride_time:.2f} s, "
-    facts += f"stance {100 * stance(cycle):.0f} %"
-    return paragraph(cycle.source, words, facts)
 
 
 def _warned(warnings: Sequence[str]) -> str:

@@ -37,9 +37,8 @@ def draw_leg(leg: Tree, title: str, path: pathlib.Path) -> None:
             axis.margins(0.12)
             axis.set_aspect("equal", adjustable="datalim")
         axes[0].set_ylabel("above the ankle [mm]")
-        own = [
-            moved(from_ankle(leg, part), surface(shape)) for part in leg.below(FOOT) for shape in part.shapes
-        ]
+        parts = leg.below(FOOT)
+        own = [moved(from_ankle(leg, part), surface(shape)) for part in parts for shape in part.shapes]
         reach = 1e3 * (float(np.concatenate(own)[:, 0].max()) if own else 0.2)  # of the foot's foremost point
         _stops(axes[0], numbers, 1.2 * reach)
         axes[1].plot([-0.35 * reach, 0.35 * reach], [0.0, 0.0], color=RED, lw=1.2)

@@ -55,14 +55,13 @@ def _texts(part: str | _Table | _Draw) -> Iterator[str]:
         head = "".join(f"<th>{escape(name)}</th>" for name in header)
         yield f"<table><caption>{escape(title)}</caption><tr>{head}</tr>"
         for row in rows:
-            yield f"<tr>{''.join(f'<td{_edge(cell)}>{escape(cell)}</td>' for cell in row)}</tr>"
+            shown = ""
+            for cell in row:
+                colour = _EDGES.get(cell.rpartition(" ")[2])  # of an answer's badge
+                edge = f' style="border-left:6px solid {colour};white-space:nowrap"' if colour else ""
+                shown += f"<td{edge}>{escape(cell)}</td>"
+            yield f"<tr>{shown}</tr>"
         yield "</table>"
-
-
-def _edge(cell: str) -> str:
-    """The colour of an answer's badge."""
-    colour = _EDGES.get(cell.rpartition(" ")[2])
-    return f' style="border-left:6px solid {colour};white-space:nowrap"' if colour else ""
 
 
 def _picture(draw: _Draw) -> str:

@@ -124,10 +124,9 @@ def of_leg(scenario: Mapping[str, Any]) -> list[Notice]:
         found.append(Notice("no-tissue", f"{words}(leg.passive.scale)", subject="leg.passive.scale"))
     shapes = (sources.get("foot_length") or {}).get("kind") == "derived"
     if shapes and scenario.get("gait"):
-        words = (
-            "the leg is an imported one: toe clearance is that of its sole's points, which its shapes tell "
-        )
-        found.append(Notice("imported-sole", f"{words}unless the file has them", subject="toe_clearance"))
+        words = "the leg is an imported one: toe clearance is that of its sole's points, "
+        words += "which its shapes tell unless the file has them"
+        found.append(Notice("imported-sole", words, subject="toe_clearance"))
     return found
 
 

@@ -225,10 +225,8 @@ def remarks(runs: Sequence[RunView]) -> list[str]:
     found = []
     walking, others = ([run.label for run in runs if run.walks is kind] for kind in (True, False))
     if walking and others:
-        text = (
-            "walking and not walking: each kind has its own figures, and a number that only one kind has is "
-        )
-        text += f"compared with nothing (walking: {', '.join(walking)}; not walking: {', '.join(others)})"
+        text = "walking and not walking: each kind has its own figures, and a number that only one kind has "
+        text += f"is compared with nothing (walking: {', '.join(walking)}; not walking: {', '.join(others)})"
         found.append(text)
     found += _worn_differently(runs)
     for name in (name for name in _gaits_of(runs) if _gait_file(name) is None):

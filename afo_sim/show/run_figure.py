@@ -26,9 +26,8 @@ _Panel = Callable[[Any, list[RunView]], None]  # draws on an axis
 
 def plain_numbers(recording: Recording) -> list[str]:
     """Columns of a controller, and of sensors, that are plain numbers."""
-    sensors = [
-        name for name in recording.columns if name.startswith(SENSOR) and recording.describe(name)[0] == ""
-    ]
+    read = (name for name in recording.columns if name.startswith(SENSOR))
+    sensors = [name for name in read if recording.describe(name)[0] == ""]
     return [name for name in _PLAIN if name in recording.columns] + sensors
 
 
@@ -40,9 +39,8 @@ def electronics(axis: Any, runs: Sequence[RunView]) -> None:
         values = run.recording[name]
         if np.isfinite(values).any():
             label = plain(name.removeprefix("controller/"))
-            axis.step(
-                run.recording["time"], values, where="post", color=colour, ls=style, lw=0.9, label=label
-            )
+            look = {"where": "post", "color": colour, "ls": style, "lw": 0.9, "label": label}
+            axis.step(run.recording["time"], values, **look)
     axis.set_ylabel("electronics\n[1]")
     shade_stance(axis, run)
 

@@ -49,9 +49,8 @@ def apart(scenarios: Sequence[Mapping[str, Any]]) -> tuple[str, list[str]]:
         return "", [ALONE]
     texts, changed = zip(*map(in_words, scenarios), strict=True)
     if len(set(texts)) == 1:
-        return re.split(_CLAUSE, texts[0])[0], _distinct(
-            ["; ".join(each) or "as described" for each in changed]
-        )
+        told = ["; ".join(each) or "as described" for each in changed]
+        return re.split(_CLAUSE, texts[0])[0], _distinct(told)
     alike = (len(set(letters)) == 1 for letters in zip(*texts, strict=False))
     shared = texts[0][: sum(itertools.takewhile(bool, alike))]
     clause = max(shared.rfind(mark) for mark in (", ", ": ", "; "))

@@ -62,11 +62,8 @@ def write_stand_files(tests: Stand, place: _Target, *, rrd: bool = True) -> list
 
 def write_replays(found: Sequence[Replay], folder: pathlib.Path) -> list[pathlib.Path]:
     """Write a table and a figure of each replay: what was measured beside what is predicted."""
-    names = [
-        f"replay_{k}_{one.log.file.stem}{suffix}"
-        for k, one in enumerate(found, 1)
-        for suffix in (".csv", ".png")
-    ]
+    stems = [f"replay_{k}_{one.log.file.stem}" for k, one in enumerate(found, 1)]
+    names = [f"{stem}{suffix}" for stem in stems for suffix in (".csv", ".png")]
     with together(folder, names) as scratch:
         for table, figure, one in zip(names[::2], names[1::2], found, strict=True):
             units = {name: COLUMNS[name][0] for name in one.predicted}

@@ -12,18 +12,24 @@ _Table = tuple[str, list[str], list[list[str]]]  # title, header, rows
 
 def tables(found: Findings, best: int) -> list[_Table]:
     """(title, header, rows) to print."""
-    shown = [_status_table(found.results), _metric_table(found)]
-    if warned := analysis.warned(found.results.warnings, found.results.notices):
+    results = found.results
+    whole, count = len(results), int(results.ok.sum())
+    rows = [["ok", str(count), f"{100.0 * count / whole:.3g} %", ""]]
+    for status, reason, n in analysis.failures(results["status"], results["reason"]):
+        rows.append([status, str(n), f"{100.0 * n / whole:.3g} %", reason])
+    shown = [(f"{whole} cases, {results.design}", ["status", "cases", "share", "reason"], rows)]
+    shown.append(_metric_table(found))
+    if warned := analysis.warned(results.warnings, results.notices):
         heading = "warnings, by the numbers of the first case with each"
         told = [[str(count), text] for text, count in warned]
         shown.insert(1, (heading, ["cases", "warning"], told))
     if found.effects:
         shown.append(_effect_table(found))
-    shown += [_index_table(found.results, name, each) for name, each in found.indices.items()]
+    shown += [_index_table(results, name, each) for name, each in found.indices.items()]
     for metric in found.effects if best > 0 else ():
         end = found.objectives[metric]
-        rows = analysis.best(found.results[metric], best, end == "lowest")
-        shown.append(_case_table(found, rows, f"best cases: {end} {_lower(found, metric)}"))
+        cases = analysis.best(results[metric], best, end == "lowest")
+        shown.append(_case_table(found, cases, f"best cases: {end} {_lower(found, metric)}"))
     if len(found.effects) > 1 and best > 0:
         shown.append(_front_table(found, best))
     return shown
@@ -32,14 +38,6 @@ def tables(found: Findings, best: int) -> list[_Table]:
 def _lower(found: Findings, metric: str) -> str:
     label = scale(found.results, metric).label
     return label[:1].lower() + label[1:]
-
-
-def _status_table(results: Results) -> _Table:
-    count = int(results.ok.sum())
-    rows = [["ok", str(count), f"{100.0 * count / len(results):.3g} %", ""]]
-    for status, reason, n in analysis.failures(results["status"], results["reason"]):
-        rows.append([status, str(n), f"{100.0 * n / len(results):.3g} %", reason])
-    return f"{len(results)} cases, {results.design}", ["status", "cases", "share", "reason"], rows
 
 
 def _metric_table(found: Findings) -> _Table:

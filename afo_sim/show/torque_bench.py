@@ -1,6 +1,7 @@
 """Figure of a torque fit: measured over fitted torque by pressure, what is left over, what goes with what."""
 
 import pathlib
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -67,9 +68,8 @@ def _draw_torque(axis: Any, found: TorqueFit, group: Group, level: np.ndarray) -
         stiff = predict(found.problem, found.parameters | rigid, [line])["torque"]
         axis.plot(np.degrees(grid), stiff, ":", color=colour, lw=1.0)
         axis.plot(np.degrees(grid), fitted, color=colour)
-        axis.plot(
-            np.degrees(own.angle), own.torque, "o", ms=3, color=colour, label=f"{pressure * 1e-5:.3g} bar"
-        )
+        label = f"{pressure * 1e-5:.3g} bar"
+        axis.plot(np.degrees(own.angle), own.torque, "o", ms=3, color=colour, label=label)
     axis.plot([], [], color="0.3", label="fitted")
     axis.plot([], [], ":", color="0.3", label="nothing gives way")
     axis.margins(x=0.03)
@@ -148,29 +148,25 @@ def _draw_profile(axis: Any, found: TorqueFit, profiled: Profile) -> None:
     x = np.array([first.number(v) for v in profiled.first])
     y = np.array([second.number(v) for v in profiled.second])
     worse = profiled.rms / profiled.rms.min() - 1.0
-    bands = axis.contourf(
-        x, y, 100.0 * worse.T, [0, 1, 2, 5, 10, 20, 50, 100], cmap="Greys", extend="max", alpha=0.7
-    )
+    levels = [0, 1, 2, 5, 10, 20, 50, 100]
+    bands = axis.contourf(x, y, 100.0 * worse.T, levels, cmap="Greys", extend="max", alpha=0.7)
     axis.figure.colorbar(bands, ax=axis, label="torque RMS above the least [%]")
     _scale(first, axis.set_xscale, axis.xaxis)
     _scale(second, axis.set_yscale, axis.yaxis)
-    at = found.parameters
-    axis.plot(
-        first.number(at[first.name]), second.number(at[second.name]), "o", color=COLOURS[0], label="fitted"
-    )
-    others = {
-        group: (first.number(values[first.name]), second.number(values[second.name]))
-        for group, values in (found.apart.values if found.apart else {}).items()
-    }
-    within = {
-        g: at for g, at in others.items() if x.min() <= at[0] <= x.max() and y.min() <= at[1] <= y.max()
-    }
+
+    def at(values: Mapping[str, float]) -> tuple[float, float]:
+        return first.number(values[first.name]), second.number(values[second.name])
+
+    axis.plot(*at(found.parameters), "o", color=COLOURS[0], label="fitted")
+    others = {g: at(values) for g, values in (found.apart.values if found.apart else {}).items()}
+    (left, right), (low, high) = (x.min(), x.max()), (y.min(), y.max())
+    within = {g: (a, b) for g, (a, b) in others.items() if left <= a <= right and low <= b <= high}
     for group, place in within.items():
         axis.annotate(plain(group), place, xytext=(4, 3), textcoords="offset points", fontsize=7)
     if others:
         beyond = ", ".join(group for group in others if group not in within)
         label = "each group alone" + (f" (beyond: {plain(beyond)})" if beyond else "")
         axis.plot(*np.reshape([*within.values()], (-1, 2)).T, "+", ms=7, color=COLOURS[1], label=label)
-    axis.set(xlim=(x.min(), x.max()), ylim=(y.min(), y.max()), xlabel=f"{first.name} [{first.shown}]")
+    axis.set(xlim=(left, right), ylim=(low, high), xlabel=f"{first.name} [{first.shown}]")
     axis.set_ylabel(f"{second.name} [{second.shown}]" if second.shown else second.name)
     axis.legend(loc="upper right", frameon=True, framealpha=0.8, edgecolor="none")

@@ -48,9 +48,8 @@ def scenery(xml: str, width: int, height: int, walkway: tuple[float, float] | No
     spec.stat.center, spec.stat.extent = _LOOK_AT, 1.0
     kinds, patterns = mujoco.mjtTexture, mujoco.mjtBuiltin
     sky: dict[str, Any] = {"rgb1": [0.86, 0.90, 0.94], "rgb2": [0.97] * 3, "width": 256, "height": 1536}
-    spec.add_texture(
-        name="background", type=kinds.mjTEXTURE_SKYBOX, builtin=patterns.mjBUILTIN_GRADIENT, **sky
-    )
+    box, shade = kinds.mjTEXTURE_SKYBOX, patterns.mjBUILTIN_GRADIENT
+    spec.add_texture(name="background", type=box, builtin=shade, **sky)
     floor: dict[str, Any] = {"size": [0.0, 0.0, 0.1], "rgba": [0.97, 0.97, 0.97, 1.0]}
     if walkway is not None:
         tiles: dict[str, Any] = {"rgb1": [0.9] * 3, "rgb2": [0.8, 0.81, 0.83], "width": 256, "height": 256}
@@ -86,11 +85,10 @@ def opengl_context(model: mujoco.MjModel, width: int, height: int) -> tuple[Any,
         context = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_150)
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, context)
     except Exception as error:  # each backend has errors of its own
-        raise InputError(
-            f"there is no OpenGL to draw with ({backend or 'default'} backend: {error}); "
-            "set MUJOCO_GL=egl or MUJOCO_GL=osmesa and install its libraries "
-            "(Debian, Ubuntu: libegl1 libegl-mesa0 libgl1-mesa-dri, or libosmesa6)"
-        ) from error
+        text = f"there is no OpenGL to draw with ({backend or 'default'} backend: {error}); "
+        text += "set MUJOCO_GL=egl or MUJOCO_GL=osmesa and install its libraries "
+        text += "(Debian, Ubuntu: libegl1 libegl-mesa0 libgl1-mesa-dri, or libosmesa6)"
+        raise InputError(text) from error
     return opengl, context
 
 
@@ -207,10 +205,8 @@ def write_video(
             raise InputError("is not a size of a picture", field=field, value=pixels, allowed="even, from 2")
     program = shutil.which("ffmpeg", path=child_environment().get("PATH"))
     if program is None or not pathlib.Path(program).is_absolute():  # Windows takes the current folder first
-        raise InputError(
-            "videos are encoded by the program ffmpeg, which is not installed; install the package "
-            "ffmpeg (Debian, Ubuntu: apt install ffmpeg; macOS: brew install ffmpeg)"
-        )
+        text = "videos are encoded by the program ffmpeg, which is not installed; install the package "
+        raise InputError(f"{text}ffmpeg (Debian, Ubuntu: apt install ffmpeg; macOS: brew install ffmpeg)")
     with ExitStack() as stack:
         painters = [
             stack.enter_context(Painter(run, pixels, height, figure, title))

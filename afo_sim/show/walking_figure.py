@@ -72,9 +72,8 @@ class Limbs:
     def of(cls, recording: Recording, model: mujoco.MjModel) -> "Limbs":
         """Those of the person that walks in a run."""
         scenario = load("scenario", recording.scenario)
-        return cls(
-            persons_stride(scenario), person_of(scenario).body_height, foot_of(model, scenario.leg, ANKLE)
-        )
+        foot = foot_of(model, scenario.leg, ANKLE)
+        return cls(persons_stride(scenario), person_of(scenario).body_height, foot)
 
     def points(self, ankle: np.ndarray, shank: np.ndarray, phase: np.ndarray) -> dict[str, np.ndarray]:
         """Joints (n, 2) and the other sole (n, 4, 2) by their names in `Pose` [m]."""

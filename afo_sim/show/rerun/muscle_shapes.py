@@ -73,22 +73,6 @@ class DrawnMuscle:
         drawn = np.ones(points.shape[:2], bool)
         if line is None:
             drawn[excess <= _HANGS, 1:-1] = False
-        self._log_strips(stream, block, points, drawn)
-
-    def _colours(self, block: Columns) -> np.ndarray:
-        """Of the tube, by force or pressure (n, 4)."""
-        if self.colour_by == "pressure":
-            share = block[self.columns[-1]] / _PRESSURE_SCALE
-        else:
-            share = np.sqrt(np.clip(block[f"muscle/{self.name}/force"], 0.0, None) / _FORCE_SCALE)
-        colour = SLACK + np.clip(share, 0.0, 1.0)[:, None] * (PULLING - SLACK)
-        rgba = np.column_stack([colour, np.full(len(share), 255 * self.opacity)])
-        return rgba.round().astype(np.uint8)
-
-    def _log_strips(
-        self, stream: rr.RecordingStream, block: Columns, points: np.ndarray, drawn: np.ndarray
-    ) -> None:
-        """Lines through the points (n, places, 3) that are drawn; thin and dark where a cable is slack."""
         slack = block[f"muscle/{self.name}/force"] <= 0.0
         # lines as Arrow has them: Rerun would convert each line alone
         form = rr.components.LineStrip3DBatch([]).as_arrow_array().type
@@ -101,6 +85,16 @@ class DrawnMuscle:
         )
         send(stream, f"{self.root}/cables/{self.name}", block, cable)
 
+    def _colours(self, block: Columns) -> np.ndarray:
+        """Of the tube, by force or pressure (n, 4)."""
+        if self.colour_by == "pressure":
+            share = block[self.columns[-1]] / _PRESSURE_SCALE
+        else:
+            share = np.sqrt(np.clip(block[f"muscle/{self.name}/force"], 0.0, None) / _FORCE_SCALE)
+        colour = SLACK + np.clip(share, 0.0, 1.0)[:, None] * (PULLING - SLACK)
+        rgba = np.column_stack([colour, np.full(len(share), 255 * self.opacity)])
+        return rgba.round().astype(np.uint8)
+
 
 def bow(ends: np.ndarray, excess: np.ndarray, axis: np.ndarray) -> np.ndarray:
     """Parabolas between two points, longer than the straight lines, bent away from a third point."""
@@ -112,9 +106,8 @@ def bow(ends: np.ndarray, excess: np.ndarray, axis: np.ndarray) -> np.ndarray:
     away /= np.linalg.norm(away, axis=1).clip(1e-9)[:, None]
     sag = chord * np.interp(1.0 + excess / chord, _ARCS, _SAGS)
     share = np.linspace(0.0, 1.0, POINTS)[None, :, None]
-    points: np.ndarray = (
-        ends[:, :1] + share * span[:, None] + (4.0 * share * (1.0 - share)) * (sag[:, None] * away)[:, None]
-    )
+    bent = (4.0 * share * (1.0 - share)) * (sag[:, None] * away)[:, None]
+    points: np.ndarray = ends[:, :1] + share * span[:, None] + bent
     return points
 
 

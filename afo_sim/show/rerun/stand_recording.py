@@ -39,10 +39,8 @@ def write_stand(trials: Sequence[Trial], path: pathlib.Path) -> None:
 
 
 def _layout(trials: Sequence[Trial]) -> rrb.Blueprint:
-    plots = [
-        time_plot(f"/{name}", SHOWN[name][0], legend=name == "pressure")
-        for name in ("pressure", "contraction", "force")
-    ]
+    names = ("pressure", "contraction", "force")
+    plots = [time_plot(f"/{name}", SHOWN[name][0], legend=name == "pressure") for name in names]
     count = sum(len(trial.curves) for trial in trials)
     height = max(trial.plan.muscle.total_length for trial in trials)
     middle = 0.5 * (count - 1) * _SPACING
@@ -85,14 +83,9 @@ def _log_curve(stream: rr.RecordingStream, trial: Trial, k: int, entity: str, la
     stream.log(f"stand/{entity}/carriage", carriage, static=True)
     below = np.column_stack([0.0 * length, y + 0.0 * length, -length - 0.012]).astype(np.float32)
     send(stream, f"stand/{entity}/carriage", columns, rr.Transform3D.columns(translation=below))
-    if trial.plan.kind in AXES:
-        _log_characteristic(stream, trial, columns, entity, shade)
-
-
-def _log_characteristic(
-    stream: rr.RecordingStream, trial: Trial, columns: dict[str, np.ndarray], entity: str, shade: list[int]
-) -> None:
-    """The curve in a plane, all curves on one scale, and a dot that runs along it."""
+    if trial.plan.kind not in AXES:
+        return
+    # the curve in a plane, all curves on one scale, and a dot that runs along it
     abscissa, _, ordinate, _ = AXES[trial.plan.kind]
     points = []
     for name, size in zip((abscissa, ordinate), _CURVE_SIZE, strict=True):
