@@ -303,10 +303,8 @@ def strides(
     first = math.ceil(way[0] - 0.5 * (way[1] - way[0]))
     last = math.floor(way[-1] + 1.5 * (way[-1] - way[-2]))
     cuts = way.searchsorted(np.arange(first, last + 1) - 1e-9).tolist()
-    return [
-        Stride(columns, first + k, slice(a, b), timestep, body_mass, free_density)
-        for k, (a, b) in enumerate(itertools.pairwise(cuts))
-    ]
+    rows = enumerate(itertools.pairwise(cuts), first)
+    return [Stride(columns, k, slice(a, b), timestep, body_mass, free_density) for k, (a, b) in rows]
 
 
 def settled(columns: Mapping[str, np.ndarray], whole: list[Stride]) -> list[Stride]:

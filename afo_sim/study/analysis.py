@@ -85,7 +85,13 @@ def effect(
     places, bin_of = _binned(parameter, bins, grid)
     counts = np.bincount(bin_of)
     means = np.bincount(bin_of, metric) / counts
-    errors = _errors(metric - means[bin_of], bin_of, blocks, counts)
+    # standard error of each bin's mean, NaN where the bin is a single block
+    pairs, member = np.unique(blocks * len(counts) + bin_of, return_inverse=True)
+    sums, of_bin = np.bincount(member, metric - means[bin_of]), pairs % len(counts)
+    m = np.bincount(of_bin)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        variance = np.bincount(of_bin, sums**2) / counts**2 * (m / (m - 1.0))
+    errors = np.where(m > 1, np.sqrt(variance), np.nan)
     total = float(np.sum((metric - metric.mean()) ** 2))
     explained = counts * (means - metric.mean()) ** 2
     chance = 0.0 if grid else counts * (1.0 - counts / len(metric)) * errors**2
@@ -114,16 +120,6 @@ def _binned(parameter: np.ndarray, bins: int | None, grid: bool) -> tuple[np.nda
     edges = np.unique(np.quantile(parameter, np.linspace(0.0, 1.0, wanted + 1)[1:-1]))
     _, bin_of = np.unique(np.searchsorted(edges, parameter, side="right"), return_inverse=True)
     return np.bincount(bin_of, parameter) / np.bincount(bin_of), bin_of
-
-
-def _errors(residual: np.ndarray, bin_of: np.ndarray, blocks: np.ndarray, counts: np.ndarray) -> np.ndarray:
-    """Standard error of each bin's mean (k,), NaN where the bin is a single block."""
-    pairs, member = np.unique(blocks * len(counts) + bin_of, return_inverse=True)
-    sums, of_bin = np.bincount(member, residual), pairs % len(counts)
-    m = np.bincount(of_bin)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        variance = np.bincount(of_bin, sums**2) / counts**2 * (m / (m - 1.0))
-    return np.where(m > 1, np.sqrt(variance), np.nan)
 
 
 def pareto_front(points: np.ndarray, lowest: tuple[bool, bool]) -> np.ndarray:
