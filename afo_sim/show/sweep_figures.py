@@ -180,7 +180,14 @@ def draw_maps(figure: Any, results: Results, effects: Mapping[str, Mapping[str, 
         across, up = most_influential({metric: found}, 2)
         x, y = (_Cells(results, name) for name in (across, up))
         look = scale(results, metric)
-        means = _cell_means(x, y, look.factor * results[metric])
+        values, size = look.factor * results[metric], (len(x.centres), len(y.centres))
+        known = np.isfinite(values)
+        flat = x.cell[known] * size[1] + y.cell[known]
+        counts = np.bincount(flat, minlength=size[0] * size[1])
+        sums, none = np.bincount(flat, values[known], minlength=len(counts)), np.full(len(counts), np.nan)
+        means = np.divide(sums, counts, out=none, where=counts > 0).reshape(
+            size
+        )  # NaN where none has a value
         axis.set_facecolor("0.9")
         axis.patch.set(hatch="////", edgecolor="white", lw=0.0)
         shown = axis.pcolormesh(x.edges, y.edges, means.T, cmap="viridis", lw=0.0)
@@ -228,16 +235,6 @@ class _Cells:
         self.edges = np.r_[self.centres[0] - half, between, self.centres[-1] + half]
         if not even or len(distinct) <= 8:
             self.ticks = self.centres, [plain(self.look.text(v.item())) for v in distinct]
-
-
-def _cell_means(x: _Cells, y: _Cells, values: np.ndarray) -> np.ndarray:
-    """Mean of the cases in each cell; NaN where none has a value."""
-    shape = len(x.centres), len(y.centres)
-    known = np.isfinite(values)
-    flat = x.cell[known] * shape[1] + y.cell[known]
-    counts = np.bincount(flat, minlength=shape[0] * shape[1])
-    sums = np.bincount(flat, values[known], minlength=len(counts))
-    return np.divide(sums, counts, out=np.full(len(counts), np.nan), where=counts > 0).reshape(shape)
 
 
 def _numbers(axis: Any, x: _Cells, y: _Cells, means: np.ndarray, shown: Any) -> None:

@@ -18,7 +18,13 @@ def tables(found: Findings, best: int) -> list[_Table]:
     for status, reason, n in analysis.failures(results["status"], results["reason"]):
         rows.append([status, str(n), f"{100.0 * n / whole:.3g} %", reason])
     shown = [(f"{whole} cases, {results.design}", ["status", "cases", "share", "reason"], rows)]
-    shown.append(_metric_table(found))
+    header = ["metric", "unit", "cases", "mean", "SD", "lowest", "5 %", "median", "95 %", "highest"]
+    spreads = []
+    for metric in found.objectives:
+        look = scale(results, metric)
+        there, *numbers = analysis.spread(look.factor * results[metric])
+        spreads.append([metric, look.unit, str(there), *map(_number, numbers)])
+    shown.append(("metrics", header, spreads))
     if warned := analysis.warned(results.warnings, results.notices):
         heading = "warnings, by the numbers of the first case with each"
         told = [[str(count), text] for text, count in warned]
@@ -38,16 +44,6 @@ def tables(found: Findings, best: int) -> list[_Table]:
 def _lower(found: Findings, metric: str) -> str:
     label = scale(found.results, metric).label
     return label[:1].lower() + label[1:]
-
-
-def _metric_table(found: Findings) -> _Table:
-    rows = []
-    for metric in found.objectives:
-        look = scale(found.results, metric)
-        count, *numbers = analysis.spread(look.factor * found.results[metric])
-        rows.append([metric, look.unit, str(count), *map(_number, numbers)])
-    header = ["metric", "unit", "cases", "mean", "SD", "lowest", "5 %", "median", "95 %", "highest"]
-    return "metrics", header, rows
 
 
 def _effect_table(found: Findings) -> _Table:
