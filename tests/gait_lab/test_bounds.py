@@ -11,7 +11,7 @@ from afo_sim.common import InputError
 from afo_sim.gait_lab import read_trial
 from afo_sim.gait_lab.readers import text
 from afo_sim.gait_lab.readers.c3d import _plates_of_c3d
-from afo_sim.gait_lab.readers.c3d_file import C3dFile
+from afo_sim.gait_lab.readers.c3d_file import C3dFile, _Layout, _Parameter
 from afo_sim.gait_lab.readers.signals import check_clock
 from afo_sim.gait_lab.readers.text import unique_names
 
@@ -77,8 +77,8 @@ def test_names_that_are_all_the_same() -> None:
 
 
 def test_a_plate_of_no_type_is_left_out() -> None:
-    parameters = {"FORCE_PLATFORM": {"USED": [1], "TYPE": [np.nan]}}
-    empty = np.empty((0, 0))
-    file = C3dFile(pathlib.Path("a.c3d"), parameters, empty, empty, empty, 100.0, 0, 0)
+    said = {"USED": _Parameter(2, (1,), np.array([1])), "TYPE": _Parameter(4, (1,), np.array([np.nan]))}
+    layout, empty = _Layout(0, 0, 1, 3, 1, 1, -1.0, 100.0), np.empty((1, 1, 0))
+    file = C3dFile(pathlib.Path("a.c3d"), {"FORCE_PLATFORM": said}, layout, empty, empty, ())
     plates, left_out = _plates_of_c3d(file.file, file, np.empty(0), 1e-3)
-    assert not plates and "its type is 0" in str(left_out[0])
+    assert not plates and "its type is not stated" in str(left_out[0])

@@ -21,7 +21,7 @@ NAMES = {
 }  # fmt: skip
 MEDIAL = {"knee_medial": "{S}KNEM", "ankle_medial": "{S}MED"}
 KEPT = "heel_in_static_only"
-LABORATORY = Laboratory()
+LABORATORY = Laboratory(ideal=True)
 
 
 def walk_without(*marks: str, more: dict[str, str] | None = None) -> Markers:

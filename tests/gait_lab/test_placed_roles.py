@@ -69,6 +69,17 @@ def test_no_role_is_wrong(name: str) -> None:
     assert legs >= (1.2 * BODIES if name in NAMED else 0), legs
 
 
+@pytest.mark.parametrize("name", SETS)
+def test_shoulders_are_no_pelvis(name: str) -> None:
+    """A set without a marker on the pelvis is left to its names."""
+    for seed in range(BODIES):
+        time, positions = drawn(seed, name)
+        pelvis = ("ASI", "PSI", "SACR", "IAS", "IPS", "S2")
+        rest = {n: path for n, path in positions.items() if not any(word in n.upper() for word in pelvis)}
+        markers, _ = shuffled(rest, seed)
+        assert not any(place_roles(Markers(pathlib.Path("x.trc"), time, markers)).sides.values())
+
+
 def test_a_trial_without_names_is_imported(tmp_path: pathlib.Path) -> None:
     """As with its names, and each role is told; without a pelvis it is refused with the way out."""
     laboratory = Laboratory()

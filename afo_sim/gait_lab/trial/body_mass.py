@@ -18,6 +18,7 @@ _DIFFERENCE = 0.1  # between two masses from which on a person is warned
 # derived
 _BOTH_LEGS = 0.02
 _ONE_LEG = 0.05  # error where one leg's share is taken for half; assumed, and more of a hemiparetic walk
+_CLEAR = 0.9  # correlation of force and acceleration from which on Newton's mass is taken; assumed
 _NEWTON = 0.01  # error of Newton's law beside its own: what a trunk is not of the whole body; assumed
 _UNLIKE = 1.25  # ratio of the legs' impulses that are reported, 44 % and 56 % of the weight; assumed
 _QUIET = 0.1  # distance from any contact at which a plate carries nobody [s]
@@ -48,8 +49,8 @@ def find_mass(
     """The mass that is given, or else the laboratory's in its file, the model's, the plates' estimate."""
     found, error, notices = _estimate(grounds, strides)
     one_leg = found is not None and len({s.side for s in strides if s.loaded and s.side in grounds}) == 1
-    by_newton = isinstance(law, Newton) and float(np.hypot(law.mass[1], _NEWTON * law.mass[0])) < error
-    if isinstance(law, Newton) and by_newton:
+    clear = isinstance(law, Newton) and law.correlation >= _CLEAR
+    if isinstance(law, Newton) and clear and np.hypot(law.mass[1], _NEWTON * law.mass[0]) < error:
         (found, error), one_leg = law.mass, False
         text = "the plates carry {mass:.1f} kg (±{percent:.0f} %) by Newton's law over {time:.2f} s"
         percent = 100.0 * float(np.hypot(error / found, _NEWTON))
@@ -74,7 +75,8 @@ def find_mass(
         )
         notices.append(Notice("mass-of-one-leg", text, mass=mass))
     for name, other in masses.items():
-        judged = by_newton and name == "by the plates"  # with its own error, among the trial's checks
+        # Newton's law is judged with its own error, among the trial's checks
+        judged = isinstance(law, Newton) and name == "by the plates"
         if other is not None and name != how and not judged and abs(mass / other - 1.0) > _DIFFERENCE:
             text = "the mass {how}, {mass:.1f} kg, is taken; {subject} it is {other:.1f} kg "
             text += "({percent:+.0f} % off that)"
