@@ -267,6 +267,8 @@ def _plates(axis: Any, imported: Imported) -> None:
     """Upward force of every plate, and over it whose foot it was."""
     shown = {name: series for ground in imported.grounds.values() for name, series in ground.plates.items()}
     contacts = [contact for ground in imported.grounds.values() for contact in ground.contacts]
+    contacts.sort(key=lambda contact: not contact.whole)  # whose names have room over them
+    last = {name: name.rpartition("_")[2] for name in shown}  # ground_force_r is r, where that tells it apart
     for name, (time, force) in shown.items():
         axis.plot(time, force, color="0.7", lw=0.8)
         first = next((c for c in contacts if c.plate == name), None)
@@ -274,7 +276,8 @@ def _plates(axis: Any, imported: Imported) -> None:
             inside = (time >= first.start) & (time <= first.end)
             place = {"xytext": (0, 3), "textcoords": "offset points", "ha": "center"}
             peak = 0.5 * (first.start + first.end), force[inside].max()
-            words = f"plate {name}" if len(name) < 5 else name
+            own = last[name] if list(last.values()).count(last[name]) == 1 and last[name] else name
+            words = f"plate {own}" if len(own) < 5 else own
             axis.annotate(plain(words, 18), peak, fontsize=7.5, **place)
     for side, ground in imported.grounds.items():
         label: str | None = f"{side} foot"
