@@ -39,6 +39,7 @@ CAPPED: tuple[tuple[Status, tuple[str, ...], str], ...] = (
     ("doubtful", (MOTION,), "passive-ankle-extrapolated walker-not-usual side-assumed"),
     ("doubtful", (MOTION,), "stop-reached stop-in-the-air"),
     ("doubtful", (MOMENT,), "ground-recorded"),
+    ("doubtful", (MOTION, MOMENT), "trial-doubted"),
     ("doubtful", (MOTION, MOMENT), "sole-off-floor"),
     ("doubtful", (SWING,), "plate-without-outsole"),
     ("doubtful", _ALL, "valve-pressure-low valve-pressure-high pulse-short tube-long air-coarse"),

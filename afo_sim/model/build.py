@@ -32,6 +32,7 @@ from afo_sim.model.person import (
     Person,
     Size,
     as_recorded,
+    doubts_of_trial,
     in_contact,
     own_tissue,
     person_of,
@@ -212,7 +213,8 @@ def _with_walking(built: Built, foot: Foot, bare: Foot) -> Built:
         own = own_active(lay_out(recorded, bare), bare, own_tissue(recorded), built.body_mass)
     else:
         own = active(walk, bare, scenario, built.body_mass)
-    contact, warnings = None, (*built.warnings, *signs_of_compensation(scenario), *_paced(scenario, walk))
+    doubts = (*signs_of_compensation(scenario), *doubts_of_trial(scenario))
+    contact, warnings = None, (*built.warnings, *doubts, *_paced(scenario, walk))
     if in_contact(scenario):
         check_sole(foot, scenario)
         contact = register(walk, foot, built.model, scenario, built.body_mass)

@@ -182,6 +182,16 @@ def signs_of_compensation(scenario: Scenario) -> tuple[Notice, ...]:
     return tuple(Notice("walker-not-usual", text, subject="gait.walker", seen=str(each)) for each in seen)
 
 
+def doubts_of_trial(scenario: Scenario) -> tuple[Notice, ...]:
+    """What the import of the walk doubted of its trial, as its file says: plates, clock, mass, a foot."""
+    gait = scenario.gait
+    assert gait is not None
+    said = recorded_stride(gait).notes.get("quality", "")
+    found = [part.removeprefix("doubted: ") for part in said.split("; ") if part.startswith("doubted: ")]
+    text = "the walk's trial is doubted: {faults}; the ankle's moment may be off (`afo-sim gait show`)"
+    return tuple(Notice("trial-doubted", text, subject="gait.cycle", faults=each) for each in found)
+
+
 def recorded_stride(gait: Gait, taller: float = 1.0) -> GaitCycle:
     """The recorded stride as a person walks it who is by a factor taller than the recorded walker."""
     try:

@@ -261,6 +261,17 @@ def test_an_overflow_that_is_not_clear_is_doubted(tmp_path: pathlib.Path) -> Non
     assert [notice.subject for notice in with_code(plate.warnings, "plate-overflow")] == ["1"]
 
 
+def test_a_sample_that_dropped_out_is_doubted_not_put_together(tmp_path: pathlib.Path) -> None:
+    signal = channels(2, turned(0.0), ORIGIN, 1e-3)
+
+    def change(file: C3dBytes) -> None:
+        file.parameters["ANALOG"]["SCALE"] = np.full(6, 0.01)
+        file.analogs[900, 2] = -327.68
+
+    _, (plate,) = read_c3d(write(tmp_path / "a.c3d", [signal], [2], [turned(0.0)], change=change))
+    assert not with_code(plate.warnings, "plate-overflow-mended")
+
+
 @pytest.mark.parametrize(("kind", "used"), [(5, 2), (0, 2), (2, 0)])
 def test_a_walk_without_readable_plates_says_why(tmp_path: pathlib.Path, kind: int, used: int) -> None:
     laboratory = Laboratory()

@@ -9,6 +9,7 @@ from campaign import size as cases
 from gait_lab.laboratory import Laboratory
 from gait_lab.patients import LameWalker, Patient, anybody
 
+from afo_sim.common import with_code
 from afo_sim.gait_lab import Choices, Imported, Markers, WalkingTrial, cut_cycle
 from afo_sim.gait_lab.readers.plates import plate
 from afo_sim.gait_lab.trial.newton import Newton
@@ -108,7 +109,33 @@ def test_a_foot_half_beside_its_plate_is_left_out_and_named() -> None:
     found = law(cut_cycle(WalkingTrial((FILE,), read, marked), Choices(either=True)))
     assert found.mass[0] == pytest.approx(walker.mass, rel=0.02)
     assert found.late[0] == pytest.approx(0.0, abs=0.012)
-    assert "plate 3" in found.beside
+    assert "plate 3" in found.left_out and found.why
+
+
+def test_one_plate_of_another_clock_is_doubted_not_taken_for_a_foot_beside_it() -> None:
+    walker = anybody(8006)
+    laboratory = Laboratory(walker, seconds=3.6 * walker.slower, **ERRING)
+    plates = laboratory.plates("steps")
+    plates[2] = dataclasses.replace(plates[2], time=plates[2].time - 0.05)
+    read = tuple(plate(FILE, p.name, p.time, p.force, p.place) for p in plates)
+    marked = Markers(FILE, laboratory.time, laboratory.markers(SETS[0]))
+    done = cut_cycle(WalkingTrial((FILE,), read, marked), Choices(either=True))
+    (notice,) = with_code(done.warnings, "foot-unlike")
+    assert "plate 3" in notice.subject and not law(done).why
+
+
+def test_markers_of_somebody_beside_are_no_trunk() -> None:
+    """An operator 0.7 m aside, who bobs as he walks along."""
+    walker = anybody(8007)
+    laboratory = Laboratory(walker, seconds=3.6 * walker.slower, **ERRING)
+    marked = laboratory.markers(SETS[0])
+    bob = 0.03 * np.sin(2.0 * np.pi * 2.1 * laboratory.time + 1.0)[:, None] * [0.0, 1.0, 0.0]
+    for k in range(3):
+        marked[f"OP{k}"] = marked["C7"] + bob + [0.0, 0.05 * k, 0.7]
+    plates = [plate(FILE, p.name, p.time, p.force, p.place) for p in laboratory.plates("feet")]
+    trial = WalkingTrial((FILE,), tuple(plates), Markers(FILE, laboratory.time, marked))
+    alone = law(recorded(laboratory)).late[0]
+    assert law(cut_cycle(trial, Choices())).late[0] == pytest.approx(alone, abs=0.001)
 
 
 def test_a_pelvis_that_hardly_rises_shows_the_mass_and_not_the_clock() -> None:

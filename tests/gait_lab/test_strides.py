@@ -10,7 +10,7 @@ from walking import Walk
 from afo_sim.common import InputError
 from afo_sim.gait_lab.trial.events import FootEvents
 from afo_sim.gait_lab.trial.ground_force import GroundForce, PlateContact
-from afo_sim.gait_lab.trial.strides import _beside_heel_strike, find_strides
+from afo_sim.gait_lab.trial.strides import beside_heel_strike, find_strides
 
 TIME, FAST = np.arange(0.0, 4.3, 0.01), np.arange(0.0, 4.3, 0.001)
 
@@ -121,6 +121,6 @@ def test_one_heel_strike_alone_tells_nothing_of_the_one_before(walk: Walk) -> No
     """Of a quick walker's stride of 1.0 s one strike is seen: the usual 1.2 s are no law."""
     motion = leg(walk, TIME)
     seen = FootEvents(strikes=(1.04,), toe_offs=(0.66,), method="", reach=0.7)
-    assert _beside_heel_strike(0.04, motion, seen) == ""
+    assert beside_heel_strike(0.04, motion, seen) == ""
     both = dataclasses.replace(seen, toe_offs=(0.66, 1.86))  # by which a stride is 1.2 s
-    assert "begins +0.20 s from" in _beside_heel_strike(0.04, motion, both)
+    assert "begins +0.20 s from" in beside_heel_strike(0.04, motion, both)

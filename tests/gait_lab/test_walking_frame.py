@@ -344,7 +344,7 @@ Y = np.array([0.0, 1.0, 0.0])
 
 
 @pytest.mark.parametrize("belt", [0.0, 1.2])
-@pytest.mark.parametrize("degrees", [-15.0, -10.0, -5.0, 5.0, 10.0, 15.0])
+@pytest.mark.parametrize("degrees", [-15.0, -10.0, -5.0, -2.5, 2.5, 5.0, 10.0, 15.0])
 def test_a_slope_is_refused_by_what_it_is(degrees: float, belt: float) -> None:
     with pytest.raises(InputError) as caught:
         find_frame(sloped(AnalyticWalker(belt=belt, noise=0.002), degrees), Choices())
@@ -355,11 +355,11 @@ def test_a_slope_is_refused_by_what_it_is(degrees: float, belt: float) -> None:
 
 
 @pytest.mark.parametrize("belt", [0.0, 1.2])
-@pytest.mark.parametrize("degrees", [-2.5, 2.5])
+@pytest.mark.parametrize("degrees", [-1.5, 1.5])
 def test_a_ramp_is_told_and_read(degrees: float, belt: float) -> None:
     frame = find_frame(sloped(AnalyticWalker(belt=belt, noise=0.002), degrees), Choices())
     (told,) = with_code(frame.notices, "floor-slopes")
-    assert told.severity == "warning" and told.data["tilt"] == pytest.approx(2.5, abs=0.3)
+    assert told.severity == "warning" and told.data["tilt"] == pytest.approx(1.5, abs=0.3)
     assert frame.belt_speed == pytest.approx(belt, rel=0.02)
 
 

@@ -11,6 +11,8 @@ from afo_sim.common import InputError, assets, with_code
 from afo_sim.gait import GaitCycle, at_speed, stance, write
 from afo_sim.gait import file as gait
 from afo_sim.gait_lab.trial.plausibility import walker_doubts
+from afo_sim.metrics.answer import Answer
+from afo_sim.metrics.validity import capped
 from afo_sim.model import own_tissue
 from afo_sim.model.build import build
 from afo_sim.physics import passive_moments
@@ -171,3 +173,19 @@ def test_a_walker_who_does_not_look_so_is_doubted(walker: str | None, lower: flo
     angle = cycle.ankle_angle - np.radians(lower) * (cycle.phase > stance(cycle))
     doubted = walker_doubts(dataclasses.replace(cycle, ankle_angle=angle, walker=walker))
     assert [each.code for each in doubted] == [code] * bool(code)
+
+
+@pytest.mark.parametrize(
+    ("said", "doubted"),
+    [("doubted: force's clock; passed: plates alike", True), ("passed: plates alike", False)],
+)
+def test_a_doubted_trial_leaves_no_good_answer_on_its_moment(
+    said: str, doubted: bool, tmp_path: pathlib.Path
+) -> None:
+    cycle = gait.read(assets.find_gait("opensim_walk"))
+    write(tmp_path / "walk.csv", dataclasses.replace(cycle, notes={**cycle.notes, "quality": said}))
+    built = build("walk-dropfoot-afo", {**SETS, "gait.cycle": str(tmp_path / "walk.csv")})
+    warned = with_code(built.warnings, "trial-doubted")
+    assert [notice.data["faults"] for notice in warned] == ["force's clock"] * doubted
+    (moves,) = capped([Answer("push_off", "", "good", "", "")], warned)
+    assert moves.status == ("doubtful" if doubted else "good")

@@ -11,6 +11,7 @@ from afo_sim.gait_lab.noted import note
 from afo_sim.gait_lab.readers.c3d_file import C3dFile, read_c3d_file
 from afo_sim.gait_lab.readers.markers import Markers, lost_as_nan, marker_set
 from afo_sim.gait_lab.readers.plates import PRESSED, Plate, constant, offset_note, place_of, plate
+from afo_sim.gait_lab.readers.signals import stretches
 from afo_sim.gait_lab.readers.stated import read_stated
 from afo_sim.gait_lab.readers.unit_checks import length_name, metres_of, unit_within
 
@@ -131,6 +132,8 @@ def _mend_overflow(plate: str, names: list[str], channels: np.ndarray, turns: np
         # at the commonest value, the unloaded plate's, it must be in one and the same turn
         rest = np.round((whole - column) / turn)[level == np.bincount(level).argmax()]
         clear = np.abs(np.diff(whole)).max() < _CLEAR * turn and np.mean(rest != np.median(rest)) < _CLEAR
+        turned = stretches(np.round((whole - column) / turn) != np.median(rest))
+        clear &= min((end - start for start, end in turned), default=2) > 1  # a sample alone is a dropout
         code, done = "plate-overflow", "its forces are doubtful"
         if clear:
             code, done = "plate-overflow-mended", "it was put together again"

@@ -12,16 +12,17 @@ import numpy as np
 
 from afo_sim.common import GRAVITY
 from afo_sim.gait_lab.readers.signals import evenly, fill_gaps, low_pass
+from afo_sim.gait_lab.trial.events import find_events
 from afo_sim.gait_lab.trial.files import WalkingTrial
 from afo_sim.gait_lab.trial.ground_force import GroundForce, PlateContact
 from afo_sim.gait_lab.trial.leg_motion import LegMotion
 from afo_sim.gait_lab.trial.leg_points import LegPoints
-from afo_sim.gait_lab.trial.strides import steps
+from afo_sim.gait_lab.trial.strides import beside_heel_strike, steps
 from afo_sim.gait_lab.trial.walking_frame import WalkingFrame
 
 _CUTOFF = 5.0  # of force and acceleration; beyond it the trunk is no rigid body (assumed) [Hz]
 _SHARE = (0.84, 0.05)  # of the trunk's acceleration that the body has; 0.80 to 0.86 in five walks (measured)
-# Scatter of the delay between sound walks beyond its own error: 5 ms in twelve by the trunk (measured); by
+# Scatter of the delay between sound walks beyond its own error: 5 ms in twelve public ones by the trunk; by
 # pelvis and hips, which sway about the centre of mass, -3 to +6 ms in five (measured), and more (assumed) [s]
 _SCATTER = {"trunk": 0.005, "pelvis": 0.008}
 _RATE = 100.0  # at which the two are compared [Hz]
@@ -31,9 +32,11 @@ _NEAR = 0.05  # from a contact, in which its foot may stand: clocks differ, even
 _BESIDE = 0.04  # about a stance beside the plates, which is left out with it (assumed) [s]
 _END = 0.1  # of what was seen, in which a filtered acceleration is not known (assumed) [s]
 _LEAST = 0.25  # time that is judged; a single support lasts 0.35 to 0.45 (assumed) [s]
+_KNOWN = 0.3  # error of a mass by a plate, from which on it says nothing (assumed) [-]
 _FEW = 12  # contacts of which each is left out in turn to find one half beside its plate; more outweigh it
 _LOADED = 100.0  # force from which on a plate takes part [N]
 _ABOVE = (0.15, 0.9)  # height over the pelvis of a marker on trunk or head (assumed) [m]
+_WIDE = 0.35  # distance level from the pelvis beyond which it is of somebody else (assumed) [m]
 _ARM = 0.12  # way to and fro about the pelvis of a marker on an arm (assumed) [m]
 # Correlation of force and acceleration: from the first on the delay is clear; above the second the mass is,
 # to which the mean force counts (both assumed) [-]
@@ -53,7 +56,8 @@ class Newton:
     correlation: float  # of force and acceleration [-]
     share: float  # of the trunk's acceleration that the body has [-]
     time: float  # with all standing feet on plates [s]
-    beside: str = ""  # the foot that stands in part beside its plate, and was left out
+    left_out: str = ""  # the one foot whose force does not follow, in words
+    why: str = ""  # it stands in part beside its plate, as the heel shows; empty where nothing explains it
 
     @property
     def follows(self) -> bool:
@@ -82,7 +86,8 @@ def find_newton(
         return "both legs"
     time, upward, by = _acceleration(trial, legs, frame)
     contacts = [(side, contact) for side, ground in grounds.items() for contact in steps(ground)]
-    plates = next(iter(grounds.values())).plates
+    used = {contact.plate for ground in grounds.values() for contact in ground.contacts}  # none of others'
+    plates = {k: plate for k, plate in next(iter(grounds.values())).plates.items() if k in used}
     loads = {name: (evenly(t, f)[0], low_pass(*evenly(t, f), _CUTOFF)) for name, (t, f) in plates.items()}
 
     def compare(those: _Contacts) -> Newton | None:
@@ -94,13 +99,16 @@ def find_newton(
     for side, contact in contacts if 1 < len(contacts) <= _FEW and not found.follows else ():
         less = compare([other for other in contacts if other != (side, contact)])
         if less is not None and less.correlation > max(_FOLLOWS, found.correlation):
-            beside = f"the {side} foot at {contact.start:.2f} s on plate {contact.plate}"
-            found = replace(less, beside=beside)
-    if found.correlation >= _CARRIES and abs(found.share - _SHARE[0]) <= 4.0 * _SHARE[1]:
+            foot = f"the {side} foot at {contact.start:.2f} s on plate {contact.plate}"
+            why = beside_heel_strike(contact.start, motions[side], find_events(motions[side]))
+            found = replace(less, left_out=foot, why=why)
+    low, high = _SHARE[0] - 4.0 * _SHARE[1], _SHARE[0] + 4.0 * _SHARE[1]
+    if found.correlation >= _CARRIES and low <= found.share <= high:
         return found
-    return (
-        f"a force that follows the {by} (correlation {_CARRIES:g}, here {found.correlation:.2f}): {UNAIDED}"
-    )
+    seen = f"correlation {_CARRIES:g}, here {found.correlation:.2f}"
+    if found.correlation >= _CARRIES:
+        seen = f"{low:.2f} to {high:.2f} of its acceleration over the mass, here {found.share:.2f}"
+    return f"a force that follows the {by} ({seen}): {UNAIDED}"
 
 
 def _acceleration(
@@ -116,7 +124,10 @@ def _acceleration(
             break
         way = frame.plane(path - base)
         way = way[np.isfinite(way).all(axis=1)]
+        aside = np.nanmedian(np.abs(frame.across(path - base)))
         if len(way) < 0.4 * len(path) or not _ABOVE[0] < np.median(way[:, 1]) < _ABOVE[1]:
+            continue
+        if max(aside, abs(np.median(way[:, 0]))) > _WIDE:
             continue
         if np.ptp(np.quantile(way[:, 0], [0.02, 0.98])) < _ARM:
             trunk.append(path)
@@ -190,11 +201,14 @@ def _compare(
         slope = (forces(late + 2e-3) - forces(late - 2e-3)) @ found[:-2] / 4e-3
         found, inverse = solve(late, max(residual(late, found), 0.02), slope)
         late += float(np.clip(found[-1], -0.01, 0.01))
-    each = zip(names, found, np.sqrt(np.diag(inverse)), strict=False)
+    each = list(zip(names, found, np.sqrt(np.diag(inverse)), strict=False))
+    if not any(error < _KNOWN * x for _, x, error in each):
+        return None
     return Newton(
         late=(late, float(np.hypot(np.sqrt(inverse[-1, -1]), _SCATTER[by]))),
         by=by,
-        masses={name: (float(1.0 / x), float(error / x**2)) for name, x, error in each},
+        # without plates that hardly bear anything in these moments
+        masses={name: (float(1.0 / x), float(error / x**2)) for name, x, error in each if error < _KNOWN * x},
         correlation=float(np.corrcoef(forces(late) @ found[:-2], pull)[0, 1]),
         share=float(found[-2]),
         time=lasts,

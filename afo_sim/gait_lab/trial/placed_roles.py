@@ -39,7 +39,8 @@ def place_roles(markers: Markers) -> Roles:
             sides[side] = {mark: (names[k],) for mark, k in (pelvis[side] | leg).items()}
             each = ", ".join(f"{mark} {name}" for mark, (name,) in sides[side].items())
             text = (
-                "{subject} by where markers are and move: {each}; others fit {times:.0f} or more times worse"
+                "{subject} by where markers are and move, in a right-handed laboratory, else it is the other "
+                "leg: {each}; others fit {times:.0f} or more times worse"
             )
             told.append(Notice("roles-placed", text, subject=f"{side} leg", each=each, times=times))
     # with shoulders taken for a pelvis one leg alone may fit by chance (6 of 660 drawn), both did not

@@ -102,7 +102,7 @@ def _known(motion: LegMotion, ground: GroundForce | None) -> tuple[_Leg, list[st
     beside = {}
     for contact in steppable:
         if contact.begins and _inside(motion, contact.start):
-            reason = _beside_heel_strike(contact.start, motion, events)
+            reason = beside_heel_strike(contact.start, motion, events)
             if reason:
                 beside[contact] = f"{place(contact)}: {reason}"
     reason = "too long for a step; both feet on one plate, or wrong axes?"
@@ -242,7 +242,7 @@ def place(contact: PlateContact) -> str:
     return f"contact {contact.start:.2f} to {contact.end:.2f} s"
 
 
-def _beside_heel_strike(start: float, motion: LegMotion, events: FootEvents) -> str:
+def beside_heel_strike(start: float, motion: LegMotion, events: FootEvents) -> str:
     """Why a contact does not begin with heel strike, in words; empty if it does, or nothing shows it."""
     if not events.strikes:
         return ""
@@ -406,7 +406,7 @@ def _strike(
     middle = 0.5 * (window[0] + window[1])
     for start in sorted(starts, key=lambda start: abs(start - middle)):
         place = window[0] + (start - window[0]) % period
-        if abs(start - middle) < period and not _beside_heel_strike(place, motion, events):
+        if abs(start - middle) < period and not beside_heel_strike(place, motion, events):
             return start, FORCE
     if events.strikes:
         return min(events.strikes, key=lambda s: abs(s - middle)), events.method

@@ -32,7 +32,7 @@ _RIPPLE = 0.01  # of the heel's height over the toe's while the foot lies flat; 
 _WAY = 0.2  # least way over which the feet show whether the ground is level; assumed [m]
 # Tilt of the ground that is told, and refused [deg]: the ankle's zero is wrong by as much, which markers
 # place to 2.2 RMS; level ones showed up to 0.3 (measured)
-_RAMP, _SLOPE = 1.0, 3.0
+_RAMP, _SLOPE = 1.0, 2.0
 _STEP = 0.05  # of the ground beside the line through it, that is no level floor; assumed [m]
 _STEADY = 0.08  # shortest time of a foot's rest that shows its speed; assumed [s]
 _BELT_ERROR = 0.05  # between the belt's speeds as given and as found
