@@ -261,6 +261,23 @@ def test_an_overflow_that_is_not_clear_is_doubted(tmp_path: pathlib.Path) -> Non
     assert [notice.subject for notice in with_code(plate.warnings, "plate-overflow")] == ["1"]
 
 
+@pytest.mark.parametrize("size", [100.0, 3000.0])
+def test_an_overflow_that_was_scaled_since_is_doubted(tmp_path: pathlib.Path, size: float) -> None:
+    """Nothing in the file says where it turned over."""
+    signal = channels(2, turned(20.0), ORIGIN, 1e-3)
+    wrapped = signal.copy()
+    reach = 0.3 * np.abs(signal[:, 3]).max()
+    wrapped[:, 3] = (signal[:, 3] + reach) % (2.0 * reach) - reach
+
+    def change(file: C3dBytes) -> None:
+        file.floating = True
+        file.analogs = file.analogs * size
+
+    _, (plate,) = read_c3d(write(tmp_path / "a.c3d", [wrapped], [2], [turned(20.0)], change=change))
+    (notice,) = with_code(plate.warnings, "plate-overflow")
+    assert notice.data["channel"] == "C3" and notice.data["high"] == pytest.approx(size * reach, rel=0.1)
+
+
 def test_a_sample_that_dropped_out_is_doubted_not_put_together(tmp_path: pathlib.Path) -> None:
     signal = channels(2, turned(0.0), ORIGIN, 1e-3)
 

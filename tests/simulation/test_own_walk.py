@@ -11,8 +11,7 @@ from afo_sim.common import InputError, assets, with_code
 from afo_sim.gait import GaitCycle, at_speed, stance, write
 from afo_sim.gait import file as gait
 from afo_sim.gait_lab.trial.plausibility import walker_doubts
-from afo_sim.metrics.answer import Answer
-from afo_sim.metrics.validity import capped
+from afo_sim.metrics import Answer, capped
 from afo_sim.model import own_tissue
 from afo_sim.model.build import build
 from afo_sim.physics import passive_moments

@@ -20,6 +20,7 @@ _RESULTS = ("ANGLES", "FORCES", "MOMENTS", "POWERS", "REACTIONS", "SCALARS")
 
 _CHANNELS = {1: 6, 2: 6, 3: 8, 4: 6}  # by type
 _EDGES = (0.2, 6.0)  # of a plate or a treadmill's belt [m]; assumed
+_ALIKE = 0.02  # difference of the two ends of a range that an overflow leaves (assumed) [-]
 _BESIDE = 0.02  # distance from the plate at which a centre of pressure is off it [m]; assumed
 _DEPTH = (0.002, 0.3)  # of a plate's origin below its surface [m]; assumed
 _CLEAR = 0.25  # share of it below which all other steps, and of its rest that may be elsewhere [-]; assumed
@@ -126,6 +127,7 @@ def _mend_overflow(plate: str, names: list[str], channels: np.ndarray, turns: np
     for name, column, turn in zip(names, channels.T, np.abs(turns).tolist(), strict=True):
         jumps = int((np.abs(np.diff(column)) > 0.5 * turn).sum())
         if not jumps or not (1.0 - _CLEAR) * turn <= np.ptp(column) <= turn:
+            found += _turned_over(plate, name, column)
             continue
         whole = np.unwrap(column, period=turn)
         level = np.floor(100.0 * (column - column.min()) / turn).astype(int)
@@ -141,6 +143,20 @@ def _mend_overflow(plate: str, names: list[str], channels: np.ndarray, turns: np
         text = "plate {subject}: channel {channel} jumps {count} times by {turn:g}, as by an overflow: {done}"
         found.append(Notice(code, text, subject=plate, channel=name, count=jumps, turn=turn, done=done))
     return found
+
+
+def _turned_over(plate: str, channel: str, column: np.ndarray) -> list[Notice]:
+    """A warning where a channel goes from end to end of its range in a sample, ends alike but for the sign.
+
+    So does one that overflowed before somebody scaled it: it stays as it is, since by how much is not known.
+    """
+    low, high = float(column.min()), float(column.max())
+    over = int((np.abs(np.diff(column)) > (1.0 - _CLEAR) * (high - low)).sum())
+    if not over or abs(high + low) > _ALIKE * (high - low):
+        return []
+    text = "plate {subject}: channel {channel} goes {count} times from {low:.4g} to {high:.4g} or back in a "
+    text += "sample, as by an overflow: its forces are doubtful"
+    return [Notice("plate-overflow", text, subject=plate, channel=channel, count=over, low=low, high=high)]
 
 
 def _plate(path: pathlib.Path, name: str, declared: _DeclaredPlate, time: np.ndarray, metre: float) -> Plate:

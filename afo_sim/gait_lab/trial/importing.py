@@ -171,7 +171,7 @@ def cut_cycle(trial: WalkingTrial, choices: Choices) -> Imported:
     checks = examine(done)
     doubted = [check.notice for check in checks if check.notice is not None]
     cycle = replace(cycle, notes={**cycle.notes, QUALITY: words(checks)})
-    return _with_notices(replace(done, cycle=cycle, checks=checks), (*done.notices, *doubted))
+    return _with_notices(replace(done, cycle=cycle, checks=checks), dict.fromkeys((*done.notices, *doubted)))
 
 
 def _doubts(

@@ -101,7 +101,8 @@ def find_newton(
         if less is not None and less.correlation > max(_FOLLOWS, found.correlation):
             foot = f"the {side} foot at {contact.start:.2f} s on plate {contact.plate}"
             why = beside_heel_strike(contact.start, motions[side], find_events(motions[side]))
-            found = replace(less, left_out=foot, why=why)
+            if why or by == "trunk":  # a pelvis' sway alone may follow better without one of few contacts
+                found = replace(less, left_out=foot, why=why)
     low, high = _SHARE[0] - 4.0 * _SHARE[1], _SHARE[0] + 4.0 * _SHARE[1]
     if found.correlation >= _CARRIES and low <= found.share <= high:
         return found

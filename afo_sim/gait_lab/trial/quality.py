@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common import GRAVITY, InputError, Notice
+from afo_sim.common import GRAVITY, InputError, Notice, with_code
 from afo_sim.gait_lab.readers.signals import fill_gaps, low_pass, stretches
 from afo_sim.gait_lab.trial.ground_force import PlateContact
 from afo_sim.gait_lab.trial.imported import Check, Imported
@@ -63,6 +63,7 @@ def examine(done: Imported) -> tuple[Check, ...]:
         _aside(steps),
         _late(steps, done.newton),
         *_unlike(done.newton),
+        *_overflowed(done),
         *_clipped(done),
         *_scaled(done),
         *_standing(done),
@@ -265,6 +266,13 @@ def _unlike(law: Newton | str) -> Iterator[Check]:
         yield _check(
             "force follows the body", found, limit, True, "foot-unlike", text, law.left_out, by=law.by
         )
+
+
+def _overflowed(done: Imported) -> Iterator[Check]:
+    """Of channels that the reader could not put together again."""
+    for notice in with_code(done.notices, "plate-overflow"):
+        found = f"channel {notice.data['channel']} jumps"
+        yield Check(f"overflow (plate {notice.subject})", found, "none", notice=notice)
 
 
 def _clipped(done: Imported) -> list[Check]:
