@@ -304,8 +304,8 @@ def _carry_end(
         )
         text = (
             "the {subject} heel has no marker that is known by its name: the foot is the line from ankle to "
-            "forefoot, level {where}; ankle angle ±{error:.0f} deg, and the equinus of a foot that never lies "
-            "flat is lost"
+            "forefoot, level {where}; ankle angle ±{error:.0f} deg, and the equinus of a foot that never "
+            "lies flat is lost"
         )
         notices = (*notices, Notice("heel-unmarked", text, subject=side, where=where, error=_UNMARKED))
     points, ranks = {**chosen.points, end: point}, {**chosen.ranks, end: rank}
