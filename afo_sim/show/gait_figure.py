@@ -32,7 +32,9 @@ _STRIDE = {"color": "0.55", "lw": 0.7}  # of each stride behind its mean
 
 def draw_gait(cycle: GaitCycle, path: pathlib.Path, imported: Imported | None = None) -> None:
     """Draw a gait cycle: the leg with the ground's force, angles with the norm, force, moment."""
-    height = 9.0 if imported is None else 11.5 + _ROW * (len(imported.checks) + 2)
+    cells = [] if imported is None else gait_panels.check_cells(imported.checks)
+    table = _ROW * (sum(max(cell.count("\n") + 1 for cell in row) for row in cells) + 2)
+    height = 9.0 if imported is None else 11.5 + table
     height += _SMALL * 1.35 / 72.0 * _warned(cycle.warnings).count("\n")
     with new_figure(path, (7.1, height)) as figure:
         alone = imported is None
@@ -41,7 +43,7 @@ def draw_gait(cycle: GaitCycle, path: pathlib.Path, imported: Imported | None = 
             axes = figure.subplot_mosaic([["leg", "leg"], *rows], height_ratios=[1.5, 1.0, 1.0, 1.0])
             _leg(axes["leg"], cycle, _FOOT, alone)
         else:
-            heights = [3.5, 2.3, 5.1, _ROW * (len(imported.checks) + 2)]
+            heights = [3.5, 2.3, 5.1, table]
             trial, leg, strides, checks = figure.subfigures(4, 1, height_ratios=heights)
             gait_panels.draw_checks(checks, imported.checks, _SMALL)
             foot = gait_panels.foot_ends(imported, _FOOT)

@@ -8,7 +8,7 @@ import numpy as np
 from afo_sim.gait import USUAL, GaitCycle, stance
 from afo_sim.gait_lab import Check, Imported, direction
 from afo_sim.gait_lab.trial.strides import RecordedStride
-from afo_sim.show.style import COLOURS, LINE, NORM, plain
+from afo_sim.show.style import COLOURS, LINE, NORM, plain, wrapped
 
 _DASHES = (0, (4, 2))  # of the other side's
 # Of a standard deviation.
@@ -97,17 +97,31 @@ def draw_points(axis: Any, imported: Imported) -> None:
     axis.set(xlabel="ahead of the ankle [m]", ylabel="up [m]")
 
 
+def check_cells(checks: Sequence[Check]) -> list[list[str]]:
+    """Fault, what was found or needed, limit and verdict of each check, wrapped to their columns."""
+    return [
+        [
+            wrapped(check.fault, 28),
+            wrapped(check.verdict, 90) if check.needs else wrapped(check.found, 38),
+            wrapped(check.limit, 22),
+            "" if check.needs else check.verdict,
+        ]
+        for check in checks
+    ]
+
+
 def draw_checks(figure: Any, checks: Sequence[Check], size: float) -> None:
     """Can this trial be believed: each fault that was looked for, what was found, the limit, the verdict."""
     axis = figure.add_subplot()
     axis.set_axis_off()
     axis.set_title("can I believe this trial?", loc="left", fontsize=9.0)
-    for row, check in enumerate(checks):
+    rows = check_cells(checks)
+    lines = [max(cell.count("\n") + 1 for cell in cells) for cells in rows]
+    for row, (check, cells) in enumerate(zip(checks, rows, strict=True)):
         colour = COLOURS[0] if check.notice else "0.45" if check.needs else "black"
-        cells = (check.fault, check.found, check.limit, check.verdict)
-        y = 1.0 - (row + 0.5) / len(checks)
-        for x, text in zip((0.0, 0.26, 0.58, 0.26 if check.needs else 0.77), cells, strict=True):
-            axis.text(x, y, plain(text, None), fontsize=size, color=colour, va="center")
+        y = 1.0 - (sum(lines[:row]) + 0.2) / sum(lines)
+        for x, text in zip((0.0, 0.26, 0.58, 0.77), cells, strict=True):
+            axis.text(x, y, text, fontsize=size, color=colour, va="top", linespacing=1.05)
 
 
 def _flat_instant(imported: Imported, stride: RecordedStride) -> int | None:

@@ -317,7 +317,7 @@ def _scaled(done: Imported) -> Iterator[Check]:
             "the rest"
         )
         data: dict[str, Any] = {"percent": -less, "other": high, "limit": limit}
-        said = f"{low} {-less:.0f} % less", f"{limit:.0f} %"
+        said = f"plate {low} {-less:.0f} % less", f"{limit:.0f} %"
         yield _check("plates alike", *said, not alike, "plates-unlike", text, low, **data)
     if mass.how == "by the plates":
         yield Check("mass against the plates", needs="a stated mass")
