@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from gait_lab.gait_truth import beyond, differences
 from gait_lab.laboratory import Laboratory, Recorded
-from gait_lab.trial_files import write_trial
+from gait_lab.trial_files import write_forces, write_trc, write_trial
 
 from afo_sim.common import InputError, with_code
 from afo_sim.gait_lab import Choices, import_gait
@@ -85,3 +85,16 @@ def test_without_another_it_is_refused(tmp_path: pathlib.Path) -> None:
 def test_plates_and_steps_that_agree_are_not_doubted(tmp_path: pathlib.Path) -> None:
     done = import_gait(files(tmp_path, Laboratory(), ()), Choices())
     assert all(stride.loaded for stride in done.strides) and done.warnings == ()
+
+
+def test_spikes_are_no_steps_and_not_said_to_be_too_weak(tmp_path: pathlib.Path) -> None:
+    laboratory = Laboratory()
+    spiked = []
+    for own in laboratory.plates("feet"):
+        force = np.zeros_like(own.force)
+        force[300:303] = [0.0, 1640.0, 0.0]
+        spiked.append(dataclasses.replace(own, force=force))
+    walk = write_trc(tmp_path / "walk.trc", laboratory.time, laboratory.markers("plug-in gait"))
+    with pytest.raises(InputError) as caught:
+        import_gait([walk, write_forces(tmp_path / "grf.mot", spiked)], Choices())
+    assert caught.value.field == "plate" and "1640" in caught.value.problem

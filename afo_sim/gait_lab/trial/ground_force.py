@@ -97,6 +97,12 @@ def foot_force(
         strongest = max(float(load.force[:, 1].max()) for load in loads)
         side, (start, end) = motion.side, motion.time[[0, -1]]
         among = ", ".join(plate.name for plate in chosen)
+        if not foreign and strongest > _SURE:
+            seen = (
+                f"no contact on a plate ({among}) lasts {_SHORTEST:g} s, though it reaches {strongest:.4g} N"
+            )
+            allowed = "steps on plates, no spikes: is a channel damaged?"
+            raise InputError(seen, field="plate", allowed=allowed)
         if not foreign:
             problem = f"no foot stands on a plate ({among}): the greatest upward force is {strongest:.3g} N"
             raise InputError(problem, allowed=f"one above {_SURE:g} N, in newtons and in the motion's axes")
