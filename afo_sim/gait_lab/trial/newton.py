@@ -5,6 +5,7 @@ mass of the body by that plate, a the trunk's upward acceleration, c the body's 
 the force is.
 """
 
+import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -125,10 +126,9 @@ def _acceleration(
             break
         way = frame.plane(path - base)
         way = way[np.isfinite(way).all(axis=1)]
-        aside = np.nanmedian(np.abs(frame.across(path - base)))
         if len(way) < 0.4 * len(path) or not _ABOVE[0] < np.median(way[:, 1]) < _ABOVE[1]:
             continue
-        if max(aside, abs(np.median(way[:, 0]))) > _WIDE:
+        if max(abs(np.nanmedian(frame.across(path - base))), abs(np.median(way[:, 0]))) > _WIDE:
             continue
         if np.ptp(np.quantile(way[:, 0], [0.02, 0.98])) < _ARM:
             trunk.append(path)
@@ -136,11 +136,8 @@ def _acceleration(
     filled = [fill_gaps(leg.time, frame.plane(path)[:, 1]) for path in (trunk if seen else [base])]
     time, height = evenly(leg.time, np.mean([heights for heights, _ in filled], axis=0))
     upward = np.gradient(np.gradient(low_pass(time, height, _CUTOFF), time), time)
-    for start, end in [
-        (time[0], time[0]),
-        (time[-1], time[-1]),
-        *(gap for _, gaps in filled for gap in gaps),
-    ]:
+    ends = [(time[0], time[0]), (time[-1], time[-1])]
+    for start, end in itertools.chain(ends, *(gaps for _, gaps in filled)):
         upward[(time > start - _END) & (time < end + _END)] = np.nan
     return time, upward, "trunk" if seen else "pelvis"
 

@@ -175,7 +175,10 @@ def _rolled(
     clock: np.ndarray,
     pressed: np.ndarray,
 ) -> float:
-    """How far the pressure lies ahead of the point about which the foot rolls over its heel [m]."""
+    """How far the pressure lies ahead of the point about which the foot rolls over its heel [m]; NaN if none.
+
+    Ways of heel and toe [m] (n, 3), of the pressure [m] (k, 2), over their times [s]; `along` the foot (2,).
+    """
     near = (time > start - 0.3) & (time < start + 0.5) & np.isfinite(heel + toe).all(axis=1)
     seen = time[near]
     if len(seen) < 16 or seen[0] > start or seen[-1] < start + _LANDING[1] or np.ptp(np.diff(seen)) > 0.01:
@@ -257,6 +260,7 @@ def _late(steps: Mapping[str, _Steps | None], law: Newton | str) -> Check:
 
 
 def _unlike(law: Newton | str) -> Iterator[Check]:
+    """A foot whose force does not follow the body, where no heel beside the plate explains it."""
     if isinstance(law, Newton) and law.left_out and not law.why:
         text = (
             "the force of {subject} does not follow the {by} while the other feet's does: its clock, its "
