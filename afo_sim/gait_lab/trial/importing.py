@@ -56,8 +56,9 @@ def import_gait(files: Sequence[str | pathlib.Path], choices: Choices) -> Import
     except InputError:
         raise refused from None
     if choices.walker != "healthy":
-        way = f"the {other} side, whose stride can be cut"
-        raise refused.replaced(allowed="; ".join(filter(None, (refused.allowed, way))))
+        way = f"{other}, whose stride can be cut"
+        said = "" if refused.allowed == other else refused.allowed
+        raise refused.replaced(allowed="; ".join(filter(None, (said, way))))
     text = "the {subject} leg's stride is taken, since {problem}"
     notice = Notice("other-side-taken", text, subject=other, problem=refused.problem)
     return _with_notices(done, (notice, *done.notices))
