@@ -1,25 +1,23 @@
 """A compiled scenario as a dm_control Physics: same model, same start, same bits as a run."""
 
 import copy
-from types import TracebackType
 from typing import Any, NoReturn, Self
 
 import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common import CallbackError, InputError
+from afo_sim.common import InputError
 from afo_sim.control import Command, checked_pressure
 from afo_sim.model import Built, equilibrium, walking_start
 from afo_sim.model import supply_and_timer as schedule
-from afo_sim.model.build import build
 from afo_sim.rl.dm import PhysicsError, Present, dm
 from afo_sim.simulation import FAILURES, FIELDS, STATE, Commander, Forkable, column_at, failed
 
 FULL = mujoco.mjtState.mjSTATE_INTEGRATION
 
 
-class ScenarioPhysics(Forkable, dm.Physics):
+class ScenarioPhysics(Forkable, native.Closing, dm.Physics):
     """A scenario as dm_control's Physics, with its muscles' callbacks held until `close`.
 
     Each step takes its inputs from the scenario (its valve timing, in walking the recorded walking), unless
@@ -30,7 +28,7 @@ class ScenarioPhysics(Forkable, dm.Physics):
 
     _memory: tuple[str, ...] = ("_commander.commands", "_supply", "_control", "_whole")
 
-    def __init__(self, built: Built, *, timed: bool = True):
+    def __init__(self, built: Built, timed: bool = True):
         if built.scenario.callback != "native":
             problem = "is for reading kernels; dm_control steps compiled ones"
             raise InputError(problem, field="callback", value=built.scenario.callback, allowed="native")
@@ -66,7 +64,7 @@ class ScenarioPhysics(Forkable, dm.Physics):
 
     def set_valves(self, **commands: Command) -> None:
         """Command the valves of chambers from the next step on, by the chamber's name [-]."""
-        self._alive()
+        self._hold.check()
         self._commander.take(commands)
 
     @property
@@ -80,7 +78,7 @@ class ScenarioPhysics(Forkable, dm.Physics):
 
     def set_control(self, control: np.ndarray) -> None:
         """Give all inputs (nu,) of the following steps, instead of the scenario's and of all commands."""
-        self._alive()
+        self._hold.check()
         given = np.array(control, dtype=float)
         if given.shape != (self.model.nu,):
             allowed = f"({self.model.nu},)"
@@ -127,7 +125,7 @@ class ScenarioPhysics(Forkable, dm.Physics):
 
     def step(self, nstep: int = 1) -> None:
         """Step, with the inputs of each step's own time."""
-        self._alive()
+        self._hold.check()
         self._refuse_ctrl()
         left = nstep
         while left > 0:
@@ -166,7 +164,7 @@ class ScenarioPhysics(Forkable, dm.Physics):
         """Go back to the scenario's start and its own timing; `keyframe_id` is refused."""
         if keyframe_id is not None:
             raise InputError("there are no keyframes: reset() goes to the scenario's start", field="reset")
-        self._alive()
+        self._hold.check()
         self._forget()
         mujoco.mj_resetData(self.model.ptr, self.data.ptr)
         mujoco.mj_setState(self.model.ptr, self.data.ptr, self._start, FULL)
@@ -174,7 +172,7 @@ class ScenarioPhysics(Forkable, dm.Physics):
 
     def after_reset(self) -> None:
         """Make all fields of `data` those of the state, with the inputs of its time."""
-        self._alive()
+        self._hold.check()
         if np.isfinite(self.data.time):
             self._write(self._inputs(self._step_number())[0])
         self.forward()
@@ -192,32 +190,17 @@ class ScenarioPhysics(Forkable, dm.Physics):
 
     def free(self) -> None:
         """As `close`; dm_control's name for it."""
-        super().free()
         self._hold.close()
-
-    def _alive(self) -> None:
-        if self._hold.closed:
-            raise CallbackError(
-                "this Physics is closed: the muscle callbacks were given back, and its muscles would be limp"
-            )
-        self._hold.check()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
+        super().free()
 
     def get_state(self, sig: int | None = None) -> np.ndarray:
         """MuJoCo's state, by default the whole of it with time and air; `state()` has the commands, too."""
-        self._alive()
+        self._hold.check()
         return super().get_state(FULL if sig is None else sig)
 
     def set_state(self, physics_state: np.ndarray, sig: int | None = None) -> None:
         """Set what `get_state` gave, and all fields of `data` to those of this state."""
-        self._alive()
+        self._hold.check()
         super().set_state(physics_state, FULL if sig is None else sig)
         self._written = None
         self.forward()
@@ -225,7 +208,7 @@ class ScenarioPhysics(Forkable, dm.Physics):
     _whole = property(lambda self: self.get_state(), lambda self, state: self.set_state(state))
 
     def _like(self) -> tuple[Any, tuple[Any, ...]]:
-        return _again, (self.built.scenario, self.timed)
+        return type(self), (self.built, self.timed)
 
     def copy(self, share_model: bool = False) -> Self:
         """A Physics of its own in the same state and with the same commands; the model is never shared."""
@@ -240,7 +223,7 @@ class ScenarioPhysics(Forkable, dm.Physics):
 
     def read(self, column: str) -> float:
         """A run's column of the present state and inputs; rates of a muscle are means of the step before."""
-        self._alive()
+        self._hold.check()
         step = self._step_number()
         over = self.built.walk is not None and step >= len(self._schedule)
         inputs = np.array(self.data.ctrl) if over else self._inputs(step)[0]
@@ -274,8 +257,3 @@ class ScenarioPhysics(Forkable, dm.Physics):
     def orthosis_moment(self) -> float:
         """Moment of all muscles of the orthosis about the ankle, dorsiflexion positive [N·m]."""
         return self.read("ankle/moment/orthosis")
-
-
-def _again(scenario: Any, timed: bool) -> ScenarioPhysics:
-    """The like of a Physics, built again from its scenario."""
-    return ScenarioPhysics(build(scenario), timed=timed)
