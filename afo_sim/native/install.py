@@ -12,7 +12,7 @@ from typing import Any, Literal, Self
 import mujoco
 import numpy as np
 
-from afo_sim.common import CallbackError
+from afo_sim.common import CallbackError, InputError
 from afo_sim.native import slots
 from afo_sim.native.callbacks import define
 from afo_sim.native.compiled import callbacks
@@ -298,9 +298,11 @@ class Hold(Closing):
         holder = object()
         CALLBACKS.take(holder, mode)
         self._end = weakref.finalize(self, CALLBACKS.give, holder)
+        self._caller = ""
 
     def close(self) -> None:
         """Give the callbacks back; a second call does nothing."""
+        self.still()
         self._end()
 
     @property
@@ -308,8 +310,24 @@ class Hold(Closing):
         """Whether they have been given back."""
         return not self._end.alive
 
+    @contextmanager
+    def calling(self, caller: str) -> Iterator[None]:
+        """A block that calls others' code, which may ask for what `still` refuses."""
+        self._caller = caller
+        try:
+            yield
+        finally:
+            self._caller = ""
+
+    def still(self, unless: str = "") -> None:
+        """Refuse what is asked by code that a step calls, `unless` it is called so."""
+        if self._caller not in ("", unless):
+            allowed = "a change between steps; in a controller copy(), for a trial roll-out"
+            raise InputError("calls this, which would mix two states", field=self._caller, allowed=allowed)
+
     def check(self) -> None:
-        """Refuse to go on where muscles would be limp; it costs three microseconds."""
+        """Refuse to go on in the midst of a step, and where muscles would be limp; it takes 3 µs."""
+        self.still()
         if not self._end.alive:
             raise CallbackError("is closed: the muscle callbacks were given back, and muscles would be limp")
         CALLBACKS.check()

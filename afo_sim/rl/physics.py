@@ -132,7 +132,8 @@ class ScenarioPhysics(Forkable, native.Closing, dm.Physics):
             at = self._step_number()
             inputs = self._inputs(at, left)
             try:
-                self._advance(inputs)
+                with self._hold.calling("step"):
+                    self._advance(inputs)
             except FAILURES as error:
                 raise PhysicsError(str(failed(self.built.model, str(error), self._step_number()))) from None
             left -= len(inputs)

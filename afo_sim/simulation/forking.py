@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from operator import attrgetter
 from typing import Any, Self
 
+from afo_sim import native
 from afo_sim.common import InputError
 
 
@@ -22,16 +23,19 @@ class Forkable:
 
     _of: tuple[Any, ...]  # what two of them must agree in
     _memory: tuple[str, ...]  # dotted names of what decides all that follows
+    _hold: native.Hold
 
     def _like(self) -> tuple[Any, tuple[Any, ...]]:
         raise NotImplementedError
 
     def state(self) -> State:
         """The present state, for `restore`; InputError where a controller cannot be copied."""
+        self._hold.still("controller")
         return State((type(self), *self._of), tuple(map(_kept, attrgetter(*self._memory)(self))))
 
     def restore(self, state: State) -> None:
         """Go to a state of this one or of its like; InputError where it is none."""
+        self._hold.still()
         if not isinstance(state, State) or state.of != (type(self), *self._of):
             allowed = "what state() of one with the same arguments gave"
             raise InputError("is not a state of this", field="state", allowed=allowed)
@@ -41,9 +45,9 @@ class Forkable:
 
     def copy(self) -> Self:
         """One of its own in the same state; nothing is shared that changes. `close` both."""
-        make, arguments = self._like()
+        state, (make, arguments) = self.state(), self._like()
         made: Self = make(*arguments)
-        made.restore(self.state())
+        made.restore(state)
         return made
 
     __copy__ = copy

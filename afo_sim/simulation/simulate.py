@@ -209,23 +209,25 @@ class Stepped:
         n, steps = inputs.shape[:2]
         out = self._block(n, steps)
         out["time"][:] = np.nan
-        stopped = self.stepper.advance(list(alive), np.ascontiguousarray(inputs), out)
+        try:
+            with self.hold.calling("step"):
+                stopped = self.stepper.advance(list(alive), np.ascontiguousarray(inputs), out)
+        except BaseException as error:  # of a Python callback, or Ctrl-C, in the midst of a step
+            reason = f"{type(error).__name__} broke a step off: {error}"
+            self.failures |= {k: failed(self.cases[k].model, reason, int(self.taken[k]), k) for k in alive}
+            raise
         for place, k in enumerate(alive):
             if k in stopped:
                 self._stop(place, k, out, stopped[k].reason, stopped[k].spoilt)
         ids = list(alive)
-        rows = {}
-        for name, values in out.items():
-            if name not in STATE:
-                rows[name] = values
-                continue
+        for name in STATE:
+            values = out[name]
             after = values[:, -1].copy()
             values[:, 1:] = values[:, :-1]
             values[:, 0] = self.now[name][ids]
             self.now[name][ids] = after
-            rows[name] = values
         self.taken[ids] += steps
-        return rows
+        return out
 
     def _stop(self, place: int, k: int, out: Rows, reason: str, spoilt: bool) -> None:
         model = self.cases[k].model

@@ -5,7 +5,7 @@ import math
 import numbers
 import os
 import time
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from numbers import Integral
 from typing import Any, Literal
 
@@ -20,7 +20,7 @@ from afo_sim.model.build import build
 from afo_sim.simulation.columns import formulas, frame_of
 from afo_sim.simulation.examine import make_recording
 from afo_sim.simulation.forking import Forkable
-from afo_sim.simulation.loop import RATE, Commander, Loop, Seen
+from afo_sim.simulation.loop import RATE, SLIGHTLY, Commander, Loop, Seen
 from afo_sim.simulation.recording import Recording
 from afo_sim.simulation.rollout import METRIC_FIELDS, Rollout
 from afo_sim.simulation.sensed import SensorBank, checked_seed
@@ -28,7 +28,6 @@ from afo_sim.simulation.simulate import Stepped
 from afo_sim.simulation.stepping import PolicyFault, Rows, one_of
 
 MEMORY = ("_stepped.moment", "_sensors.moment", "_commander.commands", "_sight", "_blocks", "_seconds")
-SLIGHTLY = 1e-6  # of dt, to which it must be whole steps
 
 
 def steps_in(dt: float | None, timestep: float, field: str = "dt") -> int:
@@ -89,6 +88,7 @@ class Simulator(Forkable, native.Closing):
         self._controlled = controller, rate
         self._loop = self._new_loop()
         self._stepped = Stepped([self.built])
+        self._hold = self._stepped.hold
         self._sensors = SensorBank(self.built)
         self._columns = formulas(self.built, whole=False)
         self._of, self._memory = (self.scenario,), MEMORY
@@ -145,8 +145,9 @@ class Simulator(Forkable, native.Closing):
         what is seen of the start
         """
         checked_seed(seed)  # before anything is taken back
+        self._hold.check()
+        self._loop = self._new_loop()  # first: a controller's reset() may look at this one
         self._stepped.reset([0])
-        self._loop = self._new_loop()
         self._commander = Commander(self.built) if self._loop is None else self._loop.commander
         self._sensors.reset(seed)
         self._blocks: list[tuple[Rows, np.ndarray]] = []
@@ -178,6 +179,7 @@ class Simulator(Forkable, native.Closing):
         SimulationError
             The simulation or the controller has failed; `recording` gives what came before.
         """
+        self._hold.check()
         if (failure := self._stepped.failures.get(0)) is not None:
             raise SimulationError(f"{failure.reason}; reset() begins again", time=failure.time)
         if self._loop is None:
@@ -191,7 +193,8 @@ class Simulator(Forkable, native.Closing):
         for first in range(taken, end, period):
             try:
                 seen = dataclasses.replace(self._seen, period=period * self.scenario.timestep)
-                self._loop.ask(seen, first)
+                with self._hold.calling("controller"):
+                    self._loop.ask(seen, first)
             except PolicyFault as fault:
                 self._stepped.failures[0] = ControllerError(str(fault), time=self.time)
                 raise self._stepped.failures[0] from fault
@@ -391,6 +394,9 @@ class Simulators(native.Closing):
         InputError
             It is no command, or `dt` is no whole number of steps; nothing was stepped.
         """
+        self._stepped.hold.check()
+        if isinstance(commands, Iterator):
+            commands = list(commands)  # first: a generator may step these, or take them back
         steps = steps_in(dt, self.timestep)
         alive = [k for k in range(len(self)) if k not in self._stepped.failures]
         inputs = np.empty((len(alive), steps, self._stepped.cases[0].model.nu))

@@ -12,6 +12,7 @@ pytest.importorskip("gymnasium")
 pytest.importorskip("dm_control")
 
 import gymnasium
+import mujoco
 
 import afo_sim as afo
 from afo_sim.common import InputError
@@ -112,3 +113,91 @@ def test_a_fork_has_a_model_of_its_own_and_no_pickle() -> None:
     for period in (0.0004, 0.0025):
         with pytest.raises(InputError, match=r"period.*0\.002 s times"):
             AttachedEnv(env.leg, period=period)
+
+
+ASKS: dict[str, Any] = {
+    "restore": lambda env, state: env.restore(state),
+    "reset": lambda env, state: env.reset(),
+    "step": lambda env, state: env.step([1.0]),
+    "state": lambda env, state: env.state(),
+    "copy": lambda env, state: env.copy(),
+    "close": lambda env, state: env.close(),
+}
+
+
+@pytest.mark.parametrize("ask", ASKS)
+@pytest.mark.parametrize("place", ["begin", "observe", "reward", "terminated"])
+def test_what_an_environment_calls_changes_nothing(place: str, ask: str) -> None:
+    leg = afo.attach("pin_knee", "pin_knee", timestep="2 ms")
+
+    def play(found: list[str]) -> list[Any]:
+        """Five steps; what is called asks once, where nothing has been found yet."""
+        env: Any = None
+
+        def at(here: str, value: Any) -> Any:
+            if here == place and env is not None and not found:
+                with pytest.raises(InputError, match="mix two states") as caught:
+                    ASKS[ask](env, state)
+                found.append(caught.value.field)
+            return value
+
+        env = AttachedEnv(
+            leg,
+            observe={"knee": lambda data: at("observe", data.qpos[0])},
+            reward=lambda env: at("reward", env.data.qpos[0]),
+            terminated=lambda env: at("terminated", False),
+            begin=lambda env: at("begin", None),
+            duration=0.05,
+        )
+        state = env.state()
+        env.reset(seed=0)
+        steps = [env.step([1.0]) for _ in range(5)]
+        env.close()
+        return steps
+
+    found: list[str] = []
+    played = [play(found), play(["nothing is asked"])]
+    assert found == ["reset" if place in ("begin", "observe") else "step"]
+    for one, other in zip(*played, strict=True):
+        np.testing.assert_array_equal(one[0], other[0])
+        assert one[1:4] == other[1:4]
+    assert [step[3] for step in played[0]] == [False] * 4 + [True]
+
+
+def test_an_error_of_a_reward_ends_the_episode() -> None:
+    env = AttachedEnv(afo.attach("pin_knee", "pin_knee", timestep="2 ms"), reward=lambda env: 1 / 0)
+    env.reset(seed=0)
+    with pytest.raises(ZeroDivisionError):
+        env.step([1.0])
+    with pytest.raises(InputError, match=r"over.*reset"):
+        env.step([1.0])
+    env.close()
+
+
+@pytest.mark.parametrize("ask", [*ASKS, "set_state"])
+def test_a_mujoco_callback_changes_no_physics(ask: str) -> None:
+    changes = ASKS | {
+        "set_state": lambda physics, state: physics.set_state(start),
+        "step": lambda physics, state: physics.step(),
+    }
+    found: list[Any] = []
+    with afo.dm_control_physics("seated") as physics:
+        start, state = physics.get_state(), physics.state()
+
+        def passive(model: Any, data: Any) -> None:
+            if not found:
+                found.append(None)
+                with pytest.raises(InputError, match="mix two states"):
+                    changes[ask](physics, state)
+                found[0] = "refused"
+
+        mujoco.set_mjcb_passive(passive)
+        try:
+            physics.step(5)
+        finally:
+            mujoco.set_mjcb_passive(None)
+        after = physics.get_state()
+        physics.restore(state)
+        physics.step(5)
+        np.testing.assert_array_equal(physics.get_state(), after)
+    assert found == ["refused"]

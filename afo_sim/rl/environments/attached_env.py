@@ -77,10 +77,11 @@ class AttachedEnv(Forkable, gymnasium.Env[np.ndarray, np.ndarray]):
         super().reset(seed=seed)
         self._hold.check()
         self.leg.reset(self.data)
-        self.begin(self)
-        mujoco.mj_forward(self.leg.model, self.data)
-        self.height, self._left = float(self.data.subtree_com[0, 2]), round(self.duration / self.period)
-        return self._seen(), {}
+        with self._hold.calling("reset"):
+            self.begin(self)
+            mujoco.mj_forward(self.leg.model, self.data)
+            self.height, self._left = float(self.data.subtree_com[0, 2]), round(self.duration / self.period)
+            return self._seen(), {}
 
     def step(self, action: Any) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
         """Step by one period; what becomes unstable is truncated, with its reason in `info`."""
@@ -89,19 +90,19 @@ class AttachedEnv(Forkable, gymnasium.Env[np.ndarray, np.ndarray]):
             raise InputError("the episode is over, or has not begun: reset()", field="step")
         for (each, name), side in zip(self._valves, checked(action, self.action_space.shape), strict=True):
             each.set_valves(self.data, {name: "inlet" if side > DEAD else "outlet" if side < -DEAD else None})
-        model = self.leg.model
-        steps = steps_in(self.period, model.opt.timestep, "period")
-        try:
-            mujoco.mj_step(model, self.data, steps)
-            failed = "" if np.isfinite(self.data.qacc).all() else "an acceleration is not a number"
-        except FAILURES as error:
-            failed = str(error)
-        if failed:
-            self._left = 0
-            return np.nan_to_num(self._seen()), 0.0, False, True, {"failure": failed}
-        over = bool(self.terminated(self))
-        self._left = 0 if over else self._left - 1
-        return self._seen(), float(self.reward(self)), over, not (over or self._left), {}
+        steps = steps_in(self.period, self.leg.model.opt.timestep, "period")
+        left, self._left = self._left - 1, 0  # whatever is raised now ends the episode
+        with self._hold.calling("step"):
+            try:
+                mujoco.mj_step(self.leg.model, self.data, steps)
+                failed = "" if np.isfinite(self.data.qacc).all() else "an acceleration is not a number"
+            except FAILURES as error:
+                failed = str(error)
+            if failed:
+                return np.nan_to_num(self._seen()), 0.0, False, True, {"failure": failed}
+            over, seen, reward = bool(self.terminated(self)), self._seen(), float(self.reward(self))
+        self._left = 0 if over else left
+        return seen, reward, over, not (over or left), {}
 
     def close(self) -> None:
         """Give the muscle callbacks back; a second call does nothing."""

@@ -76,6 +76,7 @@ class OrthosisEnv(Forkable, gymnasium.Env[np.ndarray, np.ndarray]):
         self.observation_space = observation_space(self.setting)
         self.action_space = action_space(self.setting)
         self._episodes = Episodes(self.setting)
+        self._hold = self._episodes.stepped.hold
         self._going = False
         self._drawn: tuple[mujoco.MjModel, mujoco.MjData, Any] | None = None
 
@@ -165,6 +166,7 @@ class OrthosisVectorEnv(Forkable, gymnasium.vector.VectorEnv[np.ndarray, np.ndar
         threads = (os.cpu_count() or 1) if threads is None else _positive("threads", threads)
         self._threads = min(threads, num_envs)
         self._episodes = Episodes(made, num_envs, self._threads)
+        self._hold = self._episodes.stepped.hold
         self._randoms: list[np.random.Generator] = [seeding.np_random()[0] for _ in range(num_envs)]
         self._over: np.ndarray | None = None  # episodes that begin anew in the next step
         self._last = np.empty(self.observation_space.shape)

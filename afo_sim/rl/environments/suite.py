@@ -135,7 +135,7 @@ class OrthosisEnvironment(Forkable, control.Environment):
     def __init__(self, setting: Setting, random: Any, limit: float, more: Mapping[str, Any]):
         task = OrthosisTask(setting, random, bounded=not more.get("flat_observation"))
         super().__init__(TaskPhysics(setting), task, limit, n_sub_steps=setting.steps, **more)
-        self._of, self._more = (*setting.again[1], limit), more
+        self._of, self._more, self._hold = (*setting.again[1], limit), more, self.physics._hold
 
     def _like(self) -> tuple[Any, tuple[Any, ...]]:
         return type(self), (self.task.setting, None, self._of[-1], self._more)
