@@ -5,7 +5,7 @@ import keyword
 import math
 import pathlib
 from collections.abc import Mapping
-from typing import Any, Literal
+from typing import Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, StrictBool, StrictInt, StrictStr, ValidationError, model_validator
 from pydantic import Field as Option
@@ -47,6 +47,23 @@ class StrictTable(BaseModel):
             if key not in known:
                 raise refused_name("is an unknown key", str(key), known, str(key))
         return table
+
+    @classmethod
+    def read(cls, file: pathlib.Path, table: Any) -> Self:
+        """What a file states; the first thing that is wrong is an InputError."""
+        try:
+            return cls.model_validate(table)
+        except ValidationError as error:
+            first = error.errors(include_url=False)[0]
+        facts = first.get("ctx", {})
+        bound = ", ".join(f"{words} {facts[name]:g}" for name, words in _BOUNDS.items() if name in facts)
+        path = [str(part) for part in first["loc"]] + ([facts["key"]] if facts.get("key") else [])
+        value = functools.reduce(child_of, path, table)
+        problems = PROBLEMS | {"dict_type": "is not a table", "too_short": "is empty"}
+        allowed = str(facts.get("allowed", "") or facts.get("expected", "") or bound)
+        near, value = facts.get("nearest") or None, None if isinstance(value, dict) else value
+        told: dict[str, Any] = {"file": file, "field": ".".join(path), "value": value}
+        raise InputError(problems.get(first["type"], first["msg"]), allowed=allowed, nearest=near, **told)
 
 
 class ParameterTable(StrictTable):
@@ -225,20 +242,6 @@ class ParameterReader:
         value = self.given.get(option) if value is None else value
         told: dict[str, Any] = {"file": self.file, "field": self._at(option), "value": value}
         return InputError(f"{problem}{about}", allowed=allowed, nearest=nearest, **told)
-
-
-def first_error(file: pathlib.Path, table: Any, error: ValidationError) -> InputError:
-    """The first validation error, as a message for people."""
-    first = error.errors(include_url=False)[0]
-    facts = first.get("ctx", {})
-    bound = ", ".join(f"{words} {facts[name]:g}" for name, words in _BOUNDS.items() if name in facts)
-    path = [str(part) for part in first["loc"]] + ([facts["key"]] if facts.get("key") else [])
-    value = functools.reduce(child_of, path, table)
-    problems = PROBLEMS | {"dict_type": "is not a table", "too_short": "is empty"}
-    allowed = str(facts.get("allowed", "") or facts.get("expected", "") or bound)
-    near, value = facts.get("nearest") or None, None if isinstance(value, dict) else value
-    told: dict[str, Any] = {"file": file, "field": ".".join(path), "value": value}
-    return InputError(problems.get(first["type"], first["msg"]), allowed=allowed, nearest=near, **told)
 
 
 def values_of(

@@ -8,7 +8,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import asdict
 from typing import Annotated, Any
 
-from pydantic import AfterValidator, InstanceOf, StrictInt, StrictStr, ValidationError, field_validator
+from pydantic import AfterValidator, InstanceOf, StrictInt, StrictStr, field_validator
 from pydantic import Field as Option
 
 from afo_sim.common import InputError, assets
@@ -17,14 +17,7 @@ from afo_sim.description.reader import split_key
 from afo_sim.metrics import OTHER, WORDS, instead, no_metric, told, words
 from afo_sim.study.constraint import Constraint, read_constraint
 from afo_sim.study.parameter import Choice, Parameter, Span
-from afo_sim.study.parameter_table import (
-    ParameterReader,
-    ParameterTable,
-    StrictTable,
-    first_error,
-    is_free,
-    values_of,
-)
+from afo_sim.study.parameter_table import ParameterReader, ParameterTable, StrictTable, is_free, values_of
 from afo_sim.study.uncertainty.draw import joint_parameters
 
 _RANDOM = ("random", "latin-hypercube", "sobol", "saltelli")
@@ -168,10 +161,7 @@ def read(path: str | os.PathLike[str]) -> Plan:
 
 def of_table(file: pathlib.Path, table: Mapping[str, Any]) -> Plan:
     """A sweep that stands in `file` as `table`; returns and raises as `read`."""
-    try:
-        return planned(file, SweepFile.model_validate(table))
-    except ValidationError as error:
-        raise first_error(file, table, error) from None
+    return planned(file, SweepFile.read(file, table))
 
 
 def planned(file: pathlib.Path, written: SweepFile) -> Plan:

@@ -9,14 +9,14 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import Field as Option
-from pydantic import InstanceOf, StrictFloat, StrictInt, StrictStr, ValidationError, model_validator
+from pydantic import InstanceOf, StrictFloat, StrictInt, StrictStr, model_validator
 
 from afo_sim.common import InputError, assets, parse_quantity
 from afo_sim.description import refusal
 from afo_sim.study.design import Cases, case_seeds, cases_of
 from afo_sim.study.folder import fingerprint
 from afo_sim.study.parameter import OwnSeed, Range, Span
-from afo_sim.study.parameter_table import ParameterTable, StrictTable, first_error
+from afo_sim.study.parameter_table import ParameterTable, StrictTable
 from afo_sim.study.search.aim import (
     LACKING,
     OBJECTIVE,
@@ -208,10 +208,7 @@ def search_of(
 
 def _of_table(file: pathlib.Path, table: Mapping[str, Any]) -> SearchPlan:
     """A search that stands in `file` as `table`; raises as `read`."""
-    try:
-        written = SearchFile.model_validate(table)
-    except ValidationError as error:
-        raise first_error(file, table, error) from None
+    written = SearchFile.read(file, table)
     base = {"scenario": written.scenario, "set": written.set}
     searched = {name: getattr(written, name) for name in ("seed", "constraints", "parameters")}
     designs = planned(file, SweepFile(**base | searched, design="random", cases=1))

@@ -9,12 +9,12 @@ from typing import Any, Literal
 
 import numpy as np
 from pydantic import Field as Option
-from pydantic import StrictBool, StrictStr, ValidationError
+from pydantic import StrictBool, StrictStr
 from scipy.special import ndtr, ndtri
 
 from afo_sim.common import InputError, assets, nearest_name, parse_quantity, read_any_quantity
 from afo_sim.description import SETS, Scenario, fields_of, of_chambers, tables
-from afo_sim.study.parameter_table import StrictTable, first_error
+from afo_sim.study.parameter_table import StrictTable
 
 Kind = Literal["normal", "lognormal", "uniform", "pearson3"]
 EACH_STRIDE, DERIVED_PATH = "each stride", "derived path"
@@ -129,11 +129,7 @@ def read(source: str | os.PathLike[str], beside: pathlib.Path | None = None) -> 
     except InputError as error:
         problem = "there are no such spreads"
         raise error.replaced(problem=problem, file=beside, field="spreads", value=str(source)) from None
-    table = assets.read_toml(file)
-    try:
-        written = SpreadsFile.model_validate(table)
-    except ValidationError as error:
-        raise first_error(file, table, error) from None
+    written = SpreadsFile.read(file, assets.read_toml(file))
     for name, one in written.parameters.items():
         _check(file, name, one)
     return Spreads(file, dict(written.parameters))
