@@ -9,22 +9,10 @@ from typing import TYPE_CHECKING, Any, Literal, Self
 
 from afo_sim.common import InputError, Notice, Shown, SimulationError, in_unit, titles
 from afo_sim.description import Limits, Scenario, load
-from afo_sim.metrics import Metric, Status
+from afo_sim.metrics import AGAINST, Metric, Status
 from afo_sim.model import as_run, with_person
 from afo_sim.simulation import Asked, Recording, as_taken, limits_of, run_at_step, verdict_of
-from afo_sim.study.effect import (
-    AIR,
-    CLEARANCE,
-    HEIGHTS,
-    METRICS,
-    NOTICED,
-    PITCH,
-    TORQUE_PER_MASS,
-    WORK,
-    Effect,
-    defined,
-    number,
-)
+from afo_sim.study.effect import AIR, CLEARANCE, HEIGHTS, METRICS, NOTICED, PITCH, Effect, defined, number
 from afo_sim.study.effects_parameters import steps
 from afo_sim.study.engine import INFEASIBLE, OK, Outcome
 from afo_sim.study.pool import Report, pool
@@ -60,10 +48,8 @@ def beyond_limit(share: str, percent: float) -> Notice:
 
 def _hindrance(values: Mapping[str, float], limits: Limits) -> float:
     """Torque and work against push-off by what is wanted, the larger of the two [-]."""
-    torque, work = values.get(TORQUE_PER_MASS, 0.0), values.get(WORK, 0.0)
-    tiny = 1e-12  # a limit may be zero
-    most = limits.torque_against_push_off[0], limits.work_against_push_off[0]
-    return max(torque / max(most[0], tiny), work / max(most[1], tiny))
+    firsts = {name: max(getattr(limits, key)[0], 1e-12) for name, key in AGAINST.items()}  # one may be zero
+    return max(values.get(name, 0.0) / first for name, first in firsts.items())
 
 
 def _lowest(values: Mapping[str, float]) -> float:
