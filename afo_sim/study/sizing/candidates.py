@@ -31,28 +31,18 @@ Status = Literal["run", "excluded", "refused", "failed"]
 
 @dataclass(frozen=True)
 class Candidate:
-    """A component, or a pressure, that a scenario is tried with, and what the run with it gave.
-
-    name, size : by which candidates are ordered [SI]; inf where the size is not known
-    sets : keys and values laid over the scenario
-    facts : of its data sheet, in words
-    doubt : why it is not sure that it would do; "" where nothing is doubted
-    status, reason : "run"; else why it was not
-    values : metrics of the run
-    short : {limit: why it is not met}
-    notes : what to mind
-    """
+    """A component, or a pressure, that a scenario is tried with, and what the run with it gave."""
 
     name: str
-    size: float
-    sets: Mapping[str, Any] = field(default_factory=dict)
-    facts: Mapping[str, str] = field(default_factory=dict)
-    reason: str = ""
-    notes: tuple[str, ...] = ()
-    doubt: str = ""
+    size: float  # by which candidates are ordered [SI]; inf where it is not known
+    sets: Mapping[str, Any] = field(default_factory=dict)  # laid over the scenario
+    facts: Mapping[str, str] = field(default_factory=dict)  # of its data sheet, in words
+    reason: str = ""  # why it was not run
+    notes: tuple[str, ...] = ()  # what to mind
+    doubt: str = ""  # why it is not sure that it would do
     status: Status = "run"
-    values: Mapping[str, float] = field(default_factory=dict)
-    short: Mapping[str, str] = field(default_factory=dict)
+    values: Mapping[str, float] = field(default_factory=dict)  # metrics of the run
+    short: Mapping[str, str] = field(default_factory=dict)  # {limit: why it is not met}
 
     @property
     def meets(self) -> bool:
