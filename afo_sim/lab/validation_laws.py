@@ -133,3 +133,6 @@ def flow(told: Told) -> float:
     up, down = (x * BAR for x in told["bar"])
     c, b = (told["C"] * SONIC, told["b"]) if valve is None else (valve.conductance, valve.critical_ratio)
     return LITRES * nominal_flow(c, b, up, down, NORMS[told["norm"]])
+
+
+ASKED = (force, contraction, line, laws_apart, along, curve, fit, tube, flow)  # by these names
