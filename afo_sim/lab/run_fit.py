@@ -24,14 +24,11 @@ MISFIT = 1.15  # times the noise: above it, and above what chance does to so few
 CHANCE = 3.0  # standard deviations
 CAUSES = {
     "pressure": "a leak, a valve's conductance or delay, the supply's pressure, a tube's volume, heat",
-    "mass": "a leak, a valve's conductance or delay",
-    "mass_flow": "a leak, a valve's conductance or delay",
-    "angle": "friction, inertia, a moment arm, the tissue's stiffness",
-    "velocity": "friction, inertia, a moment arm, the tissue's stiffness",
+    **dict.fromkeys(("mass", "mass_flow"), "a leak, a valve's conductance or delay"),
+    **dict.fromkeys(("angle", "velocity"), "friction, inertia, a moment arm, the tissue's stiffness"),
     "force": "the muscle's law or friction, a moment arm, the load cell's zero",
     "contraction": "a link's length or stiffness, a moment arm",
-    "coil": "the timer's times, a valve's delay",
-    "opening": "the timer's times, a valve's delay",
+    **dict.fromkeys(("coil", "opening"), "the timer's times, a valve's delay"),
 }
 OTHERWISE = "a part that the scenario does not have"
 # Of the finite differences, in searched numbers. A foot that sticks a time step later is a small jump of the
