@@ -238,7 +238,6 @@ class ReplayProblem(FitProblem):
     free: tuple[FitParameter, ...]
     starts: Mapping[str, float]
     channels: tuple[str, ...] = ()
-    muscle: Any = None
     sets: Laid = None
     inside = 0.01  # a search that begins at a bound hardly leaves it
 
@@ -253,7 +252,7 @@ class ReplayProblem(FitProblem):
 
         def of(log: BenchLog) -> Iterator[np.ndarray]:
             read = log.stated(self.values(x))
-            plan = _plan(read, muscle_of(read, self.muscle, self.sets))
+            plan = _plan(read, muscle_of(read, sets=self.sets))
             rows = roll(plan)[0]
             rows["length"] = plan.muscle.nominal_length * (1.0 - rows["contraction"])
             found = _compared(plan, {key: np.interp(read.time, rows["time"], y) for key, y in rows.items()})
@@ -321,7 +320,6 @@ def fit_replay(
     channels: Sequence[str] = (),
     *,
     bench: Laid = None,
-    muscle: Any = None,
     sets: Laid = None,
 ) -> ReplayFit:
     """Fit settings of bench and muscle to logs, one value for all, within each setting's physical range."""
@@ -332,7 +330,7 @@ def fit_replay(
         raise InputError("needs a log and a setting", field="fit", allowed=", ".join(FITTED))
     read = [read_bench_log(log).stated(bench or {}) for log in logs]
     read = [log if "timestep" in log.bench else log.stated({"timestep": FIT_STEP}) for log in read]
-    predicted = replay(read[0], muscle, sets=sets).errors
+    predicted = replay(read[0], sets=sets).errors
     for channel in [*channels, *([] if predicted else ["pressure"])]:
         if channel not in predicted:
             told = "is not predicted of this log"
@@ -347,7 +345,7 @@ def fit_replay(
         size = start[name] if logarithmic else 0.02 * (high - low)
         ends = (low, high, low, high)
         free.append(FitParameter(name, BENCH[name] or "", shown, *ends, size, logarithmic=logarithmic))
-    problem = ReplayProblem(tuple(read), tuple(free), start, tuple(channels), muscle, sets)
+    problem = ReplayProblem(tuple(read), tuple(free), start, tuple(channels), sets)
     solution = believed(problem, problem.search(problem.at(start)))
     until = np.cumsum([len(each) for each in problem.errors(solution.x)])
     solution = replace(solution, half=np.maximum(solution.half, _half_by_log(solution, until)))
