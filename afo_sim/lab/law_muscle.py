@@ -151,11 +151,9 @@ def _ranked_by(fits: Sequence[LawFit]) -> str:
 def rank(fits: Sequence[LawFit]) -> list[LawFit]:
     """Best first: by the error on what was left out, or else by the standard deviation of the residuals."""
     kind = _ranked_by(fits)
-
-    def error(fit: LawFit) -> float:
-        return fit.held_out[kind].rms if kind in fit.held_out else math.inf
-
-    return sorted(fits, key=lambda fit: (error(fit), fit.spread, fit.rms))
+    errors = [fit.held_out[kind].rms if kind in fit.held_out else math.inf for fit in fits]
+    ranked = sorted(zip(errors, fits, strict=True), key=lambda pair: (pair[0], pair[1].spread, pair[1].rms))
+    return [fit for _, fit in ranked]
 
 
 def criterion(fits: Sequence[LawFit]) -> str:

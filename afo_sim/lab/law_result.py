@@ -318,8 +318,8 @@ def tables(found: StaticFit) -> Tables:
             factor, _ = residual_unit(each)
             held = [f"{factor * each.held_out[k].rms:.3g}" if k in each.held_out else "-" for k in columns]
             refused, count = sum(map(math.isinf, each.half_width.values())), len(each.values)
-            ends = [f"{each.agreeing_starts} of {each.starts}", f"{count - refused} of {count}"]
-            ends[1] = ends[1] if refused else "all"
+            told = f"{count - refused} of {count}" if refused else "all"
+            ends = [f"{each.agreeing_starts} of {each.starts}", told]
             rows.append([each.problem.law.name, str(count), f"{factor * each.rms:.3g}", *held, *ends])
         rows += [[law, "", "", *[""] * len(columns), "", reason] for law, reason in found.skipped.items()]
         title = f"laws, best first by the {criterion(found.fits)}"

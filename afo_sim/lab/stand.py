@@ -1,7 +1,6 @@
 """The test stand as one call: quantities as text or in SI, one muscle or several, one test or all three."""
 
 import contextlib
-import functools
 import itertools
 import os
 import pathlib
@@ -143,7 +142,7 @@ def stand(
         what, progress = f"{kind} {number} of {len(muscles)}: {one.name}, {one.law}", None
         if report is not None:
             report(0, 0, what)
-            progress = functools.partial(_forward, report, what)
+            progress = lambda done, total, what=what: report(done, total, what)  # noqa: E731
         with _told(kind, one, amounts["length"]):
             ends = test != "all"  # or they are of the other tests
             planned = plan(kind, one, **given, **_arguments(amounts, ends, data, kind, one))
@@ -181,10 +180,6 @@ def sensitivity(muscle: Muscle, pressure: float, contraction: float = 0.0) -> di
         found |= {f"force [N] {by}": pull[:, 0], f"free contraction [-] {by}": free}
         found[f"stiffness [N/m] {by}"] = -np.diff(pull)[:, 0] / [1e-6 * m.nominal_length for m in varied]
     return found
-
-
-def _forward(report: Callable[[int, int, str], None], what: str, done: int, total: int) -> None:
-    report(done, total, what)
 
 
 def _several(value: Any) -> tuple[Any, ...]:

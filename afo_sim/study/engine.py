@@ -304,8 +304,7 @@ def _results(
 ) -> tuple[dict[str, Metric], tuple[str, ...], dict[str, np.ndarray]]:
     """Metrics, warnings and curves of a case that has run."""
     settled = rolled.settled
-    solved = settled is not None
-    columns, found = examine(case.built, rolled.rollout, transient=False, solved=solved, asked=asked)
+    columns, found = examine(case.built, rolled.rollout, transient=False, solved=case.solved, asked=asked)
     curves = _curves(case.built, columns, asked.curves)
     if settled is None:
         return found.totals, found.warnings, curves
