@@ -105,10 +105,8 @@ def efficiency(run: Run) -> Found:
     exergy = float(totals.get("exergy_taken", 0.0))
     if exergy <= 0.0:
         return
-    if "skeleton_work" in totals:
-        yield "exergy_efficiency", 100.0 * float(totals["skeleton_work"]) / exergy
-    if "positive_work" in totals:
-        yield "exergy_efficiency_positive", 100.0 * float(totals["positive_work"]) / exergy
+    of = {"exergy_efficiency": "skeleton_work", "exergy_efficiency_positive": "positive_work"}
+    yield from ((name, 100.0 * float(totals[part]) / exergy) for name, part in of.items() if part in totals)
 
 
 ANR = "litres ANR: at 20 °C, 1 bar, 65 % humidity (ISO 8778)"

@@ -65,8 +65,6 @@ def pressures(
     skin_pressure: tuple[float, float] | None = None, blood_flow: float | None = None,
 ) -> Found:  # fmt: skip
     """Pressure of a part under a pull on it (n, 3), peaks over 10 ms; no share [percent] without a limit."""
-    # The strap of a cuff is as tight all the time as its strongest pull along the limb requires. So what
-    # presses across at another instant comes on top of that.
     in_plane = np.hypot(pull[:, 0], pull[:, 1])
     # the strap of a cuff is as tight all the time as its strongest pull along the limb requires, so what
     # presses across at another instant comes on top of that

@@ -163,13 +163,8 @@ def _bands_of(found: Found, recording: Recording) -> dict[str, Any]:
         "left_out": list(draws.left_out),
         "notes": [*draws.notes, *_notes(found, recording)],
         "drawn": [_drawn(column) for column in draws.columns],
-        "groups": [],
-        "measure_next": [],
-        "rest": {},
-        "metrics": {},
-        "curves": {},
-        "trips": {},
-        "kept": {},
+        **{name: [] for name in ("groups", "measure_next")},
+        **{name: {} for name in ("rest", "metrics", "curves", "trips", "kept")},
     }
     if not ok.any():
         return bands
