@@ -31,7 +31,7 @@ def _read_function(element: Element) -> _Function:
         x, y = numbers(element, "x"), numbers(element, "y")
         if len(x) != len(y) or len(x) < 2 or np.any(np.diff(x) <= 0.0):
             raise InputError("needs as many y as x, at least two, x rising", field=kind)
-        return _line_through(x, y) if kind == "PiecewiseLinearFunction" or len(x) == 2 else _spline(x, y)
+        return _spline(x, y, straight=kind == "PiecewiseLinearFunction" or len(x) == 2)
     return _refused(kind)
 
 
@@ -68,23 +68,15 @@ def _linear(coefficients: np.ndarray) -> _Function:
     return value
 
 
-def _line_through(x: np.ndarray, y: np.ndarray) -> _Function:
-    """Straight pieces; the first and the last go on beyond the ends."""
-    slope = np.diff(y) / np.diff(x)
-
-    def value(q: Sequence[np.ndarray]) -> np.ndarray:
-        piece = np.clip(np.searchsorted(x, q[0]) - 1, 0, len(slope) - 1)
-        return np.asarray(y[piece] + slope[piece] * (q[0] - x[piece]))
-
-    return value
-
-
-def _spline(x: np.ndarray, y: np.ndarray) -> _Function:
-    """The cubic spline of SIMM: Forsythe, Malcolm and Moler (1977), straight beyond its ends."""
+def _spline(x: np.ndarray, y: np.ndarray, *, straight: bool) -> _Function:
+    """Straight pieces, or SIMM's cubic: Forsythe, Malcolm and Moler (1977); straight beyond the ends."""
     from scipy.interpolate import make_interp_spline
 
-    ends = [6.0 * _divided(x[part], y[part]) if len(x) > 3 else 0.0 for part in (slice(4), slice(-4, None))]
-    spline = make_interp_spline(x, y, k=3, bc_type=([(3, ends[0])], [(3, ends[1])]))
+    thirds = []  # derivatives at the ends: of the cubic through the four points there
+    for part in (slice(4), slice(-4, None)):
+        thirds.append(6.0 * np.polyfit(x[part] - x[part][0], y[part], 3)[0] if len(x) > 3 else 0.0)
+    ends = ([(3, thirds[0])], [(3, thirds[1])])
+    spline = make_interp_spline(x, y, k=1) if straight else make_interp_spline(x, y, k=3, bc_type=ends)
     slopes = spline(x[[0, -1]], 1)
 
     def value(q: Sequence[np.ndarray]) -> np.ndarray:
@@ -93,13 +85,6 @@ def _spline(x: np.ndarray, y: np.ndarray) -> _Function:
         return np.asarray(spline(inside) + slopes[0] * below + slopes[1] * above)
 
     return value
-
-
-def _divided(x: np.ndarray, y: np.ndarray) -> float:
-    """Newton's divided difference over all points: the leading coefficient of their polynomial."""
-    if len(x) == 1:
-        return float(y[0])
-    return (_divided(x[1:], y[1:]) - _divided(x[:-1], y[:-1])) / float(x[-1] - x[0])
 
 
 def _refused(kind: str) -> _Function:
