@@ -85,23 +85,18 @@ class Pose:
 
     def outlines(self) -> dict[str, list[np.ndarray]]:
         """Outlines of the shapes of limb, orthosis and foot alone: {"limb", "part", "foot": …}."""
-        limb = leg_geoms(self.model, self.built)
-        found: dict[str, list[np.ndarray]] = {"limb": [], "part": [], "foot": [], "shank": []}
+        limb, turning = leg_geoms(self.model, self.built), [int(self.model.joint(ANKLE).bodyid[0])]
+        for body, above in enumerate(self.model.body_parentid):  # with the foot; parents come first
+            turning += [body] if above in turning else []
+        found: dict[str, list[np.ndarray]] = {"limb": [], "part": [], "foot": []}
         for geom in range(self.model.ngeom):
             name = self.model.geom(geom).name
             if self.model.geom_type[geom] in FLAT or name.endswith(_ENDS):
                 continue
             shape = self.outline(geom)
             found["limb" if geom in limb else "part"].append(shape)
-            found["foot" if self._turns(geom) else "shank"].append(shape)
+            found["foot"] += [shape] if self.model.geom_bodyid[geom] in turning else []
         return found
-
-    def _turns(self, geom: int) -> bool:
-        """Whether a shape turns with the foot."""
-        body, foot = int(self.model.geom_bodyid[geom]), int(self.model.jnt_bodyid[self.model.joint(ANKLE).id])
-        while body > 0 and body != foot:
-            body = int(self.model.body_parentid[body])
-        return body == foot
 
     def path(self, muscle: str) -> np.ndarray:
         """Path of a muscle [m] (n, 3), world axes; over a pulley, from its upper end to the wheel."""
