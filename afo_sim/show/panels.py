@@ -42,12 +42,12 @@ _OF_WALKING = ("biological", "ground", "frame")  # moments that are left out els
 _THIN = 0.75  # of the lines of volumes beside chambers
 _VALVE_END = (0, (4, 1.5))  # of the line of a tube's other end, in its chamber's colour
 _NETWORK = ("volume/", "store/", "restriction/")  # begin the columns of an air path
-_FLOWS = {  # of an orthosis' air: name, colour, style
+FLOWS = {  # of an orthosis' air: name, colour, style
     "supply/mass_flow": ("from the supply", BLUE, "-"),
     "exhaust/mass_flow": ("to the ambient air", ORANGE, (0, (3, 1))),
 }
 _ALIKE = 1e-3  # of the set pressure: a supply that stays this near to it is drawn once
-_PER_MINUTE = 6e4  # l/min in a m³/s
+PER_MINUTE = 6e4  # l/min in a m³/s
 _ICE = 273.15  # [K]
 QUANTITIES = ("pressure", "mass", "temperature")  # of a source
 # Muscles and what they depend on: own contraction beside the path's, cuff and plate.
@@ -283,14 +283,14 @@ def has_flow(run: RunView) -> bool:
 
 def tells_flow(run: RunView) -> bool:
     """Whether a run tells the flow from its supply or to the ambient air."""
-    return any(name in run.recording.columns for name in _FLOWS)
+    return any(name in run.recording.columns for name in FLOWS)
 
 
 def air_flow(axis: Any, runs: Sequence[RunView], over: Over = "time") -> None:
     """Flow from the supply and to the ambient air, as free air (ANR)."""
     run = runs[0]
-    litres = _PER_MINUTE / run.gas.free_density
-    for name, (label, colour, style) in _FLOWS.items():
+    litres = PER_MINUTE / run.gas.free_density
+    for name, (label, colour, style) in FLOWS.items():
         if name in run.recording.columns:
             x, values = run.curves(name, over)
             mean_and_spread(axis, litres * values, colour, label, x, style)

@@ -10,16 +10,12 @@ import afo_sim.show.rerun.colours as colours
 from afo_sim.description import WORN, MuscleGroup
 from afo_sim.model import OUTLET, SOURCE, TUBE_END, VALVE_END, muscle_names
 from afo_sim.physics import AIR
+from afo_sim.show.panels import FLOWS, PER_MINUTE
 from afo_sim.show.rerun.run_rows import GAIT, Columns, Source, send
 
 _ANGLES = ("ankle/angle", "gait/ankle_angle")
 _USUAL, _THIN = 1.6, 0.8  # widths of lines
-_FLOWS = {
-    "supply/mass_flow": ("from the supply", colours.SKY),
-    "exhaust/mass_flow": ("to the ambient air", colours.ORANGE),
-}
 _SET_PRESSURE = "supply/set_pressure"
-_PER_MINUTE = 6e4  # l/min in a m³/s
 _OWN = {"biological": "own"}  # what a moment is called beside the orthosis'
 _SMALL = ("gravity", "frame")  # moments of a few N·m, left out beside walking's hundred
 
@@ -58,8 +54,8 @@ def _air_curves(source: Source) -> list[Curve]:
             label, shade = f"{ends[name]}, valve end", colours.of_path(f"{ends[name]}_1", True)
         found.append(Curve("pressure/chambers", label, shade, f"volume/{name}/pressure", 1e-5, width=_THIN))
     described = source.scenario.supply.source
-    litres = _PER_MINUTE / (AIR if described is None else described.real_gas).free_density
-    for column, (name, colour) in _FLOWS.items():
+    litres = PER_MINUTE / (AIR if described is None else described.real_gas).free_density
+    for (column, (name, *_)), colour in zip(FLOWS.items(), (colours.SKY, colours.ORANGE), strict=True):
         if column in source.columns:
             found.append(Curve("air/flow", name, colour, column, litres))
     return found
