@@ -144,8 +144,9 @@ def test_the_answer_stands_first_where_there_is_one(
 
 
 def test_moments_move_into_a_tab_where_the_answer_takes_their_place() -> None:
-    from afo_sim.show.rerun.layout import Contents, _details
+    from afo_sim.show.rerun.layout import Contents, _tabs
 
-    names = [[view.name for view in _details(Contents(2, 1.0, answer=answer))] for answer in (False, True)]
+    tabs = [_tabs(Contents(2, 1.0, answer=answer))[0].contents for answer in (False, True)]
+    names = [[view.name for view in views] for views in tabs]
     assert "moment" not in names[0]
     assert names[1][0] == "moment"

@@ -137,10 +137,6 @@ def space(origin: str, name: str, position: Any, target: Any, **more: Any) -> rr
 
 
 def _tabs(contents: Contents) -> Row:
-    return rrb.Tabs(*_details(contents), active_tab=0), 4.2
-
-
-def _details(contents: Contents) -> list[Any]:
     """The tabs, those that are looked at most first: all names do not fit in the smallest window."""
     plots: list[Any] = [_moment(contents)] if contents.answer else []
     further: list[Any] = []
@@ -159,13 +155,10 @@ def _details(contents: Contents) -> list[Any]:
         further.append(rrb.Horizontal(gives, pull, name="cuff"))
     if contents.carriage and not contents.compared:
         further.append(_plots(contents, "/ground", "ground force [N]", "ground"))
-    return [
-        *plots,
-        rrb.TextDocumentView(origin="/summary", name="metrics"),
-        rrb.TextLogView(origin="/events", name="events"),
-        *further,
-        rrb.TextDocumentView(origin="/scenario", name="scenario"),
-    ]
+    plots.append(rrb.TextDocumentView(origin="/summary", name="metrics"))
+    plots.append(rrb.TextLogView(origin="/events", name="events"))
+    further.append(rrb.TextDocumentView(origin="/scenario", name="scenario"))
+    return rrb.Tabs(*plots, *further, active_tab=0), 4.2
 
 
 def _plots(contents: Contents, origin: str, title: str, tab: str = "") -> Any:
