@@ -11,7 +11,7 @@ import numpy as np
 from afo_sim.common import check_writable, together
 from afo_sim.show.style import COLOURS, plain, wrapped, write_figure
 from afo_sim.study import Better, Findings, Indices, Results, chosen, pareto_front, scale, spread, varied
-from afo_sim.study.analysis import Effect
+from afo_sim.study.analysis import Effect, levels_of
 from afo_sim.study.findings import findings
 
 FIGURES = "figures"  # the folder in a sweep's own
@@ -185,9 +185,7 @@ def draw_maps(figure: Any, results: Results, effects: Mapping[str, Mapping[str, 
         flat = x.cell[known] * size[1] + y.cell[known]
         counts = np.bincount(flat, minlength=size[0] * size[1])
         sums, none = np.bincount(flat, values[known], minlength=len(counts)), np.full(len(counts), np.nan)
-        means = np.divide(sums, counts, out=none, where=counts > 0).reshape(
-            size
-        )  # NaN where none has a value
+        means = np.divide(sums, counts, out=none, where=counts > 0).reshape(size)  # or NaN
         axis.set_facecolor("0.9")
         axis.patch.set(hatch="////", edgecolor="white", lw=0.0)
         shown = axis.pcolormesh(x.edges, y.edges, means.T, cmap="viridis", lw=0.0)
@@ -215,10 +213,10 @@ class _Cells:
         levels = results.levels()
         self.ticks: tuple[Any, list[str]] | None = None
         text = values.dtype.kind in "US"
-        distinct, self.cell = np.unique(values, return_inverse=True)
-        if levels is not None and text:
-            distinct = levels[name]
-            self.cell = np.array([list(distinct).index(value) for value in values])
+        if levels is None:
+            distinct, self.cell = np.unique(values, return_inverse=True)
+        else:
+            distinct, self.cell = levels_of(values)
         self.discrete = text or levels is not None or len(distinct) <= 6
         if not self.discrete:
             numbers = self.look.factor * values
