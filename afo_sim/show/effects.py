@@ -67,8 +67,20 @@ def first_step(recording: Recording) -> str:
 
 
 def sentences(found: Effects, most: int) -> list[str]:
-    """The steps that help most, the best first."""
-    return [f"{change(effect)}: {_in_short(effect, found)}" for effect in found.helping[:most]]
+    """The steps that help most, the best first, with the differences that count."""
+    sentences = []
+    for effect in found.helping[:most]:
+        apart = abs(effect.by(FIRST) - effect.by(CLEARANCE)) >= _APART
+        names = [CLEARANCE, *([FIRST] if apart else []), TORQUE]
+        names += [*([WORK] if found.aim == "push_off" else []), AIR]
+        told = [n for n in names if n == CLEARANCE or abs(effect.by(n)) >= NOTICED[n]]
+        told += [PITCH] if found.aim == "heel" or effect.by(PITCH) <= -_LANDING else []
+        lost = [n for n, value in effect.differences.items() if n in _SHORT and math.isnan(value)]
+        told += [n for n in lost if n not in told]
+        text = ", ".join(f"{_SHORT[n]} {_number(effect, found, n)} {_unit(found, n)}" for n in told)
+        notes = f" ({'; '.join(effect.notes)})" if effect.notes else ""
+        sentences.append(f"{change(effect)}: {text}{notes}")
+    return sentences
 
 
 def markdown(recording: Recording) -> str:
@@ -115,19 +127,6 @@ def _values(effect: Effect) -> str:
     after = effect.after.removesuffix(f" {unit}") if unit else effect.after
     unit = unit.replace("^3", "³").replace("*", "·")
     return f"{before} → {after} {unit}".rstrip().replace("-", "−")
-
-
-def _in_short(effect: Effect, found: Effects) -> str:
-    """The differences that count, in a line."""
-    apart = abs(effect.by(FIRST) - effect.by(CLEARANCE)) >= _APART
-    names = [CLEARANCE, *([FIRST] if apart else []), TORQUE]
-    names += [*([WORK] if found.aim == "push_off" else []), AIR]
-    told = [n for n in names if n == CLEARANCE or abs(effect.by(n)) >= NOTICED[n]]
-    told += [PITCH] if found.aim == "heel" or effect.by(PITCH) <= -_LANDING else []
-    lost = [n for n, value in effect.differences.items() if n in _SHORT and math.isnan(value)]
-    told += [n for n in lost if n not in told]
-    text = ", ".join(f"{_SHORT[n]} {_number(effect, found, n)} {_unit(found, n)}" for n in told)
-    return f"{text} ({'; '.join(effect.notes)})" if effect.notes else text
 
 
 def _number(effect: Effect, found: Effects, name: str) -> str:

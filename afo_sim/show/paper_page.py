@@ -176,8 +176,11 @@ def _s3(figure: Any) -> None:
     axes = figure.subplots(1, 3)
     data, _ = select(characteristic("dmsp_10"))
     muscle = reader.load("muscle", "dmsp_10")
-    for axis, panel in zip(axes, (_isobaric, _isotonic, _isometric), strict=True):
+    panels = ((_isobaric, "upper right"), (_isotonic, "upper left"), (_isometric, "upper left"))
+    for axis, (panel, corner) in zip(axes, panels, strict=True):
         panel(axis, data, muscle)
+        axis.set_ylim(bottom=0.0)
+        axis.legend(loc=corner)
     grey, told = {"color": "0.3"}, ", ".join(f"{key} = {x:g}" for key, x in _s3_printed().items())
     keys = [
         *axes[0].plot([], [], "o", ms=3.5, label="maker's 10 mm table", **grey),
@@ -207,8 +210,6 @@ def _isobaric(axis: Any, data: Measured, muscle: Muscle) -> None:
         here = np.isclose(data.pressure, bar * 1e5)
         axis.plot(100.0 * data.contraction[here], data.force[here], "o", ms=3.0, color=colour)
     axis.set(title="isobaric F(κ)", xlabel="contraction [%]", ylabel="force [N]", xlim=(-0.5, 25.0))
-    axis.set_ylim(0.0, None)
-    axis.legend(loc="upper right")
 
 
 def _isotonic(axis: Any, data: Measured, muscle: Muscle) -> None:
@@ -230,8 +231,7 @@ def _isotonic(axis: Any, data: Measured, muscle: Muscle) -> None:
                 points.append((level * 1e-5, 100.0 * kappa_there))
         axis.plot(*np.array(points).T, "o", ms=3.5, mfc="white", color=colour)
     axis.set(title="isotonic κ(p)", xlabel="gauge pressure [bar]", ylabel="contraction [%]", xlim=(0.8, 8.2))
-    axis.set_ylim(0.0, 25.0)
-    axis.legend(loc="upper left")
+    axis.set_ylim(top=25.0)
 
 
 def _isometric(axis: Any, data: Measured, muscle: Muscle) -> None:
@@ -246,8 +246,6 @@ def _isometric(axis: Any, data: Measured, muscle: Muscle) -> None:
         here = np.isclose(data.contraction, kappa)
         axis.plot(data.pressure[here] * 1e-5, data.force[here], "o", ms=3.0, color=colour)
     axis.set(title="isometric F(p)", xlabel="gauge pressure [bar]", ylabel="force [N]", xlim=(0.8, 8.2))
-    axis.set_ylim(0.0, None)
-    axis.legend(loc="upper left")
 
 
 def _pair(axis: Any, x: np.ndarray, y: np.ndarray, style: str, colour: Any, label: str = "") -> None:

@@ -228,7 +228,14 @@ def remarks(runs: Sequence[RunView]) -> list[str]:
         text = "walking and not walking: each kind has its own figures, and a number that only one kind has "
         text += f"is compared with nothing (walking: {', '.join(walking)}; not walking: {', '.join(others)})"
         found.append(text)
-    found += _worn_differently(runs)
+    for describe, note in (
+        (worn, "the runs wear different things: part of what differs between them is the sole's doing ({})"),
+        (reference, "the runs are compared with different walks: their lifts do not compare ({})"),
+    ):
+        told = {run.label: describe(run.recording.scenario) for run in runs if run.walks}
+        told = {label: what for label, what in told.items() if what}
+        if len(set(told.values())) > 1:
+            found.append(note.format("; ".join(f"{label}: {what}" for label, what in told.items())))
     for name in (name for name in _gaits_of(runs) if _gait_file(name) is None):
         text = f"the gait file {pathlib.Path(name).name} is not there any more: its source "
         found.append(f"{text}and licence are unknown; all curves are the recordings' own")
@@ -246,20 +253,6 @@ def _notes(runs: Sequence[RunView]) -> Iterator[tuple[RunView | None, list[tuple
     for run, notes in [(None, common), *zip(runs, own, strict=True)]:
         if notes:
             yield run, [headed(note) for note in notes]
-
-
-def _worn_differently(runs: Sequence[RunView]) -> list[str]:
-    """A note where walking runs wear or are compared with different things."""
-    found = []
-    for describe, note in (
-        (worn, "the runs wear different things: part of what differs between them is the sole's doing ({})"),
-        (reference, "the runs are compared with different walks: their lifts do not compare ({})"),
-    ):
-        told = {run.label: describe(run.recording.scenario) for run in runs if run.walks}
-        told = {label: what for label, what in told.items() if what}
-        if len(set(told.values())) > 1:
-            found.append(note.format("; ".join(f"{label}: {what}" for label, what in told.items())))
-    return found
 
 
 def _title(runs: Sequence[RunView], joined: str) -> str:

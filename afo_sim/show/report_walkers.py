@@ -35,7 +35,12 @@ def walkers(runs: Sequence[RunView]) -> list[_Walker]:
     """One for each run that walks, behind their reference where it fits, all wear a device and share it."""
     walking = [run for run in runs if run.recording.columns.keys() >= _COLUMNS and run.strides]
     shown: list[tuple[RunView | None, str, RunView]] = [(run, run.label, run) for run in walking]
-    few = 0 < len(walking) < _MOST and all(run.has_orthosis for run in walking) and _share_reference(walking)
+    kinds = {run.recording.scenario.get("reference") for run in walking}
+    found = [run.recording.metrics.get("reference_toe_clearance") for run in walking]
+    heights = [float(height) for height in found if height is not None]
+    # another patient's stands beside no run
+    one = len(kinds) == 1 and len(heights) == len(walking) and max(heights) - min(heights) < SAME
+    few = one and len(walking) < _MOST and all(run.has_orthosis for run in walking)
     before = reference_view(walking[0].recording, "", "") if few else None
     if before is not None:
         without, own = REFERENCES[walking[0].recording.scenario["reference"]]
@@ -43,14 +48,6 @@ def walkers(runs: Sequence[RunView]) -> list[_Walker]:
         shown.insert(0, (None, without, before))
     among = max(len(shown), 2)
     return [walker for k, one in enumerate(shown) for walker in _drawn(f"walker{k}", *one, WIDTH / among)]
-
-
-def _share_reference(runs: Sequence[RunView]) -> bool:
-    """Whether all are compared with one walk; another patient's stands beside no run."""
-    kinds = {run.recording.scenario.get("reference") for run in runs}
-    found = [run.recording.metrics.get("reference_toe_clearance") for run in runs]
-    heights = [float(height) for height in found if height is not None]
-    return len(kinds) == 1 and len(heights) == len(runs) and max(heights) - min(heights) < SAME
 
 
 def _drawn(name: str, run: RunView | None, label: str, view: RunView, width: float) -> Iterator[_Walker]:

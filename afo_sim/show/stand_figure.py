@@ -70,35 +70,30 @@ def colour(trial: Trial, curve: int) -> Any:
 
 
 def _sweep(axes: np.ndarray, trial: Trial, compared: Comparison | None) -> None:
-    ordinates = AXES[trial.plan.kind][2], *FURTHER.get(trial.plan.kind, ())[:1]
-    for axis, ordinate in zip(axes, ordinates, strict=True):
-        _draw_sweep(axis, ordinate, trial, compared)
-
-
-def _draw_sweep(axis: Any, ordinate: str, trial: Trial, compared: Comparison | None) -> None:
-    abscissa = AXES[trial.plan.kind][0]
-    (x_label, x_factor), (y_label, y_factor) = SHOWN[abscissa], SHOWN[ordinate]
-    for k in range(len(trial.curves)):
-        loop, shade = trial.loop(k), colour(trial, k)
-        down = loop["branch"] % 2 == 1
-        for way, style in ((~down, "-"), (down, "--")):
-            label = set_point_text(trial, k) if style == "-" else None
-            x, y = x_factor * loop[abscissa][way], y_factor * loop[ordinate][way]
-            axis.plot(x, y, style, color=shade, label=label)
+    abscissa, _, ordinate, _ = AXES[trial.plan.kind]
+    for axis, shown in zip(axes, (ordinate, *FURTHER.get(trial.plan.kind, ())[:1]), strict=True):
+        (x_label, x_factor), (y_label, y_factor) = SHOWN[abscissa], SHOWN[shown]
+        for k in range(len(trial.curves)):
+            loop, shade = trial.loop(k), colour(trial, k)
+            down = loop["branch"] % 2 == 1
+            for way, style in ((~down, "-"), (down, "--")):
+                label = set_point_text(trial, k) if style == "-" else None
+                x, y = x_factor * loop[abscissa][way], y_factor * loop[shown][way]
+                axis.plot(x, y, style, color=shade, label=label)
+            if compared is not None:
+                own = compared.curve == k
+                x, y = x_factor * compared.x[own], y_factor * compared.measured[own]
+                axis.plot(x, y, "o", ms=3.5, mfc="none", color=shade)
+        for columns in () if trial.static else static(trial.plan, 120).curves:
+            axis.plot(x_factor * columns[abscissa], y_factor * columns[shown], color="0.6", lw=0.8, zorder=1)
         if compared is not None:
-            own = compared.curve == k
-            x, y = x_factor * compared.x[own], y_factor * compared.measured[own]
-            axis.plot(x, y, "o", ms=3.5, mfc="none", color=shade)
-    for columns in () if trial.static else static(trial.plan, 120).curves:
-        axis.plot(x_factor * columns[abscissa], y_factor * columns[ordinate], color="0.6", lw=0.8, zorder=1)
-    if compared is not None:
-        unit = {"force": "N", "contraction": "%"}[ordinate]
-        rms, worst = (f"{y_factor * error:.3g} {unit}" for error in (compared.rms, compared.worst))
-        text = f"{plain(compared.name, None)}\nRMS {rms}, worst {worst}"
-        corner = {"x": 0.98, "ha": "right"} if trial.plan.kind == "isobaric" else {"x": 0.02, "ha": "left"}
-        axis.text(y=0.98, s=text, transform=axis.transAxes, va="top", fontsize=8.0, **corner)
-    axis.margins(0.03)
-    axis.set(xlabel=x_label, ylabel=y_label)
+            unit = {"force": "N", "contraction": "%"}[shown]
+            rms, worst = (f"{y_factor * error:.3g} {unit}" for error in (compared.rms, compared.worst))
+            text = f"{plain(compared.name, None)}\nRMS {rms}, worst {worst}"
+            x, side = (0.98, "right") if trial.plan.kind == "isobaric" else (0.02, "left")
+            axis.text(x, 0.98, text, transform=axis.transAxes, ha=side, va="top", fontsize=8.0)
+        axis.margins(0.03)
+        axis.set(xlabel=x_label, ylabel=y_label)
 
 
 def _legend(axis: Any, trial: Trial, compared: Sequence[Comparison]) -> None:

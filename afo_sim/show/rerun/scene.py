@@ -129,10 +129,8 @@ def _shape(model: mujoco.MjModel, geom: int, colour: np.ndarray) -> Any:
     size, kind = model.geom_size[geom], model.geom_type[geom]
     look: dict[str, Any] = {"colors": [colour], "fill_mode": "solid"}
     types = mujoco.mjtGeom
-    if kind == types.mjGEOM_SPHERE:
-        return rr.Ellipsoids3D(half_sizes=[[size[0]] * 3], **look)
-    if kind == types.mjGEOM_ELLIPSOID:
-        return rr.Ellipsoids3D(half_sizes=[size], **look)
+    if kind in (types.mjGEOM_SPHERE, types.mjGEOM_ELLIPSOID):
+        return rr.Ellipsoids3D(half_sizes=[size if kind == types.mjGEOM_ELLIPSOID else [size[0]] * 3], **look)
     if kind == types.mjGEOM_BOX:
         return rr.Boxes3D(half_sizes=[size], **look)
     if kind == types.mjGEOM_CYLINDER:
