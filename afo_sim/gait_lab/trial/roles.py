@@ -156,7 +156,11 @@ def plain(name: str) -> str:
 def readings(names: Sequence[str]) -> dict[str, list[_Reading]]:
     """Ways to read each of a file's names, the likeliest first; computed signals are left out."""
     bare = {name: name.strip().split(":")[-1] for name in names if not _COMPUTED.search(plain(name))}
-    start = _common_start(list(bare.values()))
+    pairs = zip(min(bare.values()), max(bare.values()), strict=False) if len(bare) > 3 else ()
+    same = itertools.takewhile(lambda pair: pair[0] == pair[1], pairs)  # what all names begin with
+    # to a separator; never a side's letter or word
+    found = re.match(r".*[_.\- ]", "".join(letter for letter, _ in same))
+    start = found[0] if found and plain(found[0]) not in ("r", "l", *SIDES) else ""
     bare = {name: _VIRTUAL.sub("", each.removeprefix(start)) for name, each in bare.items()}
     whole = {plain(each) for each in bare.values()}
     return {name: list(_readings(each, whole)) for name, each in bare.items()}
@@ -177,14 +181,6 @@ def _readings(bare: str, names: Collection[str]) -> Iterator[_Reading]:
             for before, after, sure in splits:
                 if (sure and pair in _PAIRS[:2]) or "".join((*before, other, *after)) in names:
                     yield side, "".join((*before, *after))
-
-
-def _common_start(names: list[str]) -> str:
-    """What all names begin with, to a separator; never a side's letter or word."""
-    pairs = zip(min(names), max(names), strict=False) if len(names) > 3 else ()
-    same = itertools.takewhile(lambda pair: pair[0] == pair[1], pairs)
-    found = re.match(r".*[_.\- ]", "".join(one for one, _ in same))
-    return found[0] if found and plain(found[0]) not in ("r", "l", *SIDES) else ""
 
 
 def _add(
