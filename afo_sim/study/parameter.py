@@ -92,6 +92,15 @@ class Choice:
         return np.array(self.values, dtype=object if words else np.float64)
 
 
+def deviate(limit: float, centre: float, sd: float, of_logarithm: bool) -> float:
+    """A limit in standard deviations from the centre, of its logarithm where so asked."""
+    if not of_logarithm:
+        return (limit - centre) / sd
+    if 0.0 < limit < math.inf:
+        return math.log(limit / centre) / sd
+    return math.inf if limit > 0.0 else -math.inf
+
+
 @dataclass(frozen=True)
 class Normal:
     """Normal, or lognormal where `of_logarithm`; cut off below `lower` and above `upper` [SI]."""
@@ -108,18 +117,11 @@ class Normal:
         from scipy import stats  # slow to import
 
         inside = np.clip(share, _LEAST_SHARE, 1.0 - _LEAST_SHARE)
-        quantile = stats.truncnorm.ppf(inside, self._standard(self.lower), self._standard(self.upper))
-        away = self.sd * quantile
+        about = self.centre, self.sd, self.of_logarithm
+        ends = (deviate(limit, *about) for limit in (self.lower, self.upper))
+        away = self.sd * stats.truncnorm.ppf(inside, *ends)
         found = self.centre * np.exp(away) if self.of_logarithm else self.centre + away
         return np.clip(np.round(found) if self.whole else found, self.lower, self.upper)
-
-    def _standard(self, limit: float) -> float:
-        """A limit in standard deviations from the centre."""
-        if not self.of_logarithm:
-            return (limit - self.centre) / self.sd
-        if 0.0 < limit < math.inf:
-            return math.log(limit / self.centre) / self.sd
-        return math.copysign(math.inf, limit)
 
 
 @dataclass(frozen=True)

@@ -20,6 +20,7 @@ from afo_sim.common import InputError, assets, units
 from afo_sim.description import load
 from afo_sim.study import cases_of, design, sweep_plan
 from afo_sim.study.design import Cases
+from afo_sim.study.parameter import Normal
 
 PRESSURE = '[parameters.pressure]\nkey = "supply.pressure"\nfrom = "2 bar"\nto = "6 bar"\n'
 ARM = "orthosis.muscle.dorsiflexor.insertion.from_joint[0]"
@@ -203,6 +204,8 @@ def test_normal_quantiles_are_scipys(tmp_path: pathlib.Path) -> None:
     assert cut.values["m"] == pytest.approx(stats.norm(75.0, 10.0).ppf(low + u * (high - low)), rel=1e-9)
     logs = cases(tmp_path, head, told + '"lognormal"\nmedian = "75 kg"\nsd = 0.1\n')
     assert logs.values["m"] == pytest.approx(stats.lognorm(0.1, scale=75.0).ppf(u), rel=1e-10)
+    from_zero = Normal(75.0, 0.1, 0.0, math.inf, of_logarithm=True)
+    assert from_zero.at(u) == pytest.approx(logs.values["m"], rel=1e-12)
 
 
 def test_a_log_scale_is_even_in_ratios(tmp_path: pathlib.Path) -> None:

@@ -14,6 +14,7 @@ from scipy.special import ndtr, ndtri
 
 from afo_sim.common import InputError, assets, nearest_name, parse_quantity, read_any_quantity
 from afo_sim.description import SETS, Scenario, fields_of, of_chambers, tables
+from afo_sim.study.parameter import deviate
 from afo_sim.study.parameter_table import StrictTable
 
 Kind = Literal["normal", "lognormal", "uniform", "pearson3"]
@@ -73,13 +74,9 @@ class Distribution:
 
     def _deviate(self, bound: float, own: float) -> float:
         """The standard normal deviate of a bound."""
-        if self.kind == "normal":
-            return (bound - own) / self.width
         if self.kind == "uniform":
             return float(ndtri(min(max(0.5 + 0.5 * (bound - own) / self.width, 0.0), 1.0)))
-        if math.isinf(bound) or bound <= 0.0:
-            return math.inf if bound > 0.0 else -math.inf
-        return math.log(bound / own) / self.width
+        return deviate(bound, own, self.width, self.kind == "lognormal")
 
 
 class SpreadTable(StrictTable):
