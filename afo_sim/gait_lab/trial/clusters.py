@@ -8,6 +8,7 @@ import numpy as np
 
 from afo_sim.gait_lab.readers.markers import Markers
 from afo_sim.gait_lab.trial.choices import SIDES
+from afo_sim.gait_lab.trial.leg_points import mean_place
 
 _OFF_LINE = 0.01  # spread of markers across their line, over the spread along it, below which the turn
 # about the line counts as unknown (assumed)
@@ -173,9 +174,7 @@ def _mean_shape(seen: np.ndarray) -> np.ndarray | None:
 def _mean_place(shape: np.ndarray, seen: np.ndarray, path: np.ndarray) -> np.ndarray:
     """Mean place of a moving point (n, 3) among markers of a shape (k, 3); NaN if never seen with them."""
     fit = fit_rigid(shape, seen)
-    inside = np.einsum("nji,nj->ni", fit.rotation, path - fit.position)
-    known = np.isfinite(inside).all(axis=1)
-    return np.asarray(inside[known].mean(axis=0) if known.any() else np.full(3, np.nan))
+    return mean_place(np.einsum("nji,nj->ni", fit.rotation, path - fit.position))
 
 
 def _near_bones(pose: Pose, points: Mapping[str, Mapping[str, np.ndarray]]) -> dict[Segment, list[str]]:
