@@ -274,12 +274,11 @@ def write(found: StaticFit, folder: pathlib.Path) -> None:
 def _fit_as_json(each: LawFit) -> dict[str, Any]:
     """A fit as plain data, SI but for the residuals, whose unit is stated."""
     factor, unit = residual_unit(each)
-    finite = {name: None if math.isinf(w) else w for name, w in each.half_width.items()}
     return {
         "law": each.problem.law.name,
         "values": each.values,
         "fixed": dict(each.problem.fixed),
-        "half_width_95": finite,
+        "half_width_95": each.half_width,  # null where it is refused
         "correlation": each.solution.correlation.tolist(),
         "covariance": None if each.covariance is None else each.covariance.model_dump(mode="json"),
         "verdict": list(each.verdict),

@@ -54,8 +54,8 @@ class Cases:
 
 def cases_of(plan: Plan, most: int = MOST) -> Cases:
     """Every case of a sweep."""
-    _check_count(plan, most)
     varied = [p for p in plan.parameters if not isinstance(p.spread, OwnSeed)]
+    _check_count(plan, varied, most)
     if plan.design == "grid":
         meshes = np.meshgrid(*map(_levels, varied), indexing="ij")  # the last parameter fastest
         values, dropped = _within(plan, {p.name: m.ravel() for p, m in zip(varied, meshes, strict=True)})
@@ -87,9 +87,8 @@ def case_seeds(seed: int, count: int) -> np.ndarray:
     return np.fromiter(found, np.uint32, count)
 
 
-def _check_count(plan: Plan, most: int) -> None:
+def _check_count(plan: Plan, varied: list[Parameter], most: int) -> None:
     """Refuse a design of too many cases, before constraints, or of nothing to vary."""
-    varied = [p for p in plan.parameters if not isinstance(p.spread, OwnSeed)]
     levels = [len(_levels(p)) for p in varied if isinstance(p.spread, Choice)]
     count = plan.cases or 0
     if plan.design == "grid":

@@ -60,11 +60,8 @@ def _lowest(values: Mapping[str, float]) -> float:
 
 def aim_of(statuses: Mapping[str, Status]) -> Aim:
     """What is to be bettered first."""
-    for status in ("bad", "doubtful"):
-        for aim in ORDER:
-            if statuses.get(aim) == status:
-                return aim
-    return "spare"
+    worst = (aim for status in ("bad", "doubtful") for aim in ORDER if statuses.get(aim) == status)
+    return next(worst, "spare")
 
 
 def rank(effects: Sequence[Effect], base: Mapping[str, float], limits: Limits, aim: Aim) -> list[Effect]:

@@ -84,17 +84,16 @@ def import_sides(files: Sequence[str | pathlib.Path], choices: Choices) -> dict[
         alone = [f"the {side} side alone, whose stride can be cut" for side in found]
         raise refused[0].replaced(allowed="; ".join(filter(None, (refused[0].allowed, *alone))))
     usual = all(with_code(done.notices, _USUAL) for done in found.values())
-    return {side: _beside_other(done, usual) for side, done in found.items()}
-
-
-def _beside_other(done: Imported, usual: bool) -> Imported:
-    """With the phase at which the other foot strikes, the mean over the taken strides, in its notes."""
-    done = _with_notices(done, (notice for notice in done.notices if usual or notice.code != _USUAL))
-    cycle = done.cycle
-    others = [time for s in done.strides if s.side != cycle.side for time in (s.start, s.end)]
-    after = [[(time - s.start) / s.time for time in others] for s in (done.strides[k] for k in done.chosen)]
-    strike = np.mean([min(phases, key=lambda phase: abs(phase - 0.5)) % 1.0 for phases in after])
-    return replace(done, cycle=replace(cycle, notes={**cycle.notes, STRIKE: f"{strike:.4f}"}))
+    for side, done in found.items():
+        done = _with_notices(done, (notice for notice in done.notices if usual or notice.code != _USUAL))
+        others = [time for s in done.strides if s.side != side for time in (s.start, s.end)]
+        own = (done.strides[k] for k in done.chosen)
+        after = [[(time - s.start) / s.time for time in others] for s in own]
+        # the phase at which the other foot strikes, the mean over the taken strides
+        strike = np.mean([min(phases, key=lambda phase: abs(phase - 0.5)) % 1.0 for phases in after])
+        notes = {**done.cycle.notes, STRIKE: f"{strike:.4f}"}
+        found[side] = replace(done, cycle=replace(done.cycle, notes=notes))
+    return found
 
 
 def _read(files: Sequence[str | pathlib.Path], choices: Choices) -> WalkingTrial:
