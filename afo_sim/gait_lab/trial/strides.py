@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from afo_sim.common import InputError
+from afo_sim.gait_lab.readers.signals import stretches
 from afo_sim.gait_lab.trial.events import (
     STANCE,
     STEP,
@@ -310,13 +311,11 @@ def _closed_stride(
 
 def _longest_seen(motion: LegMotion) -> LegMotion:
     """The longest stretch of the motion in which nothing is hidden."""
-    hidden = np.zeros(len(motion.time) + 2, dtype=bool)
-    hidden[[0, -1]] = True
+    seen = np.ones(len(motion.time), dtype=bool)
     for _, start, end in motion.hidden:
-        hidden[1:-1] |= (motion.time > start) & (motion.time < end)
-    edges = np.flatnonzero(hidden)
-    k = int(np.argmax(np.diff(edges)))
-    part = slice(int(edges[k]), max(int(edges[k]) + 2, int(edges[k + 1]) - 1))
+        seen &= (motion.time <= start) | (motion.time >= end)
+    first, stop = max(stretches(seen), key=lambda run: run[1] - run[0], default=(0, 0))
+    part = slice(first, max(first + 2, stop))
     arrays: dict[str, Any] = {
         f.name: getattr(motion, f.name)[part]
         for f in dataclasses.fields(motion)
