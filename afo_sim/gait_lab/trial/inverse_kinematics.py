@@ -255,13 +255,8 @@ def _shown(posed: Posed, body: str, place: np.ndarray) -> tuple[np.ndarray, floa
 
 def _residuals(posed: Posed, leg: ModelLeg) -> tuple[Notice, ...]:
     """How well the whole model meets the markers, and the leg's parts of it; a warning where badly."""
-    parts = {
-        "pelvis": ("pelvis",),
-        f"{leg.side} thigh": ("thigh",),
-        f"{leg.side} shank": ("shank",),
-        f"{leg.side} foot": ("foot", "toes"),
-    }
-    bodies = {part: [leg.bodies[s] for s in names if s in leg.bodies] for part, names in parts.items()}
+    bodies = {s if s == "pelvis" else f"{leg.side} {s}": [body] for s, body in leg.bodies.items()}
+    bodies[f"{leg.side} foot"] += bodies.pop(f"{leg.side} toes", [])
     parts_mm = ", ".join(f"{part} {1e3 * posed.rms(of):.1f}" for part, of in bodies.items())
     rms = posed.rms(list(posed.bodies))
     text = "whole model posed over {markers} markers (inverse kinematics): residual {rms_mm:.1f} mm RMS"
