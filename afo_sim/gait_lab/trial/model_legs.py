@@ -32,13 +32,13 @@ def legs_from_angles(model: OpenSimModel, table: OpenSimTable, degrees: bool) ->
 
 def legs_from_model_markers(model: OpenSimModel, markers: Markers, choices: Choices) -> dict[str, LegPoints]:
     """Pose the model over the markers of a trial, as OpenSim's inverse kinematics does with equal weights."""
-    seen = _match_markers(model, markers)
+    seen, doubled = _match_markers(model, markers)
     legs = _both(
         lambda side: fitted_leg(model, find_leg(model, side), markers, seen),
         choices.side,
         lambda laid: posed_legs(model, laid, seen),
     )
-    doubts = (*_name_warnings(model, markers), *_scale_warnings(model, seen))
+    doubts = (*doubled, *_scale_warnings(model, seen))
     return {side: replace(leg, notices=(*doubts, *leg.notices)) for side, leg in legs.items()}
 
 
@@ -142,36 +142,28 @@ def _beyond(coordinates: Sequence[Coordinate], values: Mapping[str, np.ndarray])
     return tuple(found)
 
 
-def _match_markers(model: OpenSimModel, markers: Markers) -> dict[str, np.ndarray]:
-    """Paths of the model's markers in the trial, by the model's names [m] (n, 3)."""
-    trial: dict[str, str] = {}
+def _match_markers(model: OpenSimModel, markers: Markers) -> tuple[dict[str, np.ndarray], list[Notice]]:
+    """Paths of the model's markers in the trial, by the model's names [m] (n, 3).
+
+    A warning where two markers of the trial have the name of one of the model's: two people's, perhaps.
+    """
+    of_name = defaultdict(list)
     for name in markers.positions:
-        trial.setdefault(plain(name), name)
-    found = {}
+        of_name[plain(name)].append(name)
+    found, doubled = {}, []
     for name in model.markers:
-        there = name if name in markers.positions else trial.get(plain(name))
-        if there is not None and np.isfinite(markers.positions[there]).any():
-            found[name] = markers.positions[there]
+        there = [name] if name in markers.positions else of_name[plain(name)]
+        if there and np.isfinite(markers.positions[there[0]]).any():
+            found[name] = markers.positions[there[0]]
+        if len(there) > 1:
+            text = "{markers} are both the model's {subject}; {taken} was taken"
+            both = " and ".join(there)
+            doubled.append(Notice("model-marker-doubled", text, subject=name, markers=both, taken=there[0]))
     if not found:
         own = ", ".join(model.markers) or "none at all"
         problem = f"has no marker of the model {model.file.name}; the model's are {own}"
         raise InputError(problem, file=markers.file, value=", ".join(markers.positions))
-    return found
-
-
-def _name_warnings(model: OpenSimModel, markers: Markers) -> tuple[Notice, ...]:
-    """A warning where two markers of the trial have the name of one of the model's: two people's, perhaps."""
-    of_name = defaultdict(list)
-    for name in markers.positions:
-        of_name[plain(name)].append(name)
-    lines = []
-    for name in model.markers:
-        there = of_name[plain(name)]
-        if len(there) > 1 and name not in markers.positions:
-            text = "{markers} are both the model's {subject}; {taken} was taken"
-            both = " and ".join(there)
-            lines.append(Notice("model-marker-doubled", text, subject=name, markers=both, taken=there[0]))
-    return tuple(lines)
+    return found, doubled
 
 
 def _scale_warnings(model: OpenSimModel, seen: Mapping[str, np.ndarray]) -> tuple[Notice, ...]:
