@@ -36,8 +36,12 @@ def find_legs(
         degrees, unit = angle_unit(trial.angles, knees, choices.degrees)
         legs = legs_from_angles(model, trial.angles, degrees)
         unused = _unused_choices(trial, choices, by_model=True)
+        if choices.side not in legs:
+            problem = f"the files do not hold the {choices.side} leg"
+            files, allowed = ", ".join(map(str, trial.files)), ", ".join(legs) or "a leg"
+            raise InputError(problem, file=files, field="side", value=choices.side, allowed=allowed)
         legs = {side: replace(_with(leg, *unit, *unused), by_angles=True) for side, leg in legs.items()}
-        return _require_side(legs, trial, choices), model
+        return legs, model
     if model is not None and trial.markers is not None:
         return _by_model(model, trial, choices)
     if trial.angles is not None:
@@ -45,8 +49,7 @@ def find_legs(
     if trial.markers is not None:
         legs = legs_from_markers(trial.markers, choices, trial.standing)
         unused = _unused_choices(trial, choices, by_model=False)
-        legs = {side: _with(leg, *unused) for side, leg in legs.items()}
-        return _require_side(legs, trial, choices), None
+        return {side: _with(leg, *unused) for side, leg in legs.items()}, None
     problem = "no file holds the leg's motion"
     allowed = f"joint angles ({', '.join(_ANGLES)}) in a .mot or .sto, or markers in a .trc, .c3d or .csv"
     raise InputError(problem, file=", ".join(str(file) for file in trial.files), allowed=allowed)
@@ -87,18 +90,6 @@ def _seen(trial: WalkingTrial, choices: Choices) -> dict[str, LegPoints]:
 
 def _with(leg: LegPoints, *notices: Notice) -> LegPoints:
     return replace(leg, notices=(*leg.notices, *notices))
-
-
-def _require_side(legs: dict[str, LegPoints], trial: WalkingTrial, choices: Choices) -> dict[str, LegPoints]:
-    if choices.side not in legs:
-        raise InputError(
-            f"the files do not hold the {choices.side} leg",
-            file=", ".join(str(file) for file in trial.files),
-            field="side",
-            value=choices.side,
-            allowed=", ".join(legs) or "a leg",
-        )
-    return legs
 
 
 def _unused_choices(trial: WalkingTrial, choices: Choices, *, by_model: bool) -> tuple[Notice, ...]:
