@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from afo_sim.study import Findings, Indices, Results, analysis, scale, varied
+from afo_sim.study import Findings, analysis, scale, varied
 
 _EFFECTS = "main effects: share of the variance, mean from low to high"
 _NEGLIGIBLE = 0.01  # second-order index below which a pair is not listed
@@ -31,13 +31,31 @@ def tables(found: Findings, best: int) -> list[_Table]:
         shown.insert(1, (heading, ["cases", "warning"], told))
     if found.effects:
         shown.append(_effect_table(found))
-    shown += [_index_table(results, name, each) for name, each in found.indices.items()]
+    header = ["parameter", "alone (95 % interval)", "total (95 % interval)"]
+    for metric, each in found.indices.items():
+        rows = []
+        for k, name in enumerate(each.parameters):
+            first = f"{_number(each.first[k])} ± {_number(each.first_interval[k])}"
+            rows.append([name, first, f"{_number(each.total[k])} ± {_number(each.total_interval[k])}"])
+        for one, other, index, interval in each.pairs():
+            if index - interval > _NEGLIGIBLE:
+                rows.append([f"{one} × {other}", f"{_number(index)} ± {_number(interval)}", ""])
+        shown.append((f"Sobol' indices: {metric}", header, rows))
     for metric in found.effects if best > 0 else ():
         end = found.objectives[metric]
         cases = analysis.best(results[metric], best, end == "lowest")
         shown.append(_case_table(found, cases, f"best cases: {end} {_lower(found, metric)}"))
     if len(found.effects) > 1 and best > 0:
-        shown.append(_front_table(found, best))
+        # cases evenly along the Pareto front of the first two metrics
+        two = list(found.effects)[:2]
+        ends = [found.objectives[name] for name in two]
+        points = np.column_stack([results[name] for name in two])
+        front = analysis.pareto_front(points, (ends[0] == "lowest", ends[1] == "lowest"))
+        front = front[np.argsort(points[front, 0], kind="stable")]
+        some = front[np.unique(np.linspace(0, len(front) - 1, min(best, len(front))).round().astype(int))]
+        title = " and ".join(f"{end} {_lower(found, name)}" for name, end in zip(two, ends, strict=True))
+        of = "" if len(some) == len(front) else f", {len(some)} of {len(front)} cases"
+        shown.append(_case_table(found, some, f"Pareto front: {title}{of}"))
     return shown
 
 
@@ -61,17 +79,6 @@ def _effect_table(found: Findings) -> _Table:
     return _EFFECTS, ["parameter", *(_named(found, metric) for metric in found.effects)], rows
 
 
-def _index_table(results: Results, metric: str, found: Indices) -> _Table:
-    rows = []
-    for k, name in enumerate(found.parameters):
-        first = f"{_number(found.first[k])} ± {_number(found.first_interval[k])}"
-        rows.append([name, first, f"{_number(found.total[k])} ± {_number(found.total_interval[k])}"])
-    for one, other, index, interval in found.pairs():
-        if index - interval > _NEGLIGIBLE:
-            rows.append([f"{one} × {other}", f"{_number(index)} ± {_number(interval)}", ""])
-    return f"Sobol' indices: {metric}", ["parameter", "alone (95 % interval)", "total (95 % interval)"], rows
-
-
 def _case_table(found: Findings, cases: np.ndarray, title: str) -> _Table:
     results = found.results
     names = [*varied(results), *found.objectives]
@@ -82,19 +89,6 @@ def _case_table(found: Findings, cases: np.ndarray, title: str) -> _Table:
         for k, case in enumerate(results["case"][cases])
     ]
     return title, ["case", *(_named(found, name) for name in names)], rows
-
-
-def _front_table(found: Findings, count: int) -> _Table:
-    """Cases evenly along the Pareto front of the first two metrics."""
-    two = list(found.effects)[:2]
-    ends = [found.objectives[name] for name in two]
-    points = np.column_stack([found.results[name] for name in two])
-    front = analysis.pareto_front(points, (ends[0] == "lowest", ends[1] == "lowest"))
-    front = front[np.argsort(points[front, 0], kind="stable")]
-    some = front[np.unique(np.linspace(0, len(front) - 1, min(count, len(front))).round().astype(int))]
-    title = " and ".join(f"{end} {_lower(found, name)}" for name, end in zip(two, ends, strict=True))
-    of = "" if len(some) == len(front) else f", {len(some)} of {len(front)} cases"
-    return _case_table(found, some, f"Pareto front: {title}{of}")
 
 
 def _named(found: Findings, name: str) -> str:
