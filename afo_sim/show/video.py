@@ -147,7 +147,13 @@ class Painter:
         )
         below = "" if self.walk is None else self.walk.add(self.scene, moment)
         mujoco.mjr_render(self.viewport, self.scene, self.context)
-        places, caption = mujoco.mjtGridPos, self._caption(moment, at)
+        places, caption = mujoco.mjtGridPos, {"time": f"{moment:.2f} s"}
+        if self.walk is not None:
+            caption = {f"stride {self.walk.number + 1}": f"{100.0 * moment:.0f} %"}
+        joint, angle = self.recording.scenario["leg"]["ankle"], np.degrees(at("ankle/angle"))
+        caption[f"{joint} angle"] = f"{angle:+.1f} deg"
+        for chamber in self.recording.scenario["orthosis"]["chamber"]:
+            caption[chamber] = f"{1e-5 * at(f'chamber/{chamber}/pressure') + 0.0:z.2f} bar"
         self._write(places.mjGRID_TOPLEFT, self.title)
         self._write(places.mjGRID_BOTTOM, below)
         lower = mujoco.MjrRect(0, 0, self.viewport.width, self.viewport.height - (_LINE if self.title else 0))
@@ -170,16 +176,6 @@ class Painter:
             shown = (part.encode("ascii", "replace").decode() for part in (text, values))
             font = mujoco.mjtFont.mjFONT_NORMAL
             mujoco.mjr_overlay(font, place, where or self.viewport, *shown, self.context)
-
-    def _caption(self, moment: float, at: Callable[[str], float]) -> dict[str, str]:
-        lines = {"time": f"{moment:.2f} s"}
-        if self.walk is not None:
-            lines = {f"stride {self.walk.number + 1}": f"{100.0 * moment:.0f} %"}
-        joint, angle = self.recording.scenario["leg"]["ankle"], np.degrees(at("ankle/angle"))
-        lines[f"{joint} angle"] = f"{angle:+.1f} deg"
-        for chamber in self.recording.scenario["orthosis"]["chamber"]:
-            lines[chamber] = f"{1e-5 * at(f'chamber/{chamber}/pressure') + 0.0:z.2f} bar"
-        return lines
 
 
 def write_video(

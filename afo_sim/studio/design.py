@@ -176,7 +176,14 @@ def opened(source: str) -> Document:
     folder = pathlib.Path(source)
     base = source
     if (folder / SCENARIO).is_file():
-        folder = _copied(folder)
+        # a copy for this session: what is saved over a folder must not change what is gone back to
+        saved, folder = folder, pathlib.Path(tempfile.mkdtemp(prefix="afo-sim-studio-"))
+        atexit.register(shutil.rmtree, folder, ignore_errors=True)
+        for part in (SCENARIO, FILES, *map(_VARIANT.format, VARIANTS)):
+            if (saved / part).is_dir():
+                shutil.copytree(saved / part, folder / part)
+            elif (saved / part).is_file():
+                shutil.copyfile(saved / part, folder / part)
         base = str(folder / SCENARIO)
     document = Document(Design(base))
     if not document.design.scenario.walking:
@@ -188,15 +195,3 @@ def opened(source: str) -> Document:
             document.variants[slot] = Variant(_plain(name) or slot, Design(str(file)))
             _ = document.variants[slot].design.scenario  # or the refusal, before it is shown
     return document
-
-
-def _copied(folder: pathlib.Path) -> pathlib.Path:
-    """A copy for this session: what is saved over a folder must not change what is gone back to."""
-    copy = pathlib.Path(tempfile.mkdtemp(prefix="afo-sim-studio-"))
-    atexit.register(shutil.rmtree, copy, ignore_errors=True)
-    for part in (SCENARIO, FILES, *map(_VARIANT.format, VARIANTS)):
-        if (folder / part).is_dir():
-            shutil.copytree(folder / part, copy / part)
-        elif (folder / part).is_file():
-            shutil.copyfile(folder / part, copy / part)
-    return copy

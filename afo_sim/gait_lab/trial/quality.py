@@ -63,7 +63,7 @@ def examine(done: Imported) -> tuple[Check, ...]:
         _aside(steps),
         _late(steps, done.newton),
         *_unlike(done.newton),
-        *_overflowed(done),
+        *map(_overflowed, with_code(done.notices, "plate-overflow")),
         *_clipped(done),
         *_scaled(done),
         *_standing(done),
@@ -272,11 +272,10 @@ def _unlike(law: Newton | str) -> Iterator[Check]:
         )
 
 
-def _overflowed(done: Imported) -> Iterator[Check]:
-    """Of channels that the reader could not put together again."""
-    for notice in with_code(done.notices, "plate-overflow"):
-        found = f"channel {notice.data['channel']} jumps"
-        yield Check(f"overflow (plate {notice.subject})", found, "none", notice=notice)
+def _overflowed(notice: Notice) -> Check:
+    """Of a channel that the reader could not put together again."""
+    found = f"channel {notice.data['channel']} jumps"
+    return Check(f"overflow (plate {notice.subject})", found, "none", notice=notice)
 
 
 def _clipped(done: Imported) -> list[Check]:

@@ -61,7 +61,11 @@ def find_steps(
                 turns = "; ".join(frame.warnings)
                 problem = f"no whole stride lies in the walk's straight part: {turns}"
                 raise InputError(problem, allowed="a stride or more straight ahead")
-            strides += [_over_ground(stride, frame.belt_speed) for stride in straight]
+            for stride in straight:
+                if stride.closed is not None:  # whose length then has the belt's way in it
+                    length = stride.closed.length + frame.belt_speed * stride.time
+                    stride = replace(stride, closed=replace(stride.closed, length=length))
+                strides.append(stride)
         except InputError as error:
             if side == choices.side or choices.both:
                 raise
@@ -132,14 +136,6 @@ def _straight(stride: RecordedStride, frame: WalkingFrame) -> bool:
         return True
     margin = 0.1 * stride.time
     return frame.span[0] - margin <= stride.start and stride.end <= frame.span[1] + margin
-
-
-def _over_ground(stride: RecordedStride, belt_speed: float) -> RecordedStride:
-    """A closed stride whose length has the belt's way in it."""
-    if stride.closed is None:
-        return stride
-    length = stride.closed.length + belt_speed * stride.time
-    return replace(stride, closed=replace(stride.closed, length=length))
 
 
 def _swings(motion: LegMotion) -> list[tuple[float, float]]:

@@ -142,28 +142,24 @@ def live_viewer(*, headless: bool = False) -> Iterator[_Watch]:
     with viewer_process(options, wait_for_close=not headless) as url:
         stream = rr.RecordingStream(APPLICATION)
         stream.set_log_time_enabled(False)
+        started: list[RunScene] = []
+
+        def watch(stretch: Recording) -> None:
+            source = from_recording(stretch)
+            if not started:
+                started.append(run_scene(source, walk_scene.expected_carriage))
+                stream.connect_grpc(url, default_blueprint=blueprint(contents(started)))
+                stream.send_recording_name(source.name)
+                log_still(stream, started)
+            run = started[0]
+            for block in source.read(curves.columns_of(source, run.lines), 1):
+                curves.log_curves(stream, run.lines, block)
+            for block in source.read(run.view.columns, source.every(POSE_RATE)):
+                log_poses(stream, run, block)
+            stream.flush()
+
         try:
-            yield _stream_to(stream, url)
+            yield watch
         finally:
             stream.flush()
             stream.disconnect()
-
-
-def _stream_to(stream: rr.RecordingStream, url: str) -> _Watch:
-    started: list[RunScene] = []
-
-    def watch(stretch: Recording) -> None:
-        source = from_recording(stretch)
-        if not started:
-            started.append(run_scene(source, walk_scene.expected_carriage))
-            stream.connect_grpc(url, default_blueprint=blueprint(contents(started)))
-            stream.send_recording_name(source.name)
-            log_still(stream, started)
-        run = started[0]
-        for block in source.read(curves.columns_of(source, run.lines), 1):
-            curves.log_curves(stream, run.lines, block)
-        for block in source.read(run.view.columns, source.every(POSE_RATE)):
-            log_poses(stream, run, block)
-        stream.flush()
-
-    return watch

@@ -135,9 +135,20 @@ def _read(name: str, value: Any, scenario: Scenario) -> Any:
         raise unknown(value, SIDES, field=name)
     if name == "strides" and not scenario.walking:
         raise InputError("are of walking", field=name, value=value, allowed="hours")
-    if name == "count":
-        return _read_count(value)
-    return _quantity(name, value, name) if name in _QUANTITIES else value
+    if name != "count":
+        return _quantity(name, value, name) if name in _QUANTITIES else value
+    # fewest and most muscles: of (1, 4), 3, "3" or "1-4"
+    ends = list(value) if isinstance(value, tuple | list) else [value, value]
+    if isinstance(value, str):
+        fewest, _, most = value.partition("-")
+        if not (fewest.isdecimal() and (most or fewest).isdecimal()):
+            problem = "is not a whole number"
+            raise InputError(problem, field=name, value=value, allowed='as "3" or "1-4"')
+        ends = [int(fewest), int(most or fewest)]
+    whole = len(ends) == 2 and all(isinstance(n, int) and not isinstance(n, bool) for n in ends)
+    if not (whole and 1 <= ends[0] <= ends[1] <= _MOST):
+        raise InputError("is out of range", field=name, value=value, allowed=f"1 to {_MOST}, as 1-4")
+    return ends[0], ends[1]
 
 
 def _quantity(field: str, value: Any, which: str) -> float:
@@ -147,18 +158,3 @@ def _quantity(field: str, value: Any, which: str) -> float:
     except ValueError as error:
         allowed = _QUANTITIES[which].span + (" steps/min" if which == "cadence" else "")
         raise InputError(str(error), field=field, value=value, allowed=allowed) from None
-
-
-def _read_count(value: Any) -> tuple[int, int]:
-    """Fewest and most muscles: of (1, 4), 3, "3" or "1-4"."""
-    ends = list(value) if isinstance(value, tuple | list) else [value, value]
-    if isinstance(value, str):
-        low, _, high = value.partition("-")
-        if not (low.isdecimal() and (high or low).isdecimal()):
-            problem = "is not a whole number"
-            raise InputError(problem, field="count", value=value, allowed='as "3" or "1-4"')
-        ends = [int(low), int(high or low)]
-    whole = len(ends) == 2 and all(isinstance(n, int) and not isinstance(n, bool) for n in ends)
-    if not (whole and 1 <= ends[0] <= ends[1] <= _MOST):
-        raise InputError("is out of range", field="count", value=value, allowed=f"1 to {_MOST}, as 1-4")
-    return ends[0], ends[1]
