@@ -118,9 +118,15 @@ class Sizing(Shown):
     @property
     def answer(self) -> str:
         """One sentence."""
-        if self.asked is not None:
-            return self._of_asked(self.asked)
-        best = self.best
+        best, asked = self.best, self.asked
+        if asked is not None:
+            least = "no pressure that was tried does"
+            if best is not None:
+                least = f"the least that does is {best.name}{self._lowest(best)}"
+            how = self._reached(asked) if asked.status == "run" else f"it was {asked.status} ({asked.reason})"
+            verdict = f"is {asked.short[ALLOWED]}" if ALLOWED in asked.short else "does not suffice"
+            mind = "".join(f"; mind: {note}" for note in with_code(asked.notes, BEYOND_LIMIT) if asked.meets)
+            return f"{asked.name} {'suffices' if asked.meets else verdict}: {how}; {least}{mind}"
         if best is None:
             return self._nearest_miss()
         doubt = f" ({best.doubt})" if best.doubt else ""
@@ -139,17 +145,6 @@ class Sizing(Shown):
         for doubt, those in itertools.groupby(would, key=lambda each: each.doubt):
             text += f"; {', '.join(each.name for each in those)} would do too, but: {doubt}"
         return text
-
-    def _of_asked(self, asked: Candidate) -> str:
-        """Whether a pressure suffices."""
-        best = self.best
-        least = "no pressure that was tried does"
-        if best is not None:
-            least = f"the least that does is {best.name}{self._lowest(best)}"
-        how = self._reached(asked) if asked.status == "run" else f"it was {asked.status} ({asked.reason})"
-        verdict = f"is {asked.short[ALLOWED]}" if ALLOWED in asked.short else "does not suffice"
-        minded = "".join(f"; mind: {note}" for note in with_code(asked.notes, BEYOND_LIMIT) if asked.meets)
-        return f"{asked.name} {'suffices' if asked.meets else verdict}: {how}; {least}{minded}"
 
     def _lowest(self, best: Candidate) -> str:
         """That lower pressures than the best were not tried, where that is so."""
