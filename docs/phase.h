@@ -25,57 +25,83 @@ PHASE_MATH(exp)
 PHASE_MATH(floor)
 PHASE_MATH(fabs)
 
-#define SHAPE 2
 #define STATES (SHAPE + 2 * HARMONICS + 1)
 #define NEVER R(1e9)
 #define TURN R(6.283185307179586)
 
 /* begin constants */
 #define AGAIN R(0.5)
+#define AGAINST 2
 #define AGREED R(0.9)
 #define AGREED_STANDING R(0.75)
 #define AGREES R(0.08)
 #define AGREES_STRUCK R(0.2)
+#define ALIKE R(0.06981317007977318)
 #define AVERAGED R(2.0)
 #define BACK R(0.05)
 #define BEGUN R(0.061086523819801536)
-#define CERTAIN R(0.05)
+#define BIN R(0.005)
+#define BINS 51
+#define CALM R(0.02)
+#define CALM_MISFIT R(0.04)
+#define CERTAIN R(0.04)
+#define DIP R(0.047)
+#define ENOUGH R(0.5)
+#define EXTREMES 128
 #define FASTEST R(3.0)
 #define FIRST R(0.06981317007977318)
 #define FORGOTTEN R(2.5)
+#define FROM R(-0.08)
 #define GAP R(0.050100000000000006)
+#define HALF R(0.035)
+#define HARMONICS 6
+#define HIGH_PAST R(0.05)
 #define HOLD R(10.0)
+#define KEPT R(40.0)
 #define LATE R(0.08)
 #define LEARNT R(0.026179938779914945)
+#define LONGEST_HALF 10
 #define LONGEST_STRIDE R(5.0)
 #define LONGEST_WINDOW R(0.5)
 #define LOOK R(0.025)
+#define LOOKED R(0.25)
+#define LOOKS 20
 #define LOST R(0.12217304763960307)
+#define LOW_PAST R(0.1)
 #define MEAN R(0.10471975511965978)
-#define MISFIT R(0.03490658503988659)
+#define MISFIT R(0.027925268031909273)
+#define MOVES R(2.0)
+#define NOISY R(0.5)
+#define NOTHING R(6.0)
+#define PACE R(0.25)
 #define PAST R(0.10471975511965978)
 #define PHASE R(0.04)
 #define RANGE R(0.4363323129985824)
 #define RATE R(0.25)
 #define RECENT R(0.05)
+#define RESIDUAL R(0.006108652381980153)
 #define SAMPLE R(0.01)
 #define SEEN R(1.5)
+#define SETTLED 3
+#define SHAPE 2
 #define SHARE R(0.2)
 #define SHIFT R(0.095)
+#define SHORTEST_HALF 3
 #define SHORTEST_STRIDE R(0.33)
 #define SHORTEST_WINDOW R(0.25)
 #define SIZE R(0.28)
 #define SLOWEST R(0.2)
-#define STILL R(0.020943951023931952)
+#define SPREAD R(0.025)
+#define STILL R(0.015707963267948967)
 #define STRIKE R(0.006)
+#define SURE R(0.9)
+#define TAUGHT R(0.3)
 #define UNLIKE R(0.003490658503988659)
 #define UNLIKE_SWING R(0.13962634015954636)
 #define UNSTEADY R(0.3)
 #define WAKING_PHASE R(0.03)
 #define WAKING_RATE R(0.3)
-#define HARMONICS 6
-#define LOOKS 20
-#define EXTREMES 128
+#define WEIGHTS { R(0.111111111), R(0.222222222), R(0.333333333), R(0.222222222), R(0.111111111) }
 /* end constants */
 
 typedef struct {
@@ -170,9 +196,12 @@ typedef struct {
     real_t lead, window, since_look, looks[LOOKS][2]; /* the latest last: angle, phase */
     real_t state[STATES], covariance[STATES][STATES], wave[STATES];
     real_t age, agreed, misfit, worst, stated, rate, cadence, origin, unstruck, since_strike, since_swing;
+    real_t noise, calm, surprise, last; /* `last` is NEVER where there was no sample */
     real_t gap; /* since the last sample that was not lost */
     real_t before, high, low, since_high, since_low; /* of a swing that is looked for */
-    uint8_t looked, follows, stopped, falls, has_kept;
+    real_t home[2], now[2], before_it[2]; /* extremes of usual swings, of late, of the last: high, low */
+    real_t shift, heel, mean[BINS], count[BINS]; /* of the heel strike */
+    uint8_t looked, follows, stopped, falls, has_kept, against, calibrated, knows_swings, strange, off_pace, same, heel_seen, begun;
     template_t kept;
 } phase_t;
 
@@ -279,16 +308,24 @@ static void phase_begin(phase_t *p, real_t lead)
     p->lead = lead;
     p->window = LONGEST_WINDOW;
     p->stated = -NEVER;
+    p->last = NEVER;
 }
 
 static inline int phase_ready(const phase_t *p)
 {
-    return p->follows && p->agreed >= AGREED && p->covariance[0][0] < CERTAIN * CERTAIN;
+    return p->follows && !p->strange && !p->off_pace && p->agreed >= AGREED && p->covariance[0][0] < CERTAIN * CERTAIN;
+}
+/* What phase 0 is known from: 2 a foot switch, 1 the shank's dip at heel strike, 0 other people's. */
+static inline int phase_heel_strike(const phase_t *p) { return p->calibrated ? 2 : p->heel_seen; }
+static inline real_t phase_left_over(real_t gain)
+{
+    gain = least(gain, 1);
+    return gain / (2 - gain);
 }
 static inline real_t phase_now(const phase_t *p) { return p->stated - floor_r(p->stated); }
 static inline int phase_enough(const phase_t *p) { return (int)(p->window / LOOK + R(0.5)); }
 
-static int phase_stands(phase_t *p, real_t value, real_t dt)
+static int phase_stands(phase_t *p, real_t dt)
 {
     const int enough = phase_enough(p);
     real_t mean = 0, square = 0;
@@ -297,7 +334,7 @@ static int phase_stands(phase_t *p, real_t value, real_t dt)
         return p->stopped;
     p->since_look = 0;
     memmove(p->looks[0], p->looks[1], sizeof p->looks - sizeof p->looks[0]);
-    p->looks[LOOKS - 1][0] = value;
+    p->looks[LOOKS - 1][0] = p->calm;
     p->looks[LOOKS - 1][1] = p->state[0];
     if (p->looked < LOOKS)
         p->looked++;
@@ -305,14 +342,19 @@ static int phase_stands(phase_t *p, real_t value, real_t dt)
         mean += p->looks[k][0] / (real_t)enough;
     for (int k = LOOKS - enough; k < LOOKS; k++)
         square += (p->looks[k][0] - mean) * (p->looks[k][0] - mean) / (real_t)enough;
-    return p->looked >= enough && square < STILL * STILL;
+    return p->looked >= enough && square - p->noise * phase_left_over(dt / CALM) < STILL * STILL;
 }
 
-static void phase_agree(phase_t *p, real_t surprise, real_t gone)
+static void phase_agree(phase_t *p, real_t surprise, real_t part)
 {
-    p->misfit += least(gone / RECENT, 1) * (surprise * surprise - p->misfit);
+    const real_t change = surprise - p->last, calm = least(part / CALM_MISFIT, 1);
+    if (p->agreed > 0 && p->last < NEVER)
+        p->noise += least(part / NOISY, 1) * (R(0.5) * change * change - p->noise);
+    p->last = surprise;
+    p->surprise += calm * (surprise - p->surprise);
+    p->misfit += least(part / RECENT, 1) * (p->surprise * p->surprise - phase_left_over(calm) * p->noise - p->misfit);
     p->worst = most(p->worst, p->misfit);
-    p->agreed = p->misfit < MISFIT * MISFIT ? p->agreed + gone : 0;
+    p->agreed = p->misfit < MISFIT * MISFIT ? p->agreed + part : 0;
 }
 
 static inline void phase_averaged(phase_t *p, real_t dt)
@@ -320,7 +362,7 @@ static inline void phase_averaged(phase_t *p, real_t dt)
     p->rate += (p->state[1] - p->rate) * least(AVERAGED * dt * most(p->rate, SLOWEST), 1);
 }
 
-static void phase_stand(phase_t *p, real_t value, real_t dt, int begins)
+static void phase_stand(phase_t *p, real_t dt, int begins)
 {
     const real_t gone = p->state[0] - p->looks[LOOKS - phase_enough(p)][1];
     real_t off;
@@ -328,15 +370,17 @@ static void phase_stand(phase_t *p, real_t value, real_t dt, int begins)
     if (!p->follows)
         return;
     if (begins && gone > 0 && gone < R(0.5))
-        p->stated = p->state[0] -= gone;
-    if (begins && p->has_kept)
+        p->stated = (p->state[0] -= gone) - p->shift;
+    if (begins && p->has_kept) {
         memcpy(p->state + SHAPE, p->kept.series, sizeof p->kept.series);
+        p->off_pace = 0;
+    }
     p->state[1] = 0;
     for (int j = 0; j < STATES; j++)
         p->covariance[1][j] = p->covariance[j][1] = 0;
     p->covariance[1][1] = WAKING_RATE * WAKING_RATE;
     p->covariance[0][0] = most(p->covariance[0][0], WAKING_PHASE * WAKING_PHASE);
-    off = fabs_r(value - phase_series(p->state + SHAPE, p->state[0], p->wave)) - CERTAIN * fabs_r(p->wave[0]);
+    off = fabs_r(p->calm - phase_series(p->state + SHAPE, p->state[0], p->wave)) - CERTAIN * fabs_r(p->wave[0]);
     p->misfit = off > 0 ? off * off : 0;
     p->agreed = p->misfit < MISFIT * MISFIT && p->has_kept ? AGREED_STANDING : 0;
     phase_averaged(p, dt);
@@ -367,9 +411,88 @@ static int phase_swing(phase_t *p, real_t value, real_t dt)
     return 0;
 }
 
-static void phase_swung(phase_t *p)
+static int phase_alike(const real_t *one, const real_t *other)
 {
-    const real_t duration = p->since_high - p->since_low, ago = p->since_low, stride = p->since_swing - ago;
+    return fabs_r(one[0] - other[0]) < ALIKE && fabs_r(one[1] - other[1]) < ALIKE;
+}
+
+static void phase_usual(phase_t *p)
+{
+    const real_t swing[2] = { p->high, p->low };
+    int home, again;
+    if (!p->knows_swings) {
+        memcpy(p->home, swing, sizeof swing);
+        memcpy(p->now, swing, sizeof swing);
+        memcpy(p->before_it, swing, sizeof swing);
+        p->knows_swings = 1;
+        return;
+    }
+    home = phase_alike(swing, p->home);
+    again = phase_alike(swing, p->before_it);
+    p->strange = (uint8_t)!(home || phase_alike(swing, p->now));
+    p->same = (uint8_t)(home || !again ? 0 : p->same < SETTLED ? p->same + 1 : SETTLED);
+    memcpy(p->before_it, swing, sizeof swing);
+    if (home) {
+        for (int k = 0; k < 2; k++)
+            p->now[k] = p->home[k] += TAUGHT * (swing[k] - p->home[k]);
+    } else if (p->same >= SETTLED) {
+        memcpy(p->now, swing, sizeof swing);
+        p->strange = 0;
+    }
+}
+
+static void heel_take(phase_t *p, real_t left, real_t gone)
+{
+    const real_t off = p->state[0] - FROM, place = (off - floor_r(off)) / BIN;
+    const int first = (int)place;
+    if (first >= BINS - 1)
+        return;
+    for (int k = first; k <= first + 1; k++) {
+        const real_t share = k > first ? place - (real_t)first : 1 - place + (real_t)first;
+        p->count[k] += share;
+        if (p->count[k] > 0)
+            p->mean[k] += share / p->count[k] * (left - p->mean[k]);
+        p->count[k] = least(p->count[k], KEPT * BIN / most(gone, R(1e-5)));
+    }
+}
+
+static void heel_find(phase_t *p)
+{
+    static const real_t weights[] = WEIGHTS;
+    const int spare = (int)(sizeof weights / sizeof *weights) / 2;
+    const int half = (int)(least(most(HALF * p->rate / BIN, SHORTEST_HALF), LONGEST_HALF) + R(0.5));
+    real_t score[BINS], best = R(0.5) * NOTHING, whole = 0, seen = 0, mean = 0;
+    for (int pass = 0; pass < 2; pass++)
+        for (int middle = half + spare; middle < BINS - half - spare; middle++) {
+            const real_t place = FROM + BIN * (real_t)middle - DIP * p->rate;
+            if (pass) {
+                const real_t weight = exp_r(score[middle] - best);
+                seen += weight;
+                mean += weight * place;
+                continue;
+            }
+            real_t dip = 0, variance = 0;
+            for (int k = -spare; k <= spare; k++) {
+                const real_t weight = weights[k + spare];
+                const int at[] = { middle + k - half, middle + k, middle + k + half };
+                for (int i = 0; i < 3; i++) {
+                    const real_t factor = R(i == 1 ? -2 : 1), count = p->count[at[i]];
+                    dip += weight * factor * p->mean[at[i]];
+                    variance += weight * weight * factor * factor / (count > ENOUGH ? count : R(1e-9));
+                }
+            }
+            dip = most(dip, 0);
+            score[middle] = R(0.5) * (dip * dip / (p->noise * variance + RESIDUAL * RESIDUAL) - place * place / (SPREAD * SPREAD));
+            best = most(best, score[middle]);
+        }
+    whole = seen + exp_r(R(0.5) * NOTHING - best);
+    p->heel = mean / whole;
+    p->heel_seen = seen > SURE * whole;
+}
+
+static void phase_swung(phase_t *p, real_t late)
+{
+    const real_t duration = p->since_high - p->since_low, ago = p->since_low + late, stride = p->since_swing - ago;
     const template_t *like = templates, *t;
     template_t shape;
     real_t rate, phase, share, first;
@@ -379,10 +502,14 @@ static void phase_swung(phase_t *p)
             < fabs_r((like->lowest - like->highest) * like->stride_time - duration))
             like = t;
     }
+    if (p->against >= AGAINST)
+        p->has_kept = 0;
     t = p->has_kept ? &p->kept : like;
     rate = (t->lowest - t->highest) / duration;
     if (!(rate > SLOWEST && rate < FASTEST))
         return;
+    phase_usual(p);
+    p->off_pace = 0;
     p->window = least(most(SHARE * like->stride_time, SHORTEST_WINDOW), LONGEST_WINDOW);
     p->since_swing = ago;
     if (stride > SHORTEST_STRIDE && stride < LONGEST_STRIDE)
@@ -397,31 +524,41 @@ static void phase_swung(phase_t *p)
         for (int k = SHAPE; k < STATES; k++)
             p->state[k] = share * t->series[k - SHAPE];
         p->state[SHAPE] += R(0.5) * (p->high + p->low - share * (t->high + t->low));
-        p->origin = phase_origin(p);
+        if (!p->calibrated)
+            p->origin = phase_origin(p);
         first = FIRST * (p->has_kept ? AGAIN : 1);
         memset(p->covariance, 0, sizeof p->covariance);
         p->covariance[SHAPE][SHAPE] = MEAN * MEAN;
         for (int k = SHAPE + 1; k < STATES; k++)
             p->covariance[k][k] = first * first / (real_t)(((k - 1) / 2) * ((k - 1) / 2));
-        if (!p->has_kept)
+        if (!p->has_kept) {
             p->age = 0;
-        p->has_kept = 0;
+            memset(p->mean, 0, sizeof p->mean);
+            memset(p->count, 0, sizeof p->count);
+        }
+        p->against = (uint8_t)(p->against < AGAINST ? p->against + 1 : AGAINST);
         p->follows = 1;
         p->stated = -NEVER;
-        p->agreed = p->misfit = 0;
+        p->agreed = p->misfit = p->surprise = 0;
+        p->last = NEVER;
         p->rate = p->state[1] = p->cadence;
         p->state[0] = phase;
+        if (p->calibrated)
+            phase_turn(p, apart(p->origin, phase_origin(p)));
         phase_loosen(p, PHASE * PHASE, RATE * rate * RATE * rate);
-    } else if (p->agreed > 1) {
-        p->kept = shape;
-        p->has_kept = 1;
+    } else {
+        p->against = 0;
+        if (p->agreed > 1 && !p->strange) {
+            p->kept = shape;
+            p->has_kept = 1;
+        }
     }
     p->worst = 0;
 }
 
 static void phase_strike(phase_t *p, real_t dt)
 {
-    const real_t late = apart(R(0.5) * dt * p->state[1], p->state[0]), striking[STATES] = { 1 };
+    const real_t late = apart(p->shift + R(0.5) * dt * p->state[1], p->state[0]), striking[STATES] = { 1 };
     if (p->since_strike > SHORTEST_STRIDE && p->since_strike < LONGEST_STRIDE)
         p->cadence = 1 / p->since_strike;
     if (fabs_r(late) < LATE) {
@@ -439,12 +576,34 @@ static void phase_strike(phase_t *p, real_t dt)
     }
     p->unstruck = 0;
     p->since_strike = R(0.5) * dt;
+    p->last = NEVER; /* the phase has jumped, and what is expected with it */
+}
+
+static int phase_passed(const phase_t *p, real_t began, real_t at)
+{
+    const real_t before = apart(began, at);
+    return before > R(-0.2) && before < 0 && apart(p->state[0], at) >= 0;
+}
+
+static void phase_look(phase_t *p, real_t began)
+{
+    if (p->unstruck > SEEN && !p->calibrated && phase_passed(p, began, LOOKED))
+        heel_find(p);
+    if (!(p->since_swing < NEVER))
+        return; /* he has stood, and begins as he likes */
+    if (fabs_r(p->state[1] - p->cadence) > PACE * p->cadence)
+        p->off_pace = 1;
+    if (p->has_kept && phase_passed(p, began, p->kept.highest + HIGH_PAST) && p->knows_swings && p->high < p->now[0] - ALIKE)
+        p->strange = 1;
+    if (p->has_kept && phase_passed(p, began, p->kept.lowest + LOW_PAST) && p->since_swing * p->state[1] > R(0.5))
+        p->strange = 1; /* no swing has ended here */
 }
 
 static void phase_follow(phase_t *p, real_t value, real_t dt, int struck)
 {
     real_t *state = p->state, error, surprise, phase;
-    const real_t rate = state[1], gone = rate * dt, loose = dt * most(rate, SLOWEST) * least(p->misfit / (LEARNT * LEARNT), 1);
+    const real_t began = state[0], rate = state[1], gone = rate * dt;
+    const real_t loose = dt * most(rate, SLOWEST) * least(most(p->misfit, 0) / (LEARNT * LEARNT), 1);
     p->age += gone;
     p->unstruck += gone;
     state[0] += dt * rate;
@@ -464,17 +623,23 @@ static void phase_follow(phase_t *p, real_t value, real_t dt, int struck)
         surprise = value - phase_series(state + SHAPE, state[0], p->wave);
         phase_agree(p, surprise, most(gone, R(0.5) * dt));
         error = LEARNT + (BEGUN - LEARNT) * exp_r(-p->age / FORGOTTEN);
-        phase_correct(p, p->wave, surprise, error * error * SAMPLE / dt);
+        phase_correct(p, p->wave, surprise, error * error * SAMPLE / dt + p->noise);
+        if (p->agreed > R(0.5) && !p->strange)
+            heel_take(p, surprise, gone);
     }
     if (struck)
         phase_strike(p, dt);
-    if (p->unstruck < SEEN)
-        p->origin = phase_origin(p);
-    else
+    if (p->unstruck > SEEN) {
         phase_turn(p, gone * HOLD * apart(p->origin, phase_origin(p)));
+    } else if (p->agreed > 1 && !p->strange) {
+        p->origin = phase_origin(p);
+        p->calibrated = 1;
+    }
+    phase_look(p, began);
+    p->shift += least(MOVES * gone, 1) * (p->heel - p->shift);
     state[1] = least(most(state[1], 0), FASTEST);
     phase_averaged(p, dt);
-    phase = state[0] + state[1] * p->lead;
+    phase = state[0] + state[1] * p->lead - p->shift;
     if (!(p->stated > phase && p->stated - phase < BACK))
         p->stated = phase;
 }
@@ -484,29 +649,34 @@ static void phase_follow(phase_t *p, real_t value, real_t dt, int struck)
 static void phase_update(phase_t *p, real_t value, real_t dt, int struck)
 {
     const uint8_t stood = p->stopped;
+    const real_t lost = p->gap;
     if (!(dt > 0))
         return;
     p->gap = value - value == 0 ? 0 : p->gap + dt;
+    if (!(p->gap > 0)) {
+        p->calm = p->begun && lost <= SHORTEST_WINDOW ? p->calm + least((dt + lost) / CALM, 1) * (value - p->calm) : value;
+        p->begun = 1;
+    }
     if (p->gap > GAP)
         p->agreed = 0;
     if (p->gap > SHORTEST_WINDOW + R(1e-4))
         phase_forget_swing(p);
-    p->stopped = (uint8_t)phase_stands(p, value, dt);
+    p->stopped = (uint8_t)phase_stands(p, dt);
     p->since_swing = least(p->since_swing + dt, NEVER);
     p->since_strike = least(p->since_strike + dt, NEVER);
     if (p->stopped) {
         if (!(p->gap > 0))
-            phase_stand(p, value, dt, !stood);
+            phase_stand(p, dt, !stood);
         return;
     }
     if (stood)
         p->state[1] = p->cadence;
-    if (phase_swing(p, value, dt)) {
+    if (phase_swing(p, p->calm, dt)) {
         if (p->high - p->low > RANGE)
-            phase_swung(p);
+            phase_swung(p, most(CALM - dt, 0));
         p->falls = 0;
         p->before = p->low;
-        p->high = value;
+        p->high = p->calm;
         p->since_high = 0;
     }
     if (p->follows)

@@ -1,8 +1,10 @@
-"""How well the gait phase is estimated: every shipped walker, even and uneven, noisy, through a stop.
+"""How well the gait phase is estimated: drawn people, and every shipped walker, through events and noise.
 
-python scripts/phase_table.py
-python scripts/phase_table.py events
-python scripts/phase_table.py --c docs/phase.h
+python scripts/phase_table.py people
+python scripts/phase_table.py shipped
+python scripts/phase_table.py people --noise 2 --rate 50
+python scripts/phase_table.py picture FILE
+python scripts/phase_table.py c docs/phase.h
 """
 
 import argparse
@@ -10,52 +12,20 @@ import concurrent.futures
 import functools
 import pathlib
 import re
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 import phase_events
 
 from afo_sim.common import assets
-from afo_sim.control import PhaseEstimate, phase_estimate
-from afo_sim.description import Gait, load
+from afo_sim.control import PhaseEstimate, heel_strike, phase_estimate, swings
+from afo_sim.description import load
 from afo_sim.gait import GaitCycle
-from afo_sim.model import persons_stride, phase_at
+from afo_sim.model import persons_stride
 
-PERIOD, STEP = 0.01, 0.001  # of the controller; age of a sample [s]
-STRIDES, LEARNT = 14.0, 2.0  # that are walked; after which it counts
-NOISE = np.radians(0.5)
-STOPS, STANDS = 4.3, 3.0  # stride in which the walker stops [-], and for how long [s]
-STANCE_FORCE = 0.05  # upward force at which a switch under the heel closes [body weights]
 STEPPAGE = {"gait.steppage_hip": "10 deg", "gait.steppage_knee": "25 deg"}
-ALONE, CALIBRATED, ALWAYS = 0.0, 4.0, np.inf  # strides in which there is a foot switch
-SWITCHES = {
-    ALONE: "The shank alone",
-    CALIBRATED: "A foot switch in the first four strides, which do not count",
-    ALWAYS: "A foot switch in every stride",
-}
-CONDITIONS = ("even", "5 % varied", "a stop", "cadence × 1.2, × 0.8")
-
-
-@dataclass(frozen=True, eq=False)
-class Estimated:
-    """A walk and its estimate at every command (n,).
-
-    time [s]; walked and phase, true (with whole strides) and estimated; shank [rad], as sampled; stopped, as
-    found; counts, what is judged.
-    """
-
-    time: np.ndarray
-    walked: np.ndarray
-    phase: np.ndarray
-    shank: np.ndarray
-    stopped: np.ndarray
-    counts: np.ndarray
-
-    @property
-    def error(self) -> np.ndarray:
-        """Estimated less true phase, of the cycle (n,)."""
-        return phase_events.apart(self.phase, self.walked)
+FIRST, PEOPLE, SEEDS = 1000, 200, 10  # numbers of drawn people; walks of each shipped walker
+LONG, LATE = 0.1, 5.0  # of an error over a tenth while ready [s]; of an error two strides later [%]
 
 
 def walkers() -> dict[str, Mapping[str, str]]:
@@ -69,7 +39,7 @@ def followed(
     angles: np.ndarray,
     struck: np.ndarray | None = None,
     *,
-    period: float = PERIOD,
+    period: float = 1.0 / phase_events.RATE,
     estimate: PhaseEstimate | None = None,
 ) -> np.ndarray:
     """Phase, whether it is ready, whether he stands, and stride time [s], after each sample (4, n)."""
@@ -80,151 +50,126 @@ def followed(
     return found
 
 
-def estimated(
-    walker: str,
-    condition: str = "even",
-    *,
-    switch: float = ALONE,
-    noise: float = 0.0,
-    seed: int = 0,
-    period: float = PERIOD,
-    age: float = STEP,
-    lead: float = 0.0,
-) -> Estimated:
-    """Walk, and estimate the phase from the shank's angle.
-
-    Parameters
-    ----------
-    walker : of `walkers`
-    condition : of `CONDITIONS`
-    switch : strides in which a foot switch tells the heel strikes
-    noise : standard deviation of the angle's samples [rad]
-    seed : of the stride times and of the noise
-    period : of the samples [s]
-    age : of a sample when it is used [s]
-    lead : that the estimator is told [s]
-    """
-    cycle = _cycle(walker)
-    gait = Gait.model_validate({"cycle": walker} | _set(condition, seed, cycle.stride_time))
-    stands = STANDS if condition == "a stop" else 0.0
-    time = np.arange(0.0, STRIDES * cycle.stride_time + stands, period)
-    walked = phase_at(gait, cycle.stride_time, time)
-    sampled = phase_at(gait, cycle.stride_time, time - age)
-    shank = cycle.signal("shank_angle", sampled)
-    shank = shank + noise * np.random.default_rng(1000 + seed).standard_normal(len(time))
-    loaded = cycle.ground(sampled)[1] > STANCE_FORCE
-    struck = np.append(False, loaded[1:] & ~loaded[:-1]) & (walked < switch)
-    phase, _, stopped, _ = followed(shank, struck, period=period, estimate=PhaseEstimate(lead))
-    counts = walked >= (CALIBRATED if switch == CALIBRATED else LEARNT)
-    if stands:  # and two strides from where the walker goes on
-        onward = walked[np.searchsorted(time, STOPS * cycle.stride_time + stands)]
-        counts &= (walked < STOPS) | (walked >= onward + LEARNT)
-    return Estimated(time, walked, phase, shank, stopped > 0.0, counts)
-
-
 @functools.cache
-def _cycle(walker: str) -> GaitCycle:
+def cycle(walker: str) -> GaitCycle:
     """The stride of one of `walkers`."""
     sets = {"gait.cycle": walker.split(",")[0], **walkers()[walker]}
     return persons_stride(load("scenario", "walk-dropfoot", sets))
 
 
-def _set(condition: str, seed: int, stride: float) -> dict[str, object]:
-    """What a condition sets, of strides of a duration [s]."""
-    if condition == "5 % varied":
-        return {"variability": 0.05, "seed": seed}
-    if condition == "a stop":
-        return {"pace": [[f"{STOPS * stride} s", 0.0], [f"{STOPS * stride + STANDS} s", 1.0]]}
-    if condition == CONDITIONS[3]:
-        return {"pace": [[f"{3.0 * stride} s", 1.2], [f"{7.0 * stride} s", 0.8]]}
-    return {}
-
-
-def worst(walker: str, condition: str, *, switch: float, noise: float, seeds: int = 3) -> tuple[float, float]:
-    """The largest and the root mean square error [% of the cycle] of what counts, the worst of the seeds."""
-    random = noise > 0.0 or condition == "5 % varied"
-    found = []
-    for seed in range(seeds if random else 1):
-        trial = estimated(walker, condition, switch=switch, noise=noise, seed=seed)
-        error = 100.0 * np.abs(trial.error[trial.counts])
-        found.append((float(error.max()), float(np.sqrt(np.mean(error**2)))))
-    return max(most for most, _ in found), max(rms for _, rms in found)
-
-
-def table(*, switch: float, noise: float, seeds: int = 3) -> Iterator[str]:
-    """Lines of a table in Markdown: largest error, and in brackets the root mean square."""
-    yield f"| walker | {' | '.join(CONDITIONS)} |"
-    yield "|---" * (len(CONDITIONS) + 1) + "|"
-    for walker in walkers():
-        cells = (worst(walker, told, switch=switch, noise=noise, seeds=seeds) for told in CONDITIONS)
-        yield f"| `{walker}` | {' | '.join(f'{most:.1f} ({rms:.1f})' for most, rms in cells)} |".replace(
-            ", steppage`", "`, steppage"
-        )
-
-
-def curve(walker: str) -> phase_events.Curve:
-    """The shank of one of `walkers` over the phase [deg]."""
-    return lambda phase: np.degrees(_cycle(walker).signal("shank_angle", phase))
+def shipped(walker: str) -> phase_events.Person:
+    """One of `walkers`; his recorded curve holds nothing as fast as what a heel strike does."""
+    stride = cycle(walker)
+    return phase_events.Person(
+        lambda phase: np.degrees(stride.signal("shank_angle", phase)), stride.stride_time
+    )
 
 
 def through_events(
-    walker: str, names: tuple[str, ...], *, switch: bool, seed: int
-) -> tuple[phase_events.Walk, phase_events.Judged]:
+    person: phase_events.Person,
+    names: tuple[str, ...],
+    *,
+    switch: bool,
+    seed: int,
+    rate: float = phase_events.RATE,
+    noise: float = phase_events.NOISE,
+) -> phase_events.Judged:
     """Walk through events, and judge the estimate."""
-    walk = phase_events.walk(curve(walker), _cycle(walker).stride_time, names, seed)
-    phase, ready, *_ = followed(walk.angle, walk.struck if switch else None, period=1.0 / phase_events.RATE)
-    return walk, phase_events.judged(walk, phase, ready > 0.0)
+    walk = phase_events.walk(person, names, seed, rate=rate, noise=noise)
+    phase, ready, *_ = followed(walk.angle, walk.struck if switch else None, period=1.0 / rate)
+    return phase_events.judged(walk, phase, ready > 0.0)
 
 
-def _of_seed(walker: str, switch: bool, seed: int) -> tuple[tuple[str, ...], phase_events.Judged]:
+def _judged(
+    who: str | int, seed: int, switch: bool, rate: float, noise: float
+) -> tuple[tuple[str, ...], phase_events.Judged]:
     """All events in an order of their own."""
     names = tuple(np.random.default_rng(seed).permutation(list(phase_events.EVENTS)))
-    return names, through_events(walker, names, switch=switch, seed=seed)[1]
+    person = shipped(who) if isinstance(who, str) else phase_events.drawn(who)
+    return names, through_events(person, names, switch=switch, seed=seed, rate=rate, noise=noise)
 
 
-def events_table(seeds: int) -> Iterator[str]:
-    """Lines of a table in Markdown: the worst walker and seed of each event, alone and with a foot switch."""
-    yield "| event | error over 10 % while `ready` [ms] | error two strides later [%] |\n|---|---|---|"
-    worst: dict[str, list[tuple[float, float, float, float]]] = {name: [] for name in phase_events.EVENTS}
-    shares: list[tuple[float, ...]] = []
-    with concurrent.futures.ProcessPoolExecutor(2) as pool:
-        for walker in walkers():
-            for seed in range(seeds):
-                (names, alone), (_, struck) = pool.map(_of_seed, [walker] * 2, (False, True), [seed] * 2)
-                for name, *found in zip(
-                    names, alone.lies, struck.lies, alone.late, struck.late, strict=False
-                ):
-                    worst[name].append((1e3 * found[0], 1e3 * found[1], found[2], found[3]))
-                shares.append((alone.steady, struck.steady, alone.defined, struck.defined))
-    yield from _rows(worst)
-    least = 100.0 * np.min(shares, axis=0)
-    yield f"\n`ready` in steady walking {least[0]:.1f}, {least[1]:.1f} % of the time at least"
-    yield f"`ready` of all time with a defined phase {least[2]:.1f}, {least[3]:.1f} % at least"
+class Table:
+    """Many walks, alone and with a foot switch."""
 
+    def __init__(
+        self,
+        people: Sequence[tuple[str | int, int]],
+        *,
+        rate: float = phase_events.RATE,
+        noise: float = phase_events.NOISE,
+    ) -> None:
+        jobs = [(*person, switch, rate, noise) for person in people for switch in (False, True)]
+        with concurrent.futures.ProcessPoolExecutor(2) as pool:
+            found = list(pool.map(_judged, *zip(*jobs, strict=True), chunksize=4))
+        self.walks = [[judged for _, judged in found[switch::2]] for switch in (0, 1)]
+        self.names = [names for names, _ in found[::2]]
 
-def _rows(worst: Mapping[str, list[tuple[float, float, float, float]]]) -> Iterator[str]:
-    for name, rows in worst.items():
-        most, late = np.max(rows, axis=0), np.array(rows)[:, 2:]
-        over = " and ".join(f"{np.sum(late[:, k] > 5.0)}" for k in range(2))
-        yield (
-            f"| {name} | {most[0]:.0f}, {most[1]:.0f} | {most[2]:.1f}, {most[3]:.1f} "
-            f"(above 5 %: {over} of {len(rows)}) |"
+    def of(self, what: str, event: str = "") -> np.ndarray:
+        """`lies` [s] or `late` [%] of one event or of all, alone and with a switch (2, n)."""
+        return np.array(
+            [
+                [
+                    value
+                    for names, judged in zip(self.names, walks, strict=True)
+                    for name, value in zip(names, getattr(judged, what), strict=False)
+                    if event in ("", name)
+                ]
+                for walks in self.walks
+            ]
         )
+
+    def row(self, event: str = "") -> str:
+        """Cells in Markdown: the worst, and the share within bounds, alone and with a switch."""
+        lies, late = self.of("lies", event), self.of("late", event)
+        cells = (
+            [f"{1e3 * lies[k].max():.0f} ({100.0 * np.mean(lies[k] <= LONG + 1e-9):.1f} %)" for k in (0, 1)],
+            [f"{late[k].max():.1f} ({100.0 * np.mean(late[k] <= LATE):.1f} %)" for k in (0, 1)],
+        )
+        return " | ".join(", ".join(pair) for pair in cells)
+
+    def shares(self) -> str:
+        """Shares of time with `ready`: steady walking, its worst, and all; and where the heel strikes."""
+        told = []
+        for walks in self.walks:
+            steady, defined = (
+                100.0 * np.array([getattr(w, key) for w in walks]) for key in ("steady", "defined")
+            )
+            bias = np.array([walk.bias for walk in walks])
+            told.append(
+                f"{steady.mean():.1f}, {steady.min():.1f}, {defined.mean():.0f} % "
+                f"(bias {np.nanmean(bias):+.1f} ± {np.nanstd(bias):.1f} %)"
+            )
+        return "; ".join(told)
+
+
+def lines_of(table: Table) -> Iterator[str]:
+    """Lines of a table in Markdown."""
+    yield "| event | error over 10 % while `ready` [ms] | error two strides later [%] |\n|---|---|---|"
+    for event in phase_events.EVENTS:
+        yield f"| {event} | {table.row(event)} |"
+    yield f"| all | {table.row()} |\n\n`ready`, alone; with a switch: {table.shares()}"
 
 
 def written_c(text: str) -> str:
     """A header with this project's constants and templates between its marks."""
-    estimate = phase_estimate
-    constants: dict[str, float] = {
-        name: value
-        for name, value in vars(estimate).items()
-        if name.isupper() and isinstance(value, float) and re.search(rf"\b{name}\b", text)
-    }
-    for name, (shortest, longest) in {"WINDOW": estimate.WINDOW, "STRIDE": estimate.STRIDES}.items():
+    estimate, constants = phase_estimate, dict[str, float]()
+    for module in (phase_estimate, swings, heel_strike):
+        constants |= {
+            name: value
+            for name, value in vars(module).items()
+            if name.isupper() and isinstance(value, int | float) and re.search(rf"\b{name}\b", text)
+        }
+    spans = {"WINDOW": estimate.WINDOW, "STRIDE": estimate.STRIDES, "HALF": heel_strike.HALVES}
+    for name, (shortest, longest) in spans.items():
         constants |= {f"SHORTEST_{name}": shortest, f"LONGEST_{name}": longest}
     constants |= dict(zip(("WAKING_RATE", "WAKING_PHASE"), estimate.WAKING, strict=True))
-    lines = [f"#define {name} R({value!r})" for name, value in sorted(constants.items())]
-    lines += [f"#define {name} {getattr(estimate, name)}" for name in ("HARMONICS", "LOOKS", "EXTREMES")]
+    lines = [
+        f"#define {name} {value if isinstance(value, int) else f'R({value!r})'}"
+        for name, value in sorted(constants.items())
+    ]
+    weights = ", ".join(f"R({weight:.9g})" for weight in heel_strike.WEIGHTS)
+    lines.append(f"#define WEIGHTS {{ {weights} }}")
     rows = []
     for t in estimate.templates():
         scalars, series = (
@@ -241,23 +186,65 @@ def written_c(text: str) -> str:
     return text
 
 
+def picture(file: pathlib.Path) -> None:
+    """A drawn person through a U-turn and a stop, and how the heel strike is learned."""
+    import matplotlib.pyplot as plt
+
+    figure, axes = plt.subplots(3, 2, figsize=(10, 6), sharex="col", layout="constrained")
+    shown = ("U-turn, small strides", "stop"), ()
+    for column, (names, who) in enumerate(zip(shown, (1003, 1010), strict=True)):
+        person = phase_events.drawn(who)
+        walk = phase_events.walk(person, names, who)
+        time = np.arange(len(walk.angle)) / walk.rate
+        phase, ready, *_ = followed(walk.angle)
+        upper, middle, lower = axes[:, column]
+        upper.plot(time, np.degrees(walk.angle), "0.35", lw=1)
+        middle.plot(time, walk.phase % 1.0, "0.65", lw=3, label="true")
+        middle.plot(time, phase, "C0", lw=1, label="estimated")
+        lower.plot(time, 100.0 * phase_events.apart(phase, walk.phase), "C0", lw=1)
+        for axis in (upper, middle, lower):
+            axis.fill_between(
+                time,
+                0.0,
+                1.0,
+                where=ready > 0.0,
+                transform=axis.get_xaxis_transform(),
+                color="C2",
+                alpha=0.15,
+                lw=0,
+            )
+        lower.axhline(0.0, color="0.5", lw=0.5)
+        lower.set(ylim=(-15.0, 15.0), xlabel="time [s]")
+        upper.set_title(
+            "a U-turn in small strides, and a stop"
+            if names
+            else "the first strides: the heel strike is learned"
+        )
+    for axis, label in zip(axes[:, 0], ("shank [°]", "phase [-]", "error [% of the stride]"), strict=True):
+        axis.set_ylabel(label)
+    axes[1, 0].legend(loc="upper right", fontsize=8)
+    axes[0, 0].text(0.01, 0.04, "green: ready", transform=axes[0, 0].transAxes, color="C2", fontsize=9)
+    figure.savefig(file, dpi=100)
+
+
 def main() -> None:
-    """Print the tables, or write the constants of the C header."""
+    """Print a table, draw the picture, or write the constants of the C header."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0] if __doc__ else None)
-    parser.add_argument("table", nargs="?", default="errors", choices=("errors", "events"))
-    parser.add_argument("--seeds", type=int, help="of stride times and noise; 5 by default, of events 10")
-    parser.add_argument("--c", type=pathlib.Path, help="write constants and templates into this header")
+    parser.add_argument("what", choices=("people", "shipped", "picture", "c"))
+    parser.add_argument("file", nargs="?", type=pathlib.Path)
+    parser.add_argument("--people", type=int, default=PEOPLE, help="how many are drawn")
+    parser.add_argument("--noise", type=float, default=phase_events.NOISE, help="of the angle [deg]")
+    parser.add_argument("--rate", type=float, default=phase_events.RATE, help="of samples [1/s]")
     arguments = parser.parse_args()
-    if arguments.c is not None:
-        arguments.c.write_text(written_c(arguments.c.read_text(encoding="utf-8")), encoding="utf-8")
-        return
-    if arguments.table == "events":
-        print("\n".join(events_table(arguments.seeds or 10)))
-        return
-    for switch, words in SWITCHES.items():
-        for noise in (0.0, NOISE):
-            print(f"\n{words}, noise of {np.degrees(noise):g}°:\n")
-            print("\n".join(table(switch=switch, noise=noise, seeds=arguments.seeds or 5)))
+    if arguments.what == "c":
+        arguments.file.write_text(written_c(arguments.file.read_text(encoding="utf-8")), encoding="utf-8")
+    elif arguments.what == "picture":
+        picture(arguments.file)
+    else:
+        people: list[tuple[str | int, int]] = [(FIRST + k, FIRST + k) for k in range(arguments.people)]
+        if arguments.what == "shipped":
+            people = [(name, seed) for name in walkers() for seed in range(SEEDS)]
+        print("\n".join(lines_of(Table(people, rate=arguments.rate, noise=arguments.noise))))
 
 
 if __name__ == "__main__":

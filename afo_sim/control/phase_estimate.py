@@ -3,21 +3,23 @@
 The walker's first swing starts it: from its highest angle to its lowest the shank takes a known share of the
 stride. From there an oscillator (`physics/oscillator.py`) follows the angle. What it knows before the first
 stride is the population's shank (`Shank`), which also says where in the shape the heel strikes.
-It learns the walker's own shape. A foot switch, where there is one, gives it the walker's own heel strike.
+It learns the walker's own shape, and where in it his heel strikes: from what the strike does to the shank
+(`heel_strike.py`), or from a foot switch.
 
 Where the angle is not as expected, its size and mean are trusted the less: a turn or a short step halves the
 one and moves the other at once, and the phase then comes from when the shank turns round, not from how far
 it goes. It is believed after the angle has agreed with what was expected for most of a stride, and no longer
-when it does not.
+when it does not, when a swing is not like his others, or when his pace changes within a stride.
 """
 
 import functools
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
+from afo_sim.control.heel_strike import HeelStrike
+from afo_sim.control.swings import Swing, Swings, UsualSwings
 from afo_sim.physics import SHAPE, advance, correct, loosen_size
 from afo_sim.physics.oscillator import origin, series, turn
 
@@ -93,9 +95,7 @@ def template_of(stride_time: float, series: np.ndarray) -> Template:
     return Template(stride_time, series, *phases, float(shape[lowest]), float(shape[highest]))
 
 
-# The numbers below are assumed; they were tried on the shipped walkers (docs/phase.md).
-RANGE = math.radians(25.0)  # that the shank moves in a swing at least
-PAST = math.radians(6.0)  # that the shank has come back from an extreme when it counts as one
+# The numbers below are assumed; they were tried on drawn people (docs/phase.md).
 SLOWEST, FASTEST = 0.2, 3.0  # rate of strides [1/s]
 # Phase by which a swing may differ from the oscillator before this begins anew, alone and with a foot switch,
 # and by which a heel strike may before it is believed more than the shape [-]
@@ -115,12 +115,16 @@ BEGUN, LEARNT, FORGOTTEN, SAMPLE = math.radians(3.5), math.radians(1.5), 2.5, 0.
 STRIKE = 0.006  # error of a foot switch [-]
 # The angle agrees while its misfit, a root mean square over so much of a stride, stays below the first;
 # beyond the second the shape is not this walker's any more.
-MISFIT, LOST, RECENT = math.radians(2.0), math.radians(7.0), 0.05
+MISFIT, LOST, RECENT = math.radians(1.6), math.radians(7.0), 0.05
+# Noise is taken out of the misfit over a share of a stride, and over a time [s] out of the angle in which
+# swings and stops are looked for; how large it is, neighbouring samples tell, over half a stride.
+CALM_MISFIT, CALM, NOISY = 0.04, 0.02, 0.5
+PACE = 0.25  # by which the rate may differ from the last stride's, of itself
 AGREED, AGREED_STANDING = 0.9, 0.75  # strides that it agreed for until it is believed; of who stands
-CERTAIN = 0.05  # standard deviation of a phase that is believed [-]
+CERTAIN = 0.04  # standard deviation of a phase that is believed [-]
 # Who stands moves the shank less in so long [rad], [s]: who walks slowly turns it round as slowly, so that it
 # is looked at for a share of the stride, within bounds; for the longest while no stride is known.
-STILL, WINDOW, SHARE = math.radians(1.2), (0.25, 0.5), 0.2
+STILL, WINDOW, SHARE = math.radians(0.9), (0.25, 0.5), 0.2
 # Least time from one look for that to the next [s], and looks that are kept. A look falls on a sample: at
 # 100 Hz they are 30 ms apart, and the time above is a fifth longer; at 50 Hz 40 ms and three fifths.
 LOOK, LOOKS = 0.025, 20
@@ -128,6 +132,10 @@ WAKING = 0.3, 0.03  # what is not known of who stands: rate [1/s], phase [-]
 SEEN, HOLD = 1.5, 10.0  # strides in which a foot switch counts; how often a stride turns the shape back
 AVERAGED = 2.0  # how often a stride the rate that is stated is renewed
 STRIDES = 0.33, 5.0  # durations of a stride [s]
+AGAINST = 2  # swings, one after the other, that contradict a shape until it is not used any more
+# Phase at which the strike's place is looked for, and by which, behind an extreme, it has been seen or not.
+LOOKED, HIGH_PAST, LOW_PAST = 0.25, 0.05, 0.1
+MOVES = 2.0  # how often a stride the heel strike moves to where it was found
 BACK = 0.05  # phase by which it waits instead of running back [-]
 # Time without a sample after which the phase is not believed [s]: at a stride a second it has gone on by
 # `CERTAIN`, and is off by as much if the walker stopped meanwhile. The slack is for rounding.
@@ -143,7 +151,9 @@ class PhaseEstimate:
 
     def reset(self) -> None:
         """Forget the walker."""
-        self._swings = _Swings()
+        self._swings, self._usual, self._heel = Swings(), UsualSwings(), HeelStrike()
+        self._shift = 0.0  # of phase 0, to where the heel was found to strike
+        self._calibrated = False  # by a foot switch
         self._window = WINDOW[1]  # in which who stands is found [s]
         self._looks = np.zeros((LOOKS, 2))  # the latest last: angle, phase
         self._looked, self._since_look = 0, 0.0
@@ -156,10 +166,15 @@ class PhaseEstimate:
         self._age = 0.0  # of the shape, strides
         self._agreed = 0.0  # strides, since the angle was last not as expected
         self._misfit = self._worst = 0.0  # mean square of late, and its largest since the last swing [rad²]
+        self._noise = 0.0  # mean square of the sensor's [rad²]
+        self._calm, self._surprise = math.nan, 0.0  # angle, and what it differs by, of late [rad]
+        self._last = math.nan  # what the last sample's differed by
         self._stated = -math.inf  # phase, with whole strides
         self._rate = 0.0  # of strides of late [1/s]
         self._cadence = 0.0  # rate of the last whole stride [1/s]
+        self._off_pace = False  # the rate was another since the last swing
         self._kept: Template | None = None  # shape of the walker when it was believed
+        self._against = 0  # swings, since one agreed
         self._origin = 0.0  # of the shape, to which it is held
         self._unstruck = math.inf  # strides since the foot switch closed
         self._since_strike = self._since_swing = math.inf  # [s]
@@ -179,50 +194,65 @@ class PhaseEstimate:
     @property
     def ready(self) -> bool:
         """Whether the angle has agreed with the phase for long enough to believe it."""
-        return self._follows and self._agreed >= AGREED and float(self._covariance[0, 0]) < CERTAIN**2
+        return (
+            self._follows
+            and not (self._usual.strange or self._off_pace)
+            and self._agreed >= AGREED
+            and float(self._covariance[0, 0]) < CERTAIN**2
+        )
+
+    @property
+    def heel_strike(self) -> int:
+        """What phase 0 is known from: 2 a foot switch, 1 the shank's dip at heel strike, 0 other people's."""
+        return 2 if self._calibrated else int(self._heel.seen)
 
     def update(self, value: float, dt: float, struck: bool = False) -> None:
         """Take in a sample; while samples are lost (not finite), the phase goes on at its rate."""
         if not dt > 0.0:
             return
-        self._gap = 0.0 if math.isfinite(value) else self._gap + dt
+        lost, self._gap = self._gap, 0.0 if math.isfinite(value) else self._gap + dt
+        if not self._gap:
+            known = math.isfinite(self._calm) and lost <= WINDOW[0]
+            self._calm += min((dt + lost) / CALM, 1.0) * (value - self._calm) if known else 0.0
+            self._calm = self._calm if known else value
         if self._gap > GAP:
             self._agreed = 0.0
         if self._gap > WINDOW[0] + 1e-4:  # the shank may have turned round unseen
             self._forget_swing()
-        stood, self.stopped = self.stopped, self._stands(value, dt)
+        stood, self.stopped = self.stopped, self._stands(dt)
         self._since_swing += dt
         self._since_strike += dt
         if self.stopped:
             if not self._gap:
-                self._stand(value, dt, begins=not stood)
+                self._stand(dt, begins=not stood)
             return
         if stood:
             self._state[1] = self._cadence  # he goes on as fast as he walked before
-        swing = self._swings.after(value, dt)
+        swing = self._swings.after(math.nan if self._gap else self._calm, dt)
         if swing is not None:
-            self._swung(swing)
+            self._swung(swing._replace(ago=swing.ago + max(CALM - dt, 0.0)))
         if self._follows:
             self._follow(value, dt, struck)
 
-    def _stands(self, value: float, dt: float) -> bool:
+    def _stands(self, dt: float) -> bool:
         """Whether the shank has hardly moved of late."""
         self._since_look += dt
         if self._gap or self._since_look < LOOK - 1e-4:
             return self.stopped
         self._since_look = 0.0
         self._looks[:-1] = self._looks[1:]
-        self._looks[-1] = value, self._state[0]
+        self._looks[-1] = self._calm, self._state[0]
         self._looked += 1
         angles = self._looks[-self._enough :, 0]
-        return self._looked >= self._enough and float(np.std(angles)) < STILL
+        noise = self._noise * _left_over(dt / CALM)
+        return self._looked >= self._enough and float(np.var(angles)) - noise < STILL**2
 
     @property
     def _enough(self) -> int:
         """Looks that find who stands."""
         return int(self._window / LOOK + 0.5)
 
-    def _stand(self, value: float, dt: float, begins: bool) -> None:
+    def _stand(self, dt: float, begins: bool) -> None:
         """The phase stays where it was when he stopped; how fast it goes on is not known."""
         self._forget_swing()
         if not self._follows:
@@ -230,23 +260,24 @@ class PhaseEstimate:
         gone = self._state[0] - self._looks[-self._enough, 1]
         if begins and 0.0 < gone < 0.5:
             self._state[0] -= gone
-            self._stated = float(self._state[0])
+            self._stated = float(self._state[0]) - self._shift
         if begins and self._kept:  # what seemed to be another shape was that he stopped
             self._state[SHAPE:] = self._kept.series
+            self._off_pace = False
         rate, phase = WAKING
         self._state[1] = 0.0
         self._covariance[1, :] = self._covariance[:, 1] = 0.0
         self._covariance[1, 1] = rate**2
         self._covariance[0, 0] = max(self._covariance[0, 0], phase**2)
         expected, slope = series(self._state, self._wave)
-        off = abs(value - expected) - CERTAIN * abs(slope)  # more than an error of the phase explains
+        off = abs(self._calm - expected) - CERTAIN * abs(slope)  # more than an error of the phase explains
         self._misfit = max(off, 0.0) ** 2
         self._agreed = AGREED_STANDING if self._misfit < MISFIT**2 and self._kept else 0.0
         self._averaged(dt)
 
     def _forget_swing(self) -> None:
         """The stride is not timed, as the walker stands or may have."""
-        self._swings = _Swings()
+        self._swings = Swings()
         self._since_swing = self._since_strike = self._unstruck = math.inf
 
     def _loosen(self, phase: float, rate: float) -> None:
@@ -255,13 +286,17 @@ class PhaseEstimate:
         self._covariance[:, :SHAPE] = 0.0
         self._covariance[0, 0], self._covariance[1, 1] = phase, rate
 
-    def _swung(self, swing: "_Swing") -> None:
+    def _swung(self, swing: Swing) -> None:
         """Begin with a swing, or anew where it contradicts the oscillator."""
         like = after_swing(swing.duration)
+        if self._against >= AGAINST:
+            self._kept = None
         template = self._kept or like
         rate = (template.lowest - template.highest) / swing.duration
         if not SLOWEST < rate < FASTEST:
             return
+        self._usual.take(swing)
+        self._off_pace = False
         self._window = min(max(SHARE * like.stride_time, WINDOW[0]), WINDOW[1])
         stride = self._since_swing - swing.ago
         self._since_swing = swing.ago
@@ -271,12 +306,16 @@ class PhaseEstimate:
         if not self._follows or self._contradicted(swing, phase):
             self._begin(template, swing)
             self._state[:SHAPE] = phase, self._cadence
+            if self._calibrated:
+                turn(self._state, _apart(self._origin, origin(self._state)))
             self._loosen(PHASE**2, (RATE * rate) ** 2)
-        elif self._agreed > 1.0:
-            self._kept = template_of(like.stride_time, self._state[SHAPE:].copy())
+        else:
+            self._against = 0
+            if self._agreed > 1.0 and not self._usual.strange:
+                self._kept = template_of(like.stride_time, self._state[SHAPE:].copy())
         self._worst = 0.0
 
-    def _contradicted(self, swing: "_Swing", phase: float) -> bool:
+    def _contradicted(self, swing: Swing, phase: float) -> bool:
         """Whether the oscillator's phase or shape is not that of a swing that ends at a phase."""
         shape = template_of(0.0, self._state[SHAPE:])
         return (
@@ -285,49 +324,85 @@ class PhaseEstimate:
             or self._worst > LOST**2
         )
 
-    def _begin(self, template: Template, swing: "_Swing") -> None:
-        """Begin with a shape, between this swing's extremes; one that was kept is used once."""
+    def _begin(self, template: Template, swing: Swing) -> None:
+        """Begin with a shape, between this swing's extremes."""
         share = (swing.high - swing.low) / (template.high - template.low)
         self._state[SHAPE:] = share * template.series
         self._state[SHAPE] += 0.5 * (swing.high + swing.low - share * (template.high + template.low))
-        self._origin = origin(self._state)
         first = FIRST * (AGAIN if self._kept else 1.0)
         order = np.repeat(np.arange(1, HARMONICS + 1), 2)
         self._covariance[:, :] = np.diag(np.concatenate([[0.0, 0.0, MEAN**2], (first / order) ** 2]))
-        self._age = self._age if self._kept else 0.0
-        self._kept, self._follows, self._stated = None, True, -math.inf
-        self._agreed, self._misfit, self._rate = 0.0, 0.0, self._cadence
+        if not self._calibrated:
+            self._origin = origin(self._state)
+        if not self._kept:
+            self._age = 0.0
+            self._heel.forget()
+        self._against += 1
+        self._follows, self._stated, self._rate = True, -math.inf, self._cadence
+        self._agreed = self._misfit = self._surprise = 0.0
+        self._last = math.nan
 
     def _follow(self, value: float, dt: float, struck: bool) -> None:
         """Go on by a sample."""
         state, covariance, wave = self._state, self._covariance, self._wave
-        rate = float(state[1])
+        began, rate = float(state[0]), float(state[1])
         gone = rate * dt
         self._age += gone
         self._unstruck += gone
         # as much in a stride of any duration; who starts has a rate of 0
         advance(state, covariance, dt, UNSTEADY**2 * max(rate**3, 0.1), UNLIKE**2)
-        loose = dt * max(rate, SLOWEST) * min(self._misfit / LEARNT**2, 1.0)
+        loose = dt * max(rate, SLOWEST) * min(max(self._misfit, 0.0) / LEARNT**2, 1.0)
         loosen_size(state, covariance, SIZE**2 * loose, SHIFT**2 * loose)
         if not self._gap:
             surprise, part = value - series(state, wave)[0], max(gone, 0.5 * dt)  # [rad], of a stride
-            self._misfit += min(part / RECENT, 1.0) * (surprise**2 - self._misfit)
-            self._worst = max(self._worst, self._misfit)
-            self._agreed = self._agreed + part if self._misfit < MISFIT**2 else 0.0
+            self._agree(surprise, part)
             error = LEARNT + (BEGUN - LEARNT) * math.exp(-self._age / FORGOTTEN)
-            correct(state, covariance, wave, surprise, error**2 * SAMPLE / dt)
+            correct(state, covariance, wave, surprise, error**2 * SAMPLE / dt + self._noise)
+            if self._agreed > 0.5 and not self._usual.strange:
+                self._heel.take(float(state[0]), surprise, gone)
         if struck:
             self._strike(dt)
         self._hold(gone)
+        self._look(began)
+        self._shift += min(MOVES * gone, 1.0) * (self._heel.phase - self._shift)
         state[1] = min(max(state[1], 0.0), FASTEST)
         self._averaged(dt)
-        phase = float(state[0] + state[1] * self._lead)
+        phase = float(state[0] + state[1] * self._lead) - self._shift
         if not 0.0 < self._stated - phase < BACK:
             self._stated = phase
 
+    def _agree(self, surprise: float, part: float) -> None:
+        """Judge the angle by its difference from what was expected [rad], over a part of a stride."""
+        if self._agreed > 0.0 and math.isfinite(self._last):
+            self._noise += min(part / NOISY, 1.0) * (0.5 * (surprise - self._last) ** 2 - self._noise)
+        self._last = surprise
+        calm = min(part / CALM_MISFIT, 1.0)
+        self._surprise += calm * (surprise - self._surprise)
+        off = self._surprise**2 - _left_over(calm) * self._noise
+        self._misfit += min(part / RECENT, 1.0) * (off - self._misfit)
+        self._worst = max(self._worst, self._misfit)
+        self._agreed = self._agreed + part if self._misfit < MISFIT**2 else 0.0
+
+    def _look(self, began: float) -> None:
+        """Look at the pace, and where a phase has been passed in a sample, for heel strike and swing."""
+        phase = float(self._state[0])
+
+        def passed(at: float) -> bool:
+            return -0.2 < _apart(began, at) < 0.0 <= _apart(phase, at)
+
+        if self._unstruck > SEEN and not self._calibrated and passed(LOOKED):
+            self._heel.find(self._noise, self._rate)
+        if not math.isfinite(self._since_swing):  # he has stood, and begins as he likes
+            return
+        self._off_pace |= abs(float(self._state[1]) - self._cadence) > PACE * self._cadence
+        if self._kept and passed(self._kept.highest + HIGH_PAST):
+            self._usual.expect(self._swings.high)
+        if self._kept and passed(self._kept.lowest + LOW_PAST) and self._since_swing * self._state[1] > 0.5:
+            self._usual.strange = True  # no swing has ended here
+
     def _strike(self, dt: float) -> None:
         """Take in a heel strike: a little of phase, or all where the shape has it elsewhere."""
-        late = _apart(0.5 * dt * self._state[1], self._state[0])  # it closed half a sample ago
+        late = _apart(self._shift + 0.5 * dt * self._state[1], self._state[0])  # it closed half a sample ago
         if STRIDES[0] < self._since_strike < STRIDES[1]:
             self._cadence = 1.0 / self._since_strike
         if abs(late) < LATE:
@@ -340,6 +415,7 @@ class PhaseEstimate:
             self._loosen(STRIKE**2, (0.5 * RATE * self._cadence) ** 2)
             self._stated, self._agreed = -math.inf, 0.0
         self._unstruck, self._since_strike = 0.0, 0.5 * dt
+        self._last = math.nan  # the phase has jumped, and what is expected with it
 
     def _averaged(self, dt: float) -> None:
         """The rate over about half a stride: within a stride it errs to either side."""
@@ -347,10 +423,10 @@ class PhaseEstimate:
 
     def _hold(self, gone: float) -> None:
         """Keep the shape where it lies in the stride, else each stride's share of errors would turn it on."""
-        if self._unstruck < SEEN:
-            self._origin = origin(self._state)
-        else:
+        if self._unstruck > SEEN:
             turn(self._state, gone * HOLD * _apart(self._origin, origin(self._state)))
+        elif self._agreed > 1.0 and not self._usual.strange:
+            self._origin, self._calibrated = origin(self._state), True
 
 
 def _apart(phase: float, other: float) -> float:
@@ -358,47 +434,7 @@ def _apart(phase: float, other: float) -> float:
     return (phase - other + 0.5) % 1.0 - 0.5
 
 
-class _Swing(NamedTuple):
-    """The shank from its highest angle to its lowest [rad], the time that took, and the time since [s]."""
-
-    high: float
-    low: float
-    duration: float
-    ago: float
-
-
-class _Swings:
-    """Looks for swings: the shank's highest angle, and the lowest after it."""
-
-    def __init__(self) -> None:
-        self._falls = False
-        self._before = self._low = math.inf
-        self._high = -math.inf
-        self._since_high = self._since_low = 0.0
-
-    def after(self, value: float, dt: float) -> _Swing | None:
-        """The swing whose end this sample shows; None of most samples."""
-        self._since_high += dt
-        self._since_low += dt
-        if self._falls:
-            return self._falling(value)
-        self._before = min(self._before, value)
-        if value > self._high:
-            self._high, self._since_high = value, 0.0
-        elif value < self._high - PAST:
-            if self._high - self._before > RANGE:
-                self._falls, self._low, self._since_low = True, value, 0.0
-            else:  # nothing came before it
-                self._high, self._since_high = value, 0.0
-        return None
-
-    def _falling(self, value: float) -> _Swing | None:
-        if value < self._low:
-            self._low, self._since_low = value, 0.0
-            return None
-        if not value >= self._low + PAST:  # nor where it was lost
-            return None
-        swing = _Swing(self._high, self._low, self._since_high - self._since_low, self._since_low)
-        self._falls, self._before = False, self._low
-        self._high, self._since_high = value, 0.0
-        return swing if swing.high - swing.low > RANGE else None
+def _left_over(gain: float) -> float:
+    """Share of a white noise's variance that a running mean of a gain leaves."""
+    gain = min(gain, 1.0)
+    return gain / (2.0 - gain)

@@ -1,0 +1,94 @@
+"""Swings of a leg, from its shank's angle: where one ends, and whether it is one of those that are usual."""
+
+import math
+from typing import NamedTuple
+
+RANGE = math.radians(25.0)  # that the shank moves in a swing at least
+PAST = math.radians(6.0)  # that the shank has come back from an extreme when it counts as one
+# By which a swing's extremes may differ from the usual ones, and by how much of that the usual ones follow.
+ALIKE, TAUGHT = math.radians(4.0), 0.3
+SETTLED = 3  # swings of another kind, one like the next, after which they are usual too
+
+
+class Swing(NamedTuple):
+    """The shank from its highest angle to its lowest [rad], the time that took, and the time since [s]."""
+
+    high: float
+    low: float
+    duration: float
+    ago: float
+
+
+def _alike(one: Swing, other: Swing) -> bool:
+    """Whether two swings have about the same extremes."""
+    return abs(one.high - other.high) < ALIKE and abs(one.low - other.low) < ALIKE
+
+
+class Swings:
+    """Looks for swings: the shank's highest angle, and the lowest after it."""
+
+    def __init__(self) -> None:
+        self.falls = False
+        self._before = self.low = math.inf
+        self.high = -math.inf
+        self._since_high = self._since_low = 0.0
+
+    def after(self, value: float, dt: float) -> Swing | None:
+        """The swing whose end this sample shows; None of most samples."""
+        self._since_high += dt
+        self._since_low += dt
+        if self.falls:
+            return self._falling(value)
+        self._before = min(self._before, value)
+        if value > self.high:
+            self.high, self._since_high = value, 0.0
+        elif value < self.high - PAST:
+            if self.high - self._before > RANGE:
+                self.falls, self.low, self._since_low = True, value, 0.0
+            else:  # nothing came before it
+                self.high, self._since_high = value, 0.0
+        return None
+
+    def _falling(self, value: float) -> Swing | None:
+        if value < self.low:
+            self.low, self._since_low = value, 0.0
+            return None
+        if not value >= self.low + PAST:  # nor where it was lost
+            return None
+        swing = Swing(self.high, self.low, self._since_high - self._since_low, self._since_low)
+        self.falls, self._before = False, self.low
+        self.high, self._since_high = value, 0.0
+        return swing if swing.high - swing.low > RANGE else None
+
+
+class UsualSwings:
+    """The extremes of a walker's swings; one that walks otherwise, as in a turn, is a stranger to them."""
+
+    def __init__(self) -> None:
+        self._home: Swing | None = None  # of most of his walking
+        self._now: Swing | None = None  # of late
+        self._last: Swing | None = None
+        self._same = 0  # swings unlike home, one like the next
+        self.strange = False  # whether the last swing was of another kind
+
+    def take(self, swing: Swing) -> None:
+        """Compare a swing with those before, and learn from it."""
+        if self._home is None or self._now is None or self._last is None:
+            self._home = self._now = self._last = swing
+            return
+        home, again = _alike(swing, self._home), _alike(swing, self._last)
+        self.strange = not (home or _alike(swing, self._now))
+        self._same = 0 if home or not again else self._same + 1
+        self._last = swing
+        if home:
+            high, low = self._home.high, self._home.low
+            self._home = self._now = swing._replace(
+                high=high + TAUGHT * (swing.high - high), low=low + TAUGHT * (swing.low - low)
+            )
+        elif self._same >= SETTLED:
+            self._now, self.strange = swing, False
+
+    def expect(self, high: float) -> None:
+        """The shank should have been at its highest by now, and its highest since the last swing is this."""
+        if self._now is not None and high < self._now.high - ALIKE:
+            self.strange = True
