@@ -41,6 +41,7 @@ TOLD: dict[str, tuple[str, str]] = {
     "state": ("", "number of the state machine's state, from 0"),
     "phase": ("", "estimated gait phase, 0 = heel strike, up to 1"),
     "stride_time": ("s", "estimated duration of a stride"),
+    "heel_strike": ("", "what phase 0 is known from: 2 a foot switch, 1 the shank, 0 other people"),
     "reference": ("rad", "angle that is asked for, dorsiflexion positive"),
     "reference_moment": ("N*m", "moment that is asked for, dorsiflexion positive"),
     "reference_pressure": ("Pa", "pressure that is asked for, gauge"),

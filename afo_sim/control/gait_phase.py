@@ -97,10 +97,10 @@ class GaitPhaseController:
         return {chamber: command_at(given, phase) for chamber, given in self.description.chambers.items()}
 
     def tell(self) -> dict[str, float]:
-        """Estimated phase and stride time; NaN while they are not known."""
-        if not self.estimator.ready:
-            return {"phase": math.nan, "stride_time": math.nan}
-        return {"phase": self.estimator.phase, "stride_time": self.estimator.stride_time}
+        """Estimated phase and stride time, NaN while not known, and what the heel strike is known from."""
+        known = self.estimator.ready
+        told = {key: getattr(self.estimator, key) if known else math.nan for key in ("phase", "stride_time")}
+        return told | ({"heel_strike": self.oscillator.heel_strike} if self.oscillator else {})
 
 
 def command_at(given: ChamberPhases, phase: float) -> Command:

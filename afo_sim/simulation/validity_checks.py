@@ -88,6 +88,11 @@ def limit_warnings(
 ) -> Iterator[Notice]:
     """Warnings of muscles beyond their limits, and of pressure on the skin."""
     yield from _target_warnings(built, columns)
+    if not columns.get("controller/heel_strike", np.ones(1)).any():
+        text = (
+            "the gait phase counts from where other people's heels strike; a foot switch or more strides tell"
+        )
+        yield Notice("heel-strike-assumed", text, subject="controller.gait_phase.switch", severity="note")
     for name, group in muscle_names(built.scenario.orthosis).items():
         yield from _muscle_limits(name, group, columns)
         if name.endswith("_1"):  # its neighbours say the same

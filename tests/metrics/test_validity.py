@@ -18,7 +18,7 @@ HARMLESS = {  # warnings that cap no answer: an answer says them itself, or no n
     "the description may be meant so": "muscle-never-pulls drive-never-asked drive-asked-too-little "
     "drive-asked-too-much slack-everywhere air-blows-off inlet-bypassed volume-never-vents "
     "volume-above-supply valve-never-opens valves-open-together stride-not-solved "
-    "cadence-change-after-end controller-in-python "
+    "cadence-change-after-end controller-in-python heel-strike-assumed "
     "no-cycle timer-cycle leg-paced side-copied leg-walked leg-timer legs-exchanged legs-persons "
     "legs-bottles",
     "the numbers are those of the end": "air-settles-slowly metric-left-out",
