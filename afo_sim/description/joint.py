@@ -3,7 +3,9 @@
 from dataclasses import dataclass
 from typing import Literal
 
-JointName = Literal["ankle", "knee", "hip", "shoulder", "elbow", "hinge"]
+JointName = Literal[
+    "ankle", "knee", "hip", "shoulder", "elbow", "wrist", "finger", "thumb", "hinge"
+]
 Segment = Literal["shank", "foot", "proximal", "distal"]
 # {segment: what lies on it}
 WORN: dict[str, str] = {"shank": "cuff", "proximal": "cuff", "foot": "plate", "distal": "plate"}
@@ -31,6 +33,9 @@ JOINTS: dict[JointName, Joint] = {
     "hip": Joint("pelvis", "thigh"),
     "shoulder": Joint("trunk", "upper arm"),
     "elbow": Joint("upper arm", "forearm"),
+    "wrist": Joint("forearm", "hand"),
+    "finger": Joint("hand", "finger"),
+    "thumb": Joint("hand", "thumb"),
     "hinge": Joint("fixed body", "moved body"),
 }
 

@@ -16,10 +16,13 @@ from afo_sim.legs.attached import Attached
 from afo_sim.legs.finding import Found
 from afo_sim.legs.mjcf import mujoco_says, place_files_whole
 from afo_sim.legs.reading import read_spec
-from afo_sim.legs.tree import Tree, quaternion_of
+from afo_sim.legs.tree import Tree, listed, quaternion_of
 from afo_sim.legs.urdf_files import Packages
 from afo_sim.model import rigid_part
 
+DEEP, FAR = 0.002, 0.01  # [m], [rad or m]; of contacts, and of stops and equalities, in a start state
+KIND = mujoco.mjtConstraint
+BOUND = {int(KIND.mjCNSTR_EQUALITY): mujoco.MjModel.eq, int(KIND.mjCNSTR_LIMIT_JOINT): mujoco.MjModel.joint}
 IMPLICITFAST = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
 BIT = mujoco.mjtDisableBit
 # {flag that the model switches off: what the user should know}
@@ -79,6 +82,30 @@ def set_options(spec: mujoco.MjSpec, step: float | None) -> list[str]:
         notices.append(Notice("timestep-changed", words, subject="timestep", severity="note", timestep=step))
     off = [bit for bit in SWITCHED_OFF if option.disableflags & bit]
     return [*notices, *(Notice("switched-off", SWITCHED_OFF[bit], subject=bit.name) for bit in off)]
+
+
+def doubts_of_start(model: mujoco.MjModel) -> list[Notice]:
+    """Notices of a start state that throws bodies apart: deep in contact, beyond stops, off an equality."""
+    data, found = native.scratch(model), list[Notice]()
+    mujoco.mj_fwdPosition(model, data)
+    deep = sorted((contact.dist, *contact.geom) for contact in data.contact if contact.dist < -DEEP)
+    if deep:
+        first, second = (model.body(model.geom_bodyid[geom]).name for geom in deep[0][1:])
+        words = (
+            "the start state has {count} contacts deeper than 2 mm, up to {depth:.0f} mm between {subject!r} "
+        )
+        words += "and {second!r}: they throw bodies apart once it is stepped"
+        facts: dict[str, Any] = {"count": len(deep), "depth": -1000.0 * deep[0][0], "second": second}
+        found.append(Notice("start-in-contact", words, subject=first, **facts))
+    rows = zip(data.efc_type, data.efc_id, np.abs(data.efc_pos), strict=True)
+    off = {BOUND[kind](model, k).name or f"number {k}": x for kind, k, x in rows if kind in BOUND and x > FAR}
+    if off:
+        words = (
+            "the start state is off stops or equalities: {names}; {subject!r} is off by {most:.2g} rad or m"
+        )
+        worst = max(off, key=off.__getitem__)
+        found.append(Notice("start-out-of-bounds", words, subject=worst, names=listed(off), most=off[worst]))
+    return found
 
 
 def grow_keyframes(spec: mujoco.MjSpec, bare: mujoco.MjModel) -> None:

@@ -17,6 +17,7 @@ from afo_sim.legs.attached_spec import (
     AnkleFrame,
     ankle_frames,
     compiled,
+    doubts_of_start,
     grow_keyframes,
     hang,
     own_spec,
@@ -85,14 +86,14 @@ def attach(
     model : MJCF or URDF file, a shipped leg's name, an MjSpec, which stays as it is, or what `attach` gave,
         for the other leg
     orthosis : a shipped name, a path, a description as a dict, or an Orthosis
-    joint : name of the hinge; an ankle's is sought by default
+    joint : name of the hinge; by default the one that flexes, of those that are called so
     proximal, distal : names of the bodies above and below it that carry the device; by default those that the
-        hinge joins, and the heaviest body that an ankle moves
+        hinges of the joint join, and the heaviest body that an ankle moves
     shank, foot, ankle : other words for proximal, distal and joint
     side : "right" or "left", where both are there
     zero : the hinge's coordinate at which the joint's angle is zero [rad]; 0 by default
-    sign : 1 where the hinge's own coordinate rises in flexion, else -1; by default the way in which its stops
-        reach farther. An ankle's follows from the foot
+    sign : 1 where the hinge's own coordinate rises in flexion, else -1; by default as left and right of the
+        body, its foot and how the limb folds show it. An ankle's follows from the foot
     forward : where an ankle's foot points, in the model's axes, as in `find`
     packages : folders in which the meshes of a URDF file lie
     supply : gauge pressure before the inlet valves, text or [Pa]
@@ -128,9 +129,9 @@ def attach(
     _check_spec(spec, file, device, prefix, before)
     bare = compiled(spec, file)
     tree = dataclasses.replace(tree_of(bare), file=file)
-    joint, proximal = ankle if joint is None else joint, shank if proximal is None else proximal
     distal = foot if distal is None else distal
-    found = find_worn(tree, device, joint, proximal, distal, side=side, zero=zero, sign=sign, forward=forward)
+    names = ankle if joint is None else joint, shank if proximal is None else proximal, distal
+    found = find_worn(tree, device, names, side, zero, sign, forward)
     if device.joint == "ankle":
         check_masses(read if read.parts else tree, found)
     # of the bodies that an ankle moves the talus carries no shoe, the heaviest one, the calcaneus, does
@@ -164,7 +165,7 @@ def attach(
         whole, spec, device, found, bodies, joints, prefix, pressure, circuit, ids, userdata=first
     )
     legs = [] if before is None else before.legs.values()
-    return _checked(attached, legs, bare, tree, [*read.notes, *changed])
+    return _checked(attached, legs, bare, tree, [*doubts_of_start(bare), *read.notes, *changed])
 
 
 def _checked(

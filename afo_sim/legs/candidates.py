@@ -20,11 +20,14 @@ ANKLE_WORDS = re.compile(r"ankle|(?<![a-z])ank(?![a-z])|talocrural|foot|_ak[xyz]
 THIGH_WORDS = re.compile(r"thigh|femur|upper[ _-]?leg|hip")
 # Joints and parts of a foot that are not the ankle.
 BEYOND_WORDS = re.compile(r"subtalar|roll|invers|evers|mtp|toe|forefoot|hallux|phalan")
-PART_WORDS = r"foot|ankle|talus|calcn|calcaneus|shank|shin|calf|tibia|knee|leg|toe|thigh|femur|hip"
+PART_WORDS = r"foot|ankle|talus|calcn|calcaneus|shank|shin|calf|tibia|knee|leg|toe|thigh|femur|hip|"
+PART_WORDS += "clavicle|shoulder|arm|humerus|elbow|radius|ulna|wrist|hand|finger|thumb"
 LETTERS: dict[Side, str] = {"right": "r", "left": "l"}
 SIDES: dict[Side, re.Pattern[str]] = {
-    side: re.compile(rf"{side}|(?:^|[^a-z]){letter}t?(?:[^a-z]|$)|(?:^|[^a-z]){letter}[ _-]?(?:{PART_WORDS})")
-    for side, letter in LETTERS.items()
+    side: re.compile(
+        rf"{side}|(?<![a-z]){x}(t?(?![a-z])|(?=[ _-]?({PART_WORDS})))|(leg|arm|hand|foot){x}(?![a-z])"
+    )
+    for side, x in LETTERS.items()
 }
 LONG_CHAIN = 5  # hinges of a leg that has an ankle: hip, knee and ankle; an animal's robot has three
 TOGETHER = 0.06  # [m] within which the hinges of one ankle lie

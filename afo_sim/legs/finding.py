@@ -11,7 +11,7 @@ from afo_sim.description import Side
 from afo_sim.legs.ankles import check_foot, check_name
 from afo_sim.legs.candidates import Candidate, candidates, named_shanks, side_of
 from afo_sim.legs.extent import outline, sole_slope
-from afo_sim.legs.tree import Joint, Part, Tree, listed, moved, turned_about
+from afo_sim.legs.tree import Joint, Tree, centre_of, listed, moved, turned_about
 
 STEEPEST = np.radians(35.0)  # of an ankle's axis; oblique ones of OpenSim's models have 10 to 20 deg
 NOTED_TILT = np.radians(5.0)  # of an axis from which on a note says so
@@ -42,10 +42,10 @@ class Found:
     sign: float  # +1 where the file's hinge is dorsiflexion positive, else −1
     zero: float  # the file's coordinate where the ankle's angle is zero [rad]
     tilt: float  # of the hinge's axis against the perpendicular to the shank [rad]
-    welded: tuple[str, ...]  # joints between shank and foot, or below the foot, taken as stiff
-    shank_length: float | None  # [m]; None where nothing shows
-    foot_length: float | None
     how: dict[str, str]  # each was found, in words
+    welded: tuple[str, ...] = ()  # joints between shank and foot, or below the foot, taken as stiff
+    shank_length: float | None = None  # [m]; None where nothing shows
+    foot_length: float | None = None
     sole: float | None = None  # against forward at angle zero, toe up [rad]; None where nothing shows
     notes: tuple[str, ...] = ()
 
@@ -122,8 +122,8 @@ def zero_of(tree: Tree, hinge: Joint, given: float | None) -> float:
         f"from {np.degrees(low):.4g} to {np.degrees(high):.4g} deg, and stands at "
         f"{np.degrees(hinge.zero):.4g} deg"
     )
-    allowed = "its coordinate in deg in the neutral posture, the sole square to the shank; 0 deg where that "
-    allowed += "is meant"
+    allowed = "its coordinate in deg in the neutral posture, of an ankle with the sole square to the shank; "
+    allowed += "0 deg where that is meant"
     raise InputError(problem, file=tree.file, field="zero", allowed=allowed)
 
 
@@ -274,15 +274,6 @@ def knee_of(tree: Tree, shank: str, foot: str) -> tuple[np.ndarray, str] | None:
         if part.name in (KNEE, f"{KNEE}_point") and part.mass == 0.0 and not part.shapes:
             return pose[:3, 3], f"the point {KNEE!r}"
     return None
-
-
-def centre_of(tree: Tree, parts: list[Part]) -> np.ndarray | None:
-    """Centre of mass of several parts in the world [m] (3,); None without mass."""
-    mass = sum(part.mass for part in parts)
-    if not mass > 0.0:
-        return None
-    moments = [part.mass * moved(tree.world_pose(part.name), part.centre) for part in parts]
-    return np.asarray(np.sum(moments, axis=0) / mass)
 
 
 def _forward(

@@ -130,6 +130,15 @@ def moved(pose: np.ndarray, points: np.ndarray) -> np.ndarray:
     return np.asarray(points @ pose[:3, :3].T + pose[:3, 3])
 
 
+def centre_of(tree: Tree, parts: list[Part]) -> np.ndarray | None:
+    """Centre of mass of several parts in the world [m] (3,); None without mass."""
+    mass = sum(part.mass for part in parts)
+    if not mass > 0.0:
+        return None
+    moments = [part.mass * moved(tree.world_pose(part.name), part.centre) for part in parts]
+    return np.asarray(np.sum(moments, axis=0) / mass)
+
+
 def turn_of(quaternion: np.ndarray) -> np.ndarray:
     """A rotation (3, 3) of a quaternion w, x, y, z (4,)."""
     turn = np.empty(9)

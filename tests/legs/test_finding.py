@@ -11,7 +11,6 @@ from afo_sim.common import InputError
 from afo_sim.description.orthosis import Side
 from afo_sim.legs import Part, Shape, Tree, find
 from afo_sim.legs.candidates import side_of
-from afo_sim.legs.finding_joint import _sign
 from afo_sim.legs.mjcf import read_mjcf
 from afo_sim.legs.tree import Joint
 
@@ -397,28 +396,3 @@ def test_the_side_is_that_of_the_ankle_wherever_the_bodies_origins_are(aside: fl
         body("foot", "shank", np.eye(4), ankle, centre=(0.05, aside, -0.45)),
     )
     assert find(one).side == side
-
-
-@pytest.mark.parametrize(
-    ("stops", "sign"),
-    [
-        ((-1.0, 1.55), 1.0),
-        ((-1.55, 1.0), -1.0),
-        ((0.1, 1.0), 1.0),
-        ((-1.0, 1.45), None),
-        ((-1.45, 1.0), None),
-    ],
-)
-def test_a_hinge_flexes_where_its_stops_reach_half_as_far_again(
-    stops: tuple[float, float], sign: float | None
-) -> None:
-    """Angle zero stands 0.5 rad beside the coordinate's; a given sign is taken, and is 1 or −1."""
-    bend = Joint("bend", "hinge", np.array([0.0, 1.0, 0.0]), np.zeros(3), (stops[0] + 0.5, stops[1] + 0.5))
-    if sign is not None:
-        assert _sign(tree(), "knee", bend, 0.5, None)[0] == sign
-        return
-    assert _sign(tree(), "knee", bend, 0.5, -1.0)[0] == -1.0
-    for given in (None, 2.0):
-        with pytest.raises(InputError) as refused:
-            _sign(tree(), "knee", bend, 0.5, given)
-        assert refused.value.field == "sign"

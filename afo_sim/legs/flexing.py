@@ -1,0 +1,158 @@
+"""Hinges at one place as one joint, and which way it flexes: by its fold, its limb, left and right."""
+
+import itertools
+import re
+
+import numpy as np
+
+from afo_sim.common import InputError, Notice
+from afo_sim.description import JOINTS, JointName
+from afo_sim.legs.candidates import SIDES, has, plain, side_of
+from afo_sim.legs.tree import Part, Tree, centre_of
+
+OFF = 0.002  # [m] from a hinge's axis; a joint or mass so near shows no direction
+REACH = {"hip": 0.15, "shoulder": 0.1, "finger": 0.015, "thumb": 0.015, "hinge": 0.0}  # [m], of one joint's
+TOGETHER = 0.06  # [m], of another one's hinges
+BALLS = ("hip", "shoulder")  # have also a hinge along their limb, which may lie farther up or down
+PARALLEL, APART = 0.87, 0.01  # cosine, [m]: parallel hinges that lie apart are of two joints
+BENT, FARTHER = np.radians(20.0), 2.0  # that a fold reaches from straight, and times as far as the other way
+NEAR = 0.5  # cosine; of an axis to left, from which on left shows its sign
+OPPOSED = re.compile(r"thumb|pollex|(?<![a-z])thj|gripper|claw|jaw")  # to fingers, or no fingers
+BODY, FOLD = "left and right of the body", "the fold of its {}"
+# {joint: the next one of its limb, in words}
+NEXT = {"hip": ("knee", "knee"), "knee": ("ankle", "foot"), "shoulder": ("elbow", "elbow")}
+NEXT |= {
+    "wrist": ("finger", "fingers"),
+    "finger": ("finger", "next joints"),
+    "thumb": ("thumb", "next joints"),
+}
+
+
+def branches(tree: Tree, name: str) -> list[Part]:
+    """The first part below one that moves on it, of each branch."""
+    children = tree.children(name)
+    return [each for part in children for each in ([part] if part.joints else branches(tree, part.name))]
+
+
+def _away(place: np.ndarray, axis: np.ndarray, centre: np.ndarray) -> float:
+    """Distance of a place from an axis [m]."""
+    return float(np.linalg.norm(np.cross(place - centre, axis)))
+
+
+def cluster_of(tree: Tree, name: str, kind: str) -> list[Part]:
+    """The parts on the hinges of one joint, from above: close by, about other axes, without a branch."""
+    found, (axis, centre) = [tree.joints()[name][0]], tree.line(name)
+
+    def joins(other: Part) -> bool:
+        lines = [tree.line(joint.name) for joint in other.joints]
+        known = [tree.line(joint.name) for part in found for joint in part.joints]
+        for (turn, at), (one, place) in itertools.product(lines, known):
+            away = _away(at, axis, centre)
+            away = min(away, _away(centre, turn, at)) if kind in BALLS else away
+            if away > REACH.get(kind, TOGETHER) or (
+                abs(one @ turn) > PARALLEL and _away(at, one, place) > APART
+            ):
+                return False
+        return {joint.kind for joint in other.joints} == {"hinge"}
+
+    while above := next((part for part in tree.upward(found[0].parent) if part.joints), None):
+        if above.parent is None or len(branches(tree, above.name)) > 1 or not joins(above):
+            break
+        found.insert(0, above)
+    while len(below := branches(tree, found[-1].name)) == 1 and joins(below[0]):
+        found.append(below[0])
+    return found
+
+
+def beyond(tree: Tree, start: str, axis: np.ndarray, centre: np.ndarray) -> tuple[np.ndarray | None, str]:
+    """The next joint below a part, off an axis, in the world [m] (3,), else the centre of mass below."""
+    parts, mass = branches(tree, start), centre_of(tree, tree.below(start))
+    places = [(mass, f"from the centre of mass of {start!r} up to it")]
+    while len(parts) == 1:  # of a hand with fingers none leads on
+        turns = [joint.name for joint in parts[0].joints if joint.kind in ("hinge", "ball")]
+        places[-1:-1] = [(tree.line(name)[1], f"from the joint {name!r} up to it") for name in turns]
+        parts = branches(tree, parts[0].name)
+    return next(
+        (each for each in places if each[0] is not None and _away(each[0], axis, centre) > OFF), (None, "")
+    )
+
+
+def fold(tree: Tree, name: str, kind: str) -> tuple[float, str]:
+    """The sign in which a hinge's coordinate leads away from straight, else 0; and why, in words."""
+    hinge, (axis, centre), parts = tree.joints()[name][1], tree.line(name), cluster_of(tree, name, kind)
+    chain = list(tree.upward(parts[0].parent))
+    places = [[tree.line(j.name)[1] for j in part.joints if j.kind in ("hinge", "ball")] for part in chain]
+    places.insert(1, [mass for mass in [centre_of(tree, chain[:1])] if mass is not None])
+    up = next((each for each in itertools.chain(*places) if _away(each, axis, centre) > OFF), centre)
+    down = beyond(tree, parts[-1].name, axis, centre)[0]
+    up, down = up - centre, (centre if down is None else down) - centre
+    if any(np.linalg.norm(np.cross(way, axis)) <= NEAR * np.linalg.norm(way) for way in (up, down)):
+        return 0.0, "nothing shows when it is straight"
+    stands = np.arctan2(axis @ np.cross(-up, down), (up @ axis) * (down @ axis) - up @ down)
+    ends = np.subtract(hinge.range or (hinge.zero, hinge.zero), hinge.zero)
+    low, high = min(
+        (stands + ends + turn for turn in 2.0 * np.pi * np.arange(-1, 2)), key=lambda x: np.abs(x).max()
+    )
+    far, near = max(high, -low), max(min(high, -low), 0.0)
+    words = (
+        f"from straight it goes {np.degrees(far):.0f} deg one way and {np.degrees(near):.0f} deg the other"
+    )
+    return float(np.sign(high + low)) if far > max(BENT, FARTHER * near) else 0.0, words
+
+
+def _sum(ways: list[np.ndarray]) -> np.ndarray | None:
+    """The direction of vectors that about agree (3,)."""
+    length, total = sum(float(np.linalg.norm(way)) for way in ways), np.sum(ways, axis=0)
+    return total / np.linalg.norm(total) if np.linalg.norm(total) > max(NEAR * length, OFF) else None
+
+
+def body_left(tree: Tree) -> np.ndarray | None:
+    """Left of a body (3,): from joints to those of the same name on the other side; None where none are."""
+    places: dict[str, dict[str, np.ndarray]] = {}
+    for name in tree.joints():
+        if side := side_of(name):
+            places.setdefault(SIDES[side].sub("*", plain(name)), {})[side] = tree.line(name)[1]
+    return _sum([pair["left"] - pair["right"] for pair in places.values() if len(pair) == 2])
+
+
+def _left_of_next(tree: Tree, part: Part, kind: str, turn: float) -> np.ndarray | None:
+    """Left of what folds next on a limb (3,): a hip's knee, a wrist's fingers without the thumb."""
+    firsts = [
+        each for each in branches(tree, part.name) if kind == "thumb" or not has(OPPOSED, each.joints[0].name)
+    ]
+    limbs = [tree.below(first.name) if kind in REACH else [first] for first in firsts]
+    names = [joint.name for limb in limbs for each in limb for joint in each.joints if joint.kind == "hinge"]
+    return _sum([-turn * fold(tree, name, kind)[0] * tree.line(name)[0] for name in names])
+
+
+def sign_of(
+    tree: Tree, name: str, kind: JointName, part: Part, given: float | None
+) -> tuple[float, str, list[Notice]]:
+    """+1 where a hinge's own coordinate rises with the device's angle, else −1; why; notices."""
+    if given not in (None, 1, -1):
+        raise InputError("is not a valid choice", field="sign", value=given, allowed="1 or -1")
+    if kind == "hinge":
+        return given or 1.0, "given" if given else "the hinge's own", []
+    axis, (after, words), turn = tree.line(name)[0], NEXT.get(kind, ("", "")), JOINTS[kind].turn
+    shown = {} if kind in ("wrist", "finger", "thumb") else {BODY: body_left(tree)}
+    if after and shown.get(BODY) is None:  # some robots' limbs are turned, and fold another way
+        shown[FOLD.format(words)] = _left_of_next(tree, part, after, -1.0 if after == "knee" else 1.0)
+    folds, why = fold(tree, name, kind) if kind not in (*BALLS, "wrist") else (0.0, "")
+    cosines = {what: float(axis @ left) for what, left in shown.items() if left is not None}
+    votes = {what: float(np.sign(-turn * x)) for what, x in cosines.items() if abs(x) >= NEAR}
+    votes |= {"its own fold": folds} if folds else {}
+    if given is not None:
+        against = " and ".join(what for what, sign in votes.items() if sign != given)
+        text = "the sign {sign:g} is given, and {against} says the other way"
+        notes = [Notice("sign-contradicted", text, subject=name, sign=given, against=against)]
+        return float(given), "given", notes if against else []
+    across = [what for what in shown if what not in votes]
+    if len({*votes.values()}) != 1 or (after and across and shown[across[0]] is not None):
+        said = [f"{what} says {sign:g}" for what, sign in votes.items()] + [why] * (why != "" and not folds)
+        lean = {what: np.degrees(np.arccos(abs(cosine))) for what, cosine in cosines.items()}
+        said += [f"its axis leans by {lean[what]:.0f} deg from {what}" for what in across if what in lean]
+        said += [f"nothing shows {what}" for what in across if what not in lean]
+        problem = f"is needed: it is not clear which way the hinge {name!r} flexes: {', '.join(said)}"
+        allowed = "1 where its own coordinate rises in flexion, else -1; or another hinge"
+        raise InputError(problem, file=tree.file, field="sign", allowed=allowed)
+    return next(iter(votes.values())), ", ".join(votes), []

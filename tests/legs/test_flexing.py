@@ -1,0 +1,215 @@
+"""Which way a joint flexes, and what is one joint, on persons whose anatomy is known by construction."""
+
+import types
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+from person import ARMS, person
+
+import afo_sim as afo
+from afo_sim.common import InputError
+from afo_sim.description import JOINTS
+from afo_sim.legs import Found, tree_of
+from afo_sim.legs.finding_joint import NAMED, find_worn
+
+FLEXORS = {
+    "hip_pitch": "hip",
+    "knee": "knee",
+    "shoulder_pitch": "shoulder",
+    "elbow": "elbow",
+    "wrist": "wrist",
+}
+FLEXORS |= {"index_mcp": "finger", "ring_pip": "finger", "thumb_mcp": "thumb", "thumb_pip": "thumb"}
+LYING = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]]).T  # on the back: forward is up
+TURNS = {"facing x": np.eye(3), "facing y": np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]]), "lying": LYING}
+
+
+def found(text: str, kind: str, joint: str | None, sign: float | None = None, **names: str) -> Found:
+    tree = tree_of(mujoco.MjModel.from_xml_string(text))
+    device: Any = types.SimpleNamespace(joint=kind, words=JOINTS[kind], name="")  # type: ignore[index]
+    places = joint, names.get("proximal"), names.get("distal")
+    return find_worn(tree, device, places, None, None, sign, None)
+
+
+@pytest.mark.parametrize("turn", TURNS)
+@pytest.mark.parametrize("way", [1, -1])
+@pytest.mark.parametrize("arms", ARMS)
+def test_each_joint_flexes_as_its_anatomy_says(arms: str, way: int, turn: str) -> None:
+    """Both sides, coordinates that rise or fall in flexion, arms in any posture, a body facing anywhere."""
+    text = person(arms, way, TURNS[turn])
+    for side in ("left", "right"):
+        for joint, kind in FLEXORS.items():
+            if kind == "shoulder" and arms in ("spread", "oblique"):
+                continue  # its axis lies along the arm, or leans by 35 deg
+            leg = found(text, kind, f"{side}_{joint}")
+            assert (leg.sign, leg.side) == (way, side), (joint, leg.how)
+            forward = TURNS[turn] @ np.eye(3)[0]
+            if kind in ("hip", "knee") or (kind in ("shoulder", "elbow") and arms == "hanging"):
+                assert leg.axes[:, 0] == pytest.approx(forward, abs=0.1)
+
+
+def test_stops_that_reach_farther_back_do_not_turn_a_bent_elbow_round() -> None:
+    """Of 90 deg at zero it goes 60 deg on and 95 deg back: that it folds counts from straight."""
+    text = person("bent by 90 deg", sides=("right",))
+    assert found(text, "elbow", "right_elbow").sign == 1.0
+
+
+@pytest.mark.parametrize(
+    ("kind", "joint"), [("hip", "hip_pitch"), ("knee", "knee"), ("shoulder", "shoulder_pitch")]
+)
+@pytest.mark.parametrize("way", [1, -1])
+def test_one_side_alone_shows_it_by_its_limb(kind: str, joint: str, way: int) -> None:
+    """Without the other side: by knee, foot and elbow."""
+    text = person(way=way, sides=("right",), knee=None if kind == "knee" else (-5.0, 140.0))
+    leg = found(text, kind, f"right_{joint}")
+    assert leg.sign == way and "body" not in leg.how["sign"]
+
+
+@pytest.mark.parametrize(
+    ("kind", "joint", "how", "words"),
+    [
+        ("knee", "left_knee", {"backward": True}, "left and right of the body says -1, its own fold says 1"),
+        (
+            "elbow",
+            "left_elbow",
+            {"arms": "spread", "elbow": (-90.0, 90.0)},
+            "90 deg one way and 90 deg the other",
+        ),
+        ("elbow", "left_elbow", {"arms": "spread", "elbow": None}, "leans by 90 deg from left and right"),
+        ("hip", "left_hip_roll", {}, "its axis leans by 90 deg from left and right of the body"),
+        ("wrist", "left_wrist_deviation", {}, "its axis leans by 90 deg from the fold of its fingers"),
+    ],
+)
+def test_what_is_not_clear_is_refused_and_told(
+    kind: str, joint: str, how: dict[str, Any], words: str
+) -> None:
+    with pytest.raises(InputError, match=words) as refused:
+        found(person(**how), kind, joint)
+    assert refused.value.field == "sign" and "1 where its own coordinate rises" in str(refused.value)
+    leg = found(person(**how), kind, joint, sign=-1)
+    assert leg.sign == -1.0 and leg.how["sign"] == "given"
+
+
+def test_a_hinge_along_its_limb_is_refused_by_its_axis() -> None:
+    with pytest.raises(InputError, match=r"leans by (89|90) deg from the perpendicular") as refused:
+        found(person(), "hip", "left_hip_yaw")
+    assert refused.value.field == "joint"
+
+
+def test_a_sign_against_the_anatomy_is_told() -> None:
+    (note,) = found(person(), "elbow", "left_elbow", sign=-1).notes
+    assert note.code == "sign-contradicted"  # type: ignore[attr-defined]
+    assert found(person(), "elbow", "left_elbow", sign=1).notes == ()
+
+
+def test_hinges_at_one_place_are_one_joint() -> None:
+    """Between them stand links without mass to speak of; the thigh's own axis lies 13 cm down."""
+    hip = found(person(), "hip", "left_hip_pitch")
+    assert (hip.shank, hip.foot, hip.how["up"]) == (
+        "trunk",
+        "left_thigh",
+        "from the joint 'left_knee' up to it",
+    )
+    arm = found(person(), "shoulder", "right_shoulder_pitch")
+    assert (arm.shank, arm.foot, arm.how["up"]) == (
+        "trunk",
+        "right_upper_arm",
+        "from the joint 'right_elbow' up to it",
+    )
+    hand = found(person(), "wrist", "left_wrist")
+    assert (hand.shank, hand.foot) == ("left_forearm", "left_hand")
+    knee = found(person(), "knee", "left_knee")
+    assert (knee.shank, knee.foot) == ("left_thigh", "left_shank")
+    finger = found(person(), "finger", "left_index_pip")
+    assert (finger.shank, finger.foot) == ("left_index_base", "left_index_tip")
+
+
+def test_named_bodies_are_taken_with_their_axes() -> None:
+    """Of a hip down to the foot, up is from the foot's centre of mass, 5 cm ahead and 83 cm below."""
+    plain = found(person(), "hip", "left_hip_pitch")
+    leg = found(person(), "hip", "left_hip_pitch", distal="left_foot")
+    assert (leg.shank, leg.foot) == ("trunk", "left_foot")
+    assert leg.axes.T @ plain.axes[:, 2] == pytest.approx(
+        [0.05 / np.hypot(0.83, 0.05), 0.0, 0.83 / np.hypot(0.83, 0.05)]
+    )
+
+
+@pytest.mark.parametrize(
+    ("name", "kinds"),
+    [
+        ("right_shoulder_pitch_joint", {"shoulder"}),
+        ("LLEG_KNEE", {"knee"}),
+        ("left_hand_index_0_joint", {"finger"}),
+        ("Right_pinky_q1", {"finger"}),
+        ("mcp2_flexion_r", {"finger"}),
+        ("robot0:FFJ2", {"finger"}),
+        ("thumb_mcp", {"thumb"}),
+        ("robot0:THJ1", {"thumb"}),
+        ("LWristPitch", {"wrist"}),
+        ("middle_cervical_X", set()),
+        ("spring_2", set()),
+    ],
+)
+def test_names_tell_the_joint(name: str, kinds: set[str]) -> None:
+    from afo_sim.legs.candidates import has
+
+    assert {kind for kind, words in NAMED.items() if has(words, name)} == kinds
+
+
+def test_of_several_hinges_of_a_joint_the_one_that_flexes_is_taken() -> None:
+    text = person(sides=("left",))
+    assert found(text, "hip", None).ankle == "left_hip_pitch"
+    with pytest.raises(InputError, match="allowed: left_wrist_deviation, left_wrist"):
+        found(text, "wrist", None)
+
+
+@pytest.mark.parametrize("off", [0.003, 0.015])
+def test_a_mass_some_millimetres_off_the_axis_shows_the_way(off: float) -> None:
+    text = """<mujoco><worldbody><body name="base"><inertial pos="0 0 0.1" mass="1" diaginertia="1 1 1"/>
+      <body name="bob"><joint name="pin" axis="0 1 0"/><inertial pos="{} 0 0" mass="1" diaginertia="1 1 1"/>
+      </body></body></worldbody></mujoco>"""
+    assert found(text.format(-off), "hinge", "pin").axes[:, 2] == pytest.approx([1.0, 0.0, 0.0])
+    with pytest.raises(InputError, match="no mass lies 2 mm off the axis of 'pin'"):
+        found(text.format(0.001), "hinge", "pin")
+
+
+LEG = """<mujoco><compiler autolimits="true"/><worldbody>{}
+  <body name="shank" pos="0 0 0.5"><inertial pos="0 0 0.2" mass="3" diaginertia="0.05 0.05 0.01"/>
+  <body name="foot"><inertial pos="0.05 0 0" mass="1" diaginertia="0.01 0.01 0.01"/>
+  <joint name="ankle" axis="0 -1 0" range="-50 30"/>
+  <geom name="sole" type="box" size="0.12 0.04 0.03" pos="0.05 0 -0.05"/></body></body>
+  <body name="door" pos="2 0 3"><joint name="latch" axis="0 0 1" {}/><geom size="0.1"/></body></worldbody>
+  {}</mujoco>"""
+JOINED = '<equality><joint name="coupled" joint1="latch" polycoef="0.3 0 0 0 0"/></equality>'
+
+
+@pytest.mark.parametrize(
+    ("parts", "code", "data"),
+    [
+        (("", "", ""), None, {}),
+        (('<geom name="step" type="plane" size="1 1 1" pos="0 0 0.421"/>', "", ""), None, {}),
+        (
+            ('<geom type="plane" size="1 1 1" pos="0 0 0.44"/>', "", ""),
+            "start-in-contact",
+            {"depth": 20.0, "count": 4},
+        ),
+        (("", 'range="15 40"', ""), "start-out-of-bounds", {"names": "latch", "most": np.radians(15.0)}),
+        (("", "", JOINED), "start-out-of-bounds", {"names": "coupled", "most": 0.3}),
+    ],
+)
+def test_a_start_that_throws_bodies_apart_is_told_first(
+    parts: tuple[str, str, str], code: str | None, data: dict[str, Any]
+) -> None:
+    """A sole 20 mm in the floor; a joint 15 deg beyond its stop; one that an equality wants 0.3 rad away."""
+    leg = afo.attach(mujoco.MjSpec.from_string(LEG.format(*parts)), "s1", side="right")
+    codes = [note.code for note in leg.notices]  # type: ignore[attr-defined]
+    assert [each for each in codes if each.startswith("start")] == ([code] if code else [])
+    if code:
+        assert codes[0] == code
+        told: Any = leg.notices[0]
+        assert all(
+            told.data[key] == (pytest.approx(value) if key != "names" else value)
+            for key, value in data.items()
+        )
