@@ -359,7 +359,7 @@ def _doubts(attached: Attached, tree: Tree) -> Iterator[str]:
         yield Notice(
             "ankle-oblique",
             f"the axis of {{subject!r}} leans by {np.degrees(found.tilt):.0f} deg: cuff and plate hang "
-            "square to it, not to the shank",
+            "square to it, not to the limb",
             subject=found.ankle,
             tilt=found.tilt,
         )

@@ -11,6 +11,7 @@ from afo_sim.description import Side
 from afo_sim.legs.ankles import check_foot, check_name
 from afo_sim.legs.candidates import Candidate, candidates, named_shanks, side_of
 from afo_sim.legs.extent import outline, sole_slope
+from afo_sim.legs.flexing import body_left, fold
 from afo_sim.legs.tree import Joint, Tree, centre_of, listed, moved, turned_about
 
 STEEPEST = np.radians(35.0)  # of an ankle's axis; oblique ones of OpenSim's models have 10 to 20 deg
@@ -177,8 +178,8 @@ def _measured(tree: Tree, leg: Candidate, side: Side | None, zero: float, forwar
         raise InputError(problem, field="ankle", value=leg.ankle, allowed=allowed)
     weight = centre_of(tree, foot)
     weight = None if weight is None else moved(turn, weight)
-    bends = _knee_bends(tree, leg.shank, centre)
-    ahead, how_forward, notes = _forward(np.cross(axis, up), centre, points, weight, bends, forward)
+    behind = _backward(tree, leg.shank, up)
+    ahead, how_forward, notes = _forward(np.cross(axis, up), centre, points, weight, behind, forward)
     sign = float(np.sign(np.cross(axis, ahead) @ up))
     left = -sign * axis
     axes = np.stack([np.cross(left, up), left, up], axis=1)
@@ -197,23 +198,11 @@ def _measured(tree: Tree, leg: Candidate, side: Side | None, zero: float, forwar
     beside = 0.0 if weight is None else float((weight - centre) @ left)
     notes += _doubts(leg.ankle, tilt, float(along @ left), local, beside)
     below = [joint.name for part in tree.below(leg.shank)[1:] for joint in part.joints]
-    return Found(
-        shank=leg.shank,
-        foot=leg.foot,
-        ankle=leg.ankle,
-        side=found_side,
-        centre=centre,
-        axes=axes,
-        sign=sign,
-        zero=zero,
-        tilt=tilt,
-        welded=tuple(joint for joint in below if joint != leg.ankle),
-        shank_length=length,
-        foot_length=float(np.ptp(local[:, 0])) if len(local) > 1 else None,
-        how=leg.how | {"up": how_up, "forward": how_forward, "side": how_side},
-        sole=sole,
-        notes=tuple(notes),
-    )
+    others, how = tuple(joint for joint in below if joint != leg.ankle), leg.how | {"up": how_up}
+    how |= {"forward": how_forward, "side": how_side}
+    reach = float(np.ptp(local[:, 0])) if len(local) > 1 else None
+    found = leg.shank, leg.foot, leg.ankle, found_side, centre, axes, sign, zero, tilt, how
+    return Found(*found, others, length, reach, sole, tuple(notes))
 
 
 def upright(axis: np.ndarray, along: np.ndarray) -> tuple[np.ndarray, float]:
@@ -277,7 +266,7 @@ def knee_of(tree: Tree, shank: str, foot: str) -> tuple[np.ndarray, str] | None:
 
 
 def _forward(
-    along: np.ndarray, centre: np.ndarray, points: np.ndarray, weight: Known, bends: np.ndarray, given: Known
+    along: np.ndarray, centre: np.ndarray, points: np.ndarray, weight: Known, behind: np.ndarray, given: Known
 ) -> tuple[np.ndarray, str, list[Notice]]:
     """The sense of forward along a line (3,), how it was found, and notes."""
     ahead = along / np.linalg.norm(along)
@@ -300,8 +289,8 @@ def _forward(
         against = farther * heavier < 0.0 and abs(heavier) > 2e-3
         notes = [Notice("forward-contradicted", words, subject="foot", spans=spans)] if against else []
         return np.sign(farther) * ahead, "where the foot's shapes reach farther", notes
-    if abs(bends @ ahead) > 0.5:
-        return -np.sign(bends @ ahead) * ahead, "against the way that the knee bends", []
+    if abs(behind @ ahead) > 0.5:
+        return -np.sign(behind @ ahead) * ahead, "by left and right of the body, or the fold of the knee", []
     if abs(farther) > 0.05:
         words = "the foot reaches {spans}: forward is taken where it reaches farther"
         close = Notice("forward-close", words, subject="foot", spans=spans)
@@ -313,17 +302,13 @@ def _forward(
     raise InputError(problem, field="foot", allowed=allowed)
 
 
-def _knee_bends(tree: Tree, shank: str, ankle: np.ndarray) -> np.ndarray:
-    """Where the hinge above a shank whose stops allow one way moves the ankle (3,); else zeros."""
+def _backward(tree: Tree, shank: str, up: np.ndarray) -> np.ndarray:
+    """Where a leg's back is, by left and right of its body, else by the fold of its knee (3,); else zeros."""
     part = next((part for part in tree.upward(shank) if part.joints), tree.parts[shank])
-    if [joint.kind for joint in part.joints] != ["hinge"] or part.parent is None:
-        return np.zeros(3)
-    knee = part.joints[0]
-    low, high = np.subtract(knee.range or (-1.0, 1.0), knee.zero)
-    axis, place = tree.line(knee.name)
-    swing = np.sign(low + high) * np.cross(axis, ankle - place)
-    one_way = abs(low + high) > 0.5 * (high - low)
-    return np.asarray(swing / np.linalg.norm(swing)) if one_way and swing.any() else np.zeros(3)
+    left = body_left(tree)
+    if left is None and [joint.kind for joint in part.joints] == ["hinge"]:
+        left = fold(tree, part.joints[0].name, "knee")[0] * tree.line(part.joints[0].name)[0]
+    return np.zeros(3) if left is None else np.cross(up, left)
 
 
 def _side(

@@ -1,6 +1,7 @@
 """Another joint than the ankle in a tree: segments and axes from the hinges themselves, side and sign."""
 
 import re
+from typing import TypeAlias
 
 import numpy as np
 
@@ -19,6 +20,8 @@ HANDS = {
     "finger": rf"^(?!.*(thumb|spin|cervic|thora|lumbar)).*({FINGERS})",
 }
 Names = tuple[str | None, str | None, str | None]  # of a hinge, a body above and a body below it
+Given: TypeAlias = float | None
+Toes: TypeAlias = Direction | None
 # {joint: its hinges' names}
 NAMED = {name: re.compile(HANDS.get(name, name)) for name in JOINTS if name != "hinge"}
 NAMED["ankle"] = re.compile(r"ankle|talocrural|_ak[xyz]$")
@@ -26,13 +29,7 @@ FLEXES = re.compile(r"pitch|flex|_p$")  # of several hinges of a joint
 
 
 def find_worn(
-    tree: Tree,
-    device: Orthosis,
-    names: Names,
-    side: Side | None,
-    zero: float | None,
-    sign: float | None,
-    forward: Direction | None,
+    tree: Tree, device: Orthosis, names: Names, side: Side | None, zero: Given, sign: Given, forward: Toes
 ) -> Found:
     """The joint that a device is for: an ankle is sought, another one is about the hinge that is named.
 
@@ -41,10 +38,8 @@ def find_worn(
     joint, proximal, distal = names
     named = [] if joint is None else [kind for kind, words in NAMED.items() if has(words, joint)]
     if named and device.joint != "hinge" and device.joint not in named:
-        problem = (
-            f"is for {a_joint(device.joint)}, and the hinge {joint!r} is {a_joint(named[0])} by its name"
-        )
-        allowed = f'an orthosis with joint = "{named[0]}"'
+        own, allowed = a_joint(device.joint), f'an orthosis with joint = "{named[0]}"'
+        problem = f"is for {own}, and the hinge {joint!r} is {a_joint(named[0])} by its name"
         raise InputError(problem, field="orthosis", value=device.name or None, allowed=allowed)
     if device.joint == "ankle":
         if sign is not None:
@@ -86,16 +81,13 @@ def find_worn(
     if side and seen not in (None, side):
         words = "{subject!r} is on the {named} side by its name, and {given} is given"
         notes.append(Notice("side-contradicted", words, subject=name, named=seen, given=side))
-    # a hand may be turned, and its own left lie elsewhere than the body's
-    if not (side or seen) and device.joint not in HANDS and (seen := standing(tree, name, left)[0]):
+    upright_limb = device.joint not in (*HANDS, "elbow")  # whose left is the body's
+    if not (side or seen) and upright_limb and (seen := standing(tree, name, left)[0]):
         how_side = "by its place beside the centre of mass"
     if not (side or seen):
         notes.append(Notice("side-assumed", "nothing shows the side: right is assumed"))
-    axes, how = (
-        np.stack([np.cross(left, up), left, up], axis=1),
-        {"up": how_up, "sign": how_sign, "side": how_side},
-    )
-    side = side or seen or "right"
+    axes, side = np.stack([np.cross(left, up), left, up], axis=1), side or seen or "right"
+    how = {"up": how_up, "sign": how_sign, "side": how_side}
     return Found(above, below, name, side, centre, axes, sign, zero, tilt, how, notes=tuple(notes))
 
 

@@ -15,16 +15,18 @@ REACH = {"hip": 0.15, "shoulder": 0.1, "finger": 0.015, "thumb": 0.015, "hinge":
 TOGETHER = 0.06  # [m], of another one's hinges
 BALLS = ("hip", "shoulder")  # have also a hinge along their limb, which may lie farther up or down
 PARALLEL, APART = 0.87, 0.01  # cosine, [m]: parallel hinges that lie apart are of two joints
-BENT, FARTHER = np.radians(20.0), 2.0  # that a fold reaches from straight, and times as far as the other way
+BENT, FARTHER = 20.0, 2.0  # [deg] that a fold reaches from straight, and times as far as the other way
 NEAR = 0.5  # cosine; of an axis to left, from which on left shows its sign
 OPPOSED = re.compile(r"thumb|pollex|(?<![a-z])thj|gripper|claw|jaw")  # to fingers, or no fingers
-BODY, FOLD = "left and right of the body", "the fold of its {}"
-# {joint: the next one of its limb, in words}
-NEXT = {"hip": ("knee", "knee"), "knee": ("ankle", "foot"), "shoulder": ("elbow", "elbow")}
-NEXT |= {
-    "wrist": ("finger", "fingers"),
-    "finger": ("finger", "next joints"),
-    "thumb": ("thumb", "next joints"),
+BODY, FOLD = "left and right of the body", "the fold of the {} below it"
+# {joint: the next one of its limb, which folds}
+NEXT: dict[str, JointName] = {
+    "hip": "knee",
+    "knee": "ankle",
+    "shoulder": "elbow",
+    "wrist": "finger",
+    "finger": "finger",
+    "thumb": "thumb",
 }
 
 
@@ -47,11 +49,9 @@ def cluster_of(tree: Tree, name: str, kind: str) -> list[Part]:
         lines = [tree.line(joint.name) for joint in other.joints]
         known = [tree.line(joint.name) for part in found for joint in part.joints]
         for (turn, at), (one, place) in itertools.product(lines, known):
-            away = _away(at, axis, centre)
-            away = min(away, _away(centre, turn, at)) if kind in BALLS else away
-            if away > REACH.get(kind, TOGETHER) or (
-                abs(one @ turn) > PARALLEL and _away(at, one, place) > APART
-            ):
+            away = min(_away(at, axis, centre), _away(centre, turn, at) if kind in BALLS else np.inf)
+            beside = abs(one @ turn) > PARALLEL and _away(at, one, place) > APART
+            if beside or away > REACH.get(kind, TOGETHER):
                 return False
         return {joint.kind for joint in other.joints} == {"hinge"}
 
@@ -72,9 +72,8 @@ def beyond(tree: Tree, start: str, axis: np.ndarray, centre: np.ndarray) -> tupl
         turns = [joint.name for joint in parts[0].joints if joint.kind in ("hinge", "ball")]
         places[-1:-1] = [(tree.line(name)[1], f"from the joint {name!r} up to it") for name in turns]
         parts = branches(tree, parts[0].name)
-    return next(
-        (each for each in places if each[0] is not None and _away(each[0], axis, centre) > OFF), (None, "")
-    )
+    shown = (each for each in places if each[0] is not None and _away(each[0], axis, centre) > OFF)
+    return next(shown, (None, ""))
 
 
 def fold(tree: Tree, name: str, kind: str) -> tuple[float, str]:
@@ -90,13 +89,10 @@ def fold(tree: Tree, name: str, kind: str) -> tuple[float, str]:
         return 0.0, "nothing shows when it is straight"
     stands = np.arctan2(axis @ np.cross(-up, down), (up @ axis) * (down @ axis) - up @ down)
     ends = np.subtract(hinge.range or (hinge.zero, hinge.zero), hinge.zero)
-    low, high = min(
-        (stands + ends + turn for turn in 2.0 * np.pi * np.arange(-1, 2)), key=lambda x: np.abs(x).max()
-    )
-    far, near = max(high, -low), max(min(high, -low), 0.0)
-    words = (
-        f"from straight it goes {np.degrees(far):.0f} deg one way and {np.degrees(near):.0f} deg the other"
-    )
+    ways = [stands + ends + turn for turn in (0.0, 2.0 * np.pi, -2.0 * np.pi)]
+    low, high = min(ways, key=lambda way: float(np.abs(way).max()))
+    far, near = np.degrees([max(high, -low), max(min(high, -low), 0.0)])
+    words = f"from straight it goes {far:.0f} deg one way and {near:.0f} deg the other"
     return float(np.sign(high + low)) if far > max(BENT, FARTHER * near) else 0.0, words
 
 
@@ -115,14 +111,13 @@ def body_left(tree: Tree) -> np.ndarray | None:
     return _sum([pair["left"] - pair["right"] for pair in places.values() if len(pair) == 2])
 
 
-def _left_of_next(tree: Tree, part: Part, kind: str, turn: float) -> np.ndarray | None:
+def _left_of_next(tree: Tree, part: Part, kind: JointName) -> np.ndarray | None:
     """Left of what folds next on a limb (3,): a hip's knee, a wrist's fingers without the thumb."""
-    firsts = [
-        each for each in branches(tree, part.name) if kind == "thumb" or not has(OPPOSED, each.joints[0].name)
-    ]
-    limbs = [tree.below(first.name) if kind in REACH else [first] for first in firsts]
-    names = [joint.name for limb in limbs for each in limb for joint in each.joints if joint.kind == "hinge"]
-    return _sum([-turn * fold(tree, name, kind)[0] * tree.line(name)[0] for name in names])
+    firsts = branches(tree, part.name)
+    firsts = firsts if kind == "thumb" else [each for each in firsts if not has(OPPOSED, each.joints[0].name)]
+    parts = [each for first in firsts for each in (tree.below(first.name) if kind in REACH else [first])]
+    names = [joint.name for each in parts for joint in each.joints if joint.kind == "hinge"]
+    return _sum([-JOINTS[kind].turn * fold(tree, name, kind)[0] * tree.line(name)[0] for name in names])
 
 
 def sign_of(
@@ -133,10 +128,10 @@ def sign_of(
         raise InputError("is not a valid choice", field="sign", value=given, allowed="1 or -1")
     if kind == "hinge":
         return given or 1.0, "given" if given else "the hinge's own", []
-    axis, (after, words), turn = tree.line(name)[0], NEXT.get(kind, ("", "")), JOINTS[kind].turn
+    axis, after, turn = tree.line(name)[0], NEXT.get(kind), JOINTS[kind].turn
     shown = {} if kind in ("wrist", "finger", "thumb") else {BODY: body_left(tree)}
     if after and shown.get(BODY) is None:  # some robots' limbs are turned, and fold another way
-        shown[FOLD.format(words)] = _left_of_next(tree, part, after, -1.0 if after == "knee" else 1.0)
+        shown[FOLD.format(after)] = _left_of_next(tree, part, after)
     folds, why = fold(tree, name, kind) if kind not in (*BALLS, "wrist") else (0.0, "")
     cosines = {what: float(axis @ left) for what, left in shown.items() if left is not None}
     votes = {what: float(np.sign(-turn * x)) for what, x in cosines.items() if abs(x) >= NEAR}

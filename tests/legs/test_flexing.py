@@ -79,7 +79,7 @@ def test_one_side_alone_shows_it_by_its_limb(kind: str, joint: str, way: int) ->
         ),
         ("elbow", "left_elbow", {"arms": "spread", "elbow": None}, "leans by 90 deg from left and right"),
         ("hip", "left_hip_roll", {}, "its axis leans by 90 deg from left and right of the body"),
-        ("wrist", "left_wrist_deviation", {}, "its axis leans by 90 deg from the fold of its fingers"),
+        ("wrist", "left_wrist_deviation", {}, "its axis leans by 90 deg from the fold of the finger below it"),
     ],
 )
 def test_what_is_not_clear_is_refused_and_told(
