@@ -137,20 +137,10 @@ def _leg(
     joints = tuple(table["joints"])
     inverts = joints != (found.ankle,)
     circuit = circuit_of(device, found.ankle, inverts=inverts, supply=endless(table["supply"]))
-    return Attached(
-        model=model,
-        spec=spec,
-        orthosis=device,
-        found=found,
-        bodies=dict(table["bodies"]),
-        joints=joints,
-        prefix=table["prefix"],
-        supply=table["supply"],
-        circuit=circuit,
-        ids=native.circuit_ids(model, circuit, table["prefix"]),
-        userdata=table["userdata"],
-        notices=tuple(table["told"]),
-    )
+    bodies, prefix, told = dict(table["bodies"]), table["prefix"], tuple(table["told"])
+    ids, first = native.circuit_ids(model, circuit, prefix), table["userdata"]
+    supply = table["supply"]
+    return Attached(model, spec, device, found, bodies, joints, prefix, supply, circuit, ids, first, told)
 
 
 def _legs(attached: Attached, path: pathlib.Path, scratch: pathlib.Path) -> list[dict[str, Any]]:

@@ -155,17 +155,10 @@ def _moved_part(
 ) -> Part:
     """A part in other axes, which have another origin."""
     inertia = by[:3, :3] @ part.inertia @ by[:3, :3].T
-    return Part(
-        name=name,
-        parent=parent,
-        pose=pose,
-        mass=part.mass,
-        centre=moved(by, part.centre),
-        inertia=0.5 * (inertia + inertia.T),
-        joints=joints,
-        shapes=tuple(dataclasses.replace(shape, pose=by @ shape.pose) for shape in part.shapes),
-        points={point: moved(by, at) for point, at in part.points.items()},
-    )
+    inertia, centre = 0.5 * (inertia + inertia.T), moved(by, part.centre)
+    shapes = tuple(dataclasses.replace(shape, pose=by @ shape.pose) for shape in part.shapes)
+    points = {point: moved(by, at) for point, at in part.points.items()}
+    return Part(name, parent, pose, part.mass, centre, inertia, joints, shapes, points)
 
 
 def _turned(hinge: Joint, name: str, sign: float, zero: float, stops: tuple[float, float]) -> Joint:

@@ -114,16 +114,9 @@ def import_leg(
     notes = [*tree.notes, *found.notes, *tissue_notes(leg)]
     notes += [SOLE_NOTE] if sole.startswith("derived") else []
     notes += (*person_notes(numbers, found, body_mass, body_height), *doubtful_notes(leg, numbers))
-    imported = Imported(
-        name=name or (folder.resolve().name if folder is not None else _plain(file.stem)),
-        leg=leg,
-        found=found,
-        numbers=numbers,
-        sole=sole,
-        left_behind=left_behind(tree, found),
-        toes=toes,
-        notes=tuple(notes),
-    )
+    name = name or (folder.resolve().name if folder is not None else _plain(file.stem))
+    left = left_behind(tree, found)
+    imported = Imported(name, leg, found, numbers, sole, left, toes, tuple(notes))
     if folder is None:
         return imported
     text = leg_toml(imported.name, leg, found, file.name, body_mass, body_height)

@@ -75,13 +75,7 @@ def read_urdf(file: str | pathlib.Path, *, packages: Packages = (), contact: boo
     notes += [reading_note(*remark) for remark in remarks if remark[2]]
     for name, other, offset, by in couplings:
         notes.append(Notice("joint-mimics", MIMICS, subject=name, rule=f"{by:g} × {other} + {offset:g}"))
-    return Tree(
-        file=file,
-        parts=parts,
-        beside=_beside(root, [name for name, _ in rules]),
-        notes=tuple(notes),
-        couplings=couplings,
-    )
+    return Tree(file, parts, _beside(root, [name for name, _ in rules]), tuple(notes), couplings)
 
 
 def _parsed(root: Any, file: pathlib.Path) -> Any:
@@ -175,17 +169,10 @@ class _Reading:
         return found
 
     def _part(self, link: Any, joint: Any, below: list[Any]) -> Part:
-        mass, centre, inertia = self._inertial(link)
-        return Part(
-            name=link.name,
-            parent=joint.parent if joint and joint.parent != self.world else None,
-            pose=_origin(joint.origin if joint else None),
-            mass=mass,
-            centre=centre,
-            inertia=inertia,
-            joints=self._joints(joint) if joint else (),
-            shapes=tuple(self._shapes(link, below)),
-        )
+        parent = joint.parent if joint and joint.parent != self.world else None
+        pose, inertial = _origin(joint.origin if joint else None), self._inertial(link)
+        joints = self._joints(joint) if joint else ()
+        return Part(link.name, parent, pose, *inertial, joints, tuple(self._shapes(link, below)))
 
     def _inertial(self, link: Any) -> tuple[float, np.ndarray, np.ndarray]:
         """Mass, centre and R I Rᵀ, R the turn of the inertial frame against the link's."""
