@@ -21,8 +21,8 @@ from afo_sim.legs.urdf_files import Packages
 from afo_sim.model import rigid_part
 
 DEEP, FAR = 0.002, 0.01  # [m], [rad or m]; of contacts, and of stops and equalities, in a start state
-KIND = mujoco.mjtConstraint
-BOUND = {int(KIND.mjCNSTR_EQUALITY): mujoco.MjModel.eq, int(KIND.mjCNSTR_LIMIT_JOINT): mujoco.MjModel.joint}
+EQUALITY, LIMIT = int(mujoco.mjtConstraint.mjCNSTR_EQUALITY), int(mujoco.mjtConstraint.mjCNSTR_LIMIT_JOINT)
+BOUND = {EQUALITY: mujoco.MjModel.eq, LIMIT: mujoco.MjModel.joint}
 IMPLICITFAST = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
 BIT = mujoco.mjtDisableBit
 # {flag that the model switches off: what the user should know}
@@ -85,26 +85,26 @@ def set_options(spec: mujoco.MjSpec, step: float | None) -> list[str]:
 
 
 def doubts_of_start(model: mujoco.MjModel) -> list[Notice]:
-    """Notices of a start state that throws bodies apart: deep in contact, beyond stops, off an equality."""
+    """Notices of a start state that drives apart: deep in contact, beyond stops, off an equality."""
     data, found = native.scratch(model), list[Notice]()
     mujoco.mj_fwdPosition(model, data)
-    deep = sorted((contact.dist, *contact.geom) for contact in data.contact if contact.dist < -DEEP)
-    if deep:
-        first, second = (model.body(model.geom_bodyid[geom]).name for geom in deep[0][1:])
+    met = [contact for contact in data.contact if contact.dist < -DEEP and min(contact.geom) >= 0]
+    if deep := sorted((contact.dist, *model.geom_bodyid[contact.geom]) for contact in met):
+        first, second = (model.body(body).name or f"body {body}" for body in deep[0][1:])
         words = (
-            "the start state has {count} contacts deeper than 2 mm, up to {depth:.0f} mm between {subject!r} "
+            "{count} contacts of the start state are deeper than 2 mm, up to {depth:.0f} mm of {subject!r} "
         )
-        words += "and {second!r}: they throw bodies apart once it is stepped"
+        words += "in {second!r}: they push the bodies apart once it is stepped"
         facts: dict[str, Any] = {"count": len(deep), "depth": -1000.0 * deep[0][0], "second": second}
         found.append(Notice("start-in-contact", words, subject=first, **facts))
-    rows = zip(data.efc_type, data.efc_id, np.abs(data.efc_pos), strict=True)
-    off = {BOUND[kind](model, k).name or f"number {k}": x for kind, k, x in rows if kind in BOUND and x > FAR}
-    if off:
-        words = (
-            "the start state is off stops or equalities: {names}; {subject!r} is off by {most:.2g} rad or m"
+    excess = np.where(data.efc_type == EQUALITY, np.abs(data.efc_pos), -data.efc_pos)
+    rows = sorted(row for row in zip(excess, data.efc_type, data.efc_id, strict=True) if row[0] > FAR)
+    if off := {BOUND[kind](model, k).name or f"number {k}": x for x, kind, k in rows if kind in BOUND}:
+        words = "the start state is off stops or equalities: {names}; of {subject!r} by {most:.2g} rad or m"
+        names = [*off][::-1]
+        found.append(
+            Notice("start-out-of-bounds", words, subject=names[0], names=listed(names), most=off[names[0]])
         )
-        worst = max(off, key=off.__getitem__)
-        found.append(Notice("start-out-of-bounds", words, subject=worst, names=listed(off), most=off[worst]))
     return found
 
 

@@ -11,7 +11,7 @@ from afo_sim.legs.candidates import SIDES, has, plain, side_of
 from afo_sim.legs.tree import Part, Tree, centre_of
 
 OFF = 0.002  # [m] from a hinge's axis; a joint or mass so near shows no direction
-REACH = {"hip": 0.15, "shoulder": 0.1, "finger": 0.015, "thumb": 0.015, "hinge": 0.0}  # [m], of one joint's
+REACH = {"hip": 0.15, "shoulder": 0.1, "finger": 0.015, "thumb": 0.015, "hinge": -1.0}  # [m], of one joint's
 TOGETHER = 0.06  # [m], of another one's hinges
 BALLS = ("hip", "shoulder")  # have also a hinge along their limb, which may lie farther up or down
 PARALLEL, APART = 0.87, 0.01  # cosine, [m]: parallel hinges that lie apart are of two joints

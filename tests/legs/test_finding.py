@@ -396,3 +396,17 @@ def test_the_side_is_that_of_the_ankle_wherever_the_bodies_origins_are(aside: fl
         body("foot", "shank", np.eye(4), ankle, centre=(0.05, aside, -0.45)),
     )
     assert find(one).side == side
+
+
+@pytest.mark.parametrize("ahead", [1.0, -1.0])
+def test_a_foot_alike_before_and_behind_points_as_the_body_does(ahead: float) -> None:
+    """Left of the body is where the joints called left are; no knee shows where its back is."""
+    box = ((0.0, 0.0, -0.03), (0.1, 0.03, 0.01))
+    parts = [body("pelvis", None, np.eye(4))]
+    for side, y in (("left", 0.1), ("right", -0.1)):
+        shin, foot = f"{side}_shin", f"{side}_foot"
+        parts.append(body(shin, "pelvis", at(0, ahead * y, -0.4), hinge(f"{side}_knee", (0, 1, 0))))
+        parts.append(body(foot, shin, at(0, 0, -0.4), hinge(f"{side}_ankle", (0, 1, 0)), box=box))
+    found = find(tree(*parts), side="left")
+    assert (found.sign, found.side) == (-ahead, "left")
+    np.testing.assert_allclose(found.axes[:, :2], np.diag([ahead, ahead, 0])[:, :2], atol=1e-15)

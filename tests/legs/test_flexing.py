@@ -7,6 +7,7 @@ import mujoco
 import numpy as np
 import pytest
 from person import ARMS, person
+from turned_leg import told_otherwise
 
 import afo_sim as afo
 from afo_sim.common import InputError
@@ -26,8 +27,12 @@ LYING = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]]).T  # on t
 TURNS = {"facing x": np.eye(3), "facing y": np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]]), "lying": LYING}
 
 
-def found(text: str, kind: str, joint: str | None, sign: float | None = None, **names: str) -> Found:
+def found(
+    text: str, kind: str, joint: str | None, sign: float | None = None, seed: int | None = None, **names: str
+) -> Found:
+    """What is found on a person; with a seed every body has axes of its own."""
     tree = tree_of(mujoco.MjModel.from_xml_string(text))
+    tree = tree if seed is None else told_otherwise(tree, np.random.default_rng(seed))
     device: Any = types.SimpleNamespace(joint=kind, words=JOINTS[kind], name="")  # type: ignore[index]
     places = joint, names.get("proximal"), names.get("distal")
     return find_worn(tree, device, places, None, None, sign, None)
@@ -45,6 +50,7 @@ def test_each_joint_flexes_as_its_anatomy_says(arms: str, way: int, turn: str) -
                 continue  # its axis lies along the arm, or leans by 35 deg
             leg = found(text, kind, f"{side}_{joint}")
             assert (leg.sign, leg.side) == (way, side), (joint, leg.how)
+            assert found(text, kind, f"{side}_{joint}", seed=way + 1).sign == way
             forward = TURNS[turn] @ np.eye(3)[0]
             if kind in ("hip", "knee") or (kind in ("shoulder", "elbow") and arms == "hanging"):
                 assert leg.axes[:, 0] == pytest.approx(forward, abs=0.1)
@@ -79,7 +85,12 @@ def test_one_side_alone_shows_it_by_its_limb(kind: str, joint: str, way: int) ->
         ),
         ("elbow", "left_elbow", {"arms": "spread", "elbow": None}, "leans by 90 deg from left and right"),
         ("hip", "left_hip_roll", {}, "its axis leans by 90 deg from left and right of the body"),
-        ("wrist", "left_wrist_deviation", {}, "its axis leans by 90 deg from the fold of the finger below it"),
+        (
+            "wrist",
+            "left_wrist_deviation",
+            {},
+            "its axis leans by 90 deg from the fold of the finger below it",
+        ),
     ],
 )
 def test_what_is_not_clear_is_refused_and_told(
@@ -122,6 +133,8 @@ def test_hinges_at_one_place_are_one_joint() -> None:
     assert (hand.shank, hand.foot) == ("left_forearm", "left_hand")
     knee = found(person(), "knee", "left_knee")
     assert (knee.shank, knee.foot) == ("left_thigh", "left_shank")
+    alone = found(person(), "hinge", "right_shoulder_pitch")  # beside another axis at its very place
+    assert (alone.shank, alone.foot) == ("trunk", "right_arm_1")
     finger = found(person(), "finger", "left_index_pip")
     assert (finger.shank, finger.foot) == ("left_index_base", "left_index_tip")
 
