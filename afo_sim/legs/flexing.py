@@ -130,7 +130,9 @@ def sign_of(
         return given or 1.0, "given" if given else "the hinge's own", []
     axis, after, turn = tree.line(name)[0], NEXT.get(kind), JOINTS[kind].turn
     shown = {} if kind in ("wrist", "finger", "thumb") else {BODY: body_left(tree)}
-    if after and shown.get(BODY) is None:  # some robots' limbs are turned, and fold another way
+    if after and (
+        kind == "hip" or shown.get(BODY) is None
+    ):  # a robot's arm may be turned, and fold elsewhere
         shown[FOLD.format(after)] = _left_of_next(tree, part, after)
     folds, why = fold(tree, name, kind) if kind not in (*BALLS, "wrist") else (0.0, "")
     cosines = {what: float(axis @ left) for what, left in shown.items() if left is not None}
