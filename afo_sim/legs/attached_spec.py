@@ -90,21 +90,20 @@ def doubts_of_start(model: mujoco.MjModel) -> list[Notice]:
     mujoco.mj_fwdPosition(model, data)
     met = [contact for contact in data.contact if contact.dist < -DEEP and min(contact.geom) >= 0]
     if deep := sorted((contact.dist, *model.geom_bodyid[contact.geom]) for contact in met):
-        first, second = (model.body(body).name or f"body {body}" for body in deep[0][1:])
+        one, other = (model.body(body).name or f"body {body}" for body in deep[0][1:])
         words = (
-            "{count} contacts of the start state are deeper than 2 mm, up to {depth:.0f} mm of {subject!r} "
+            "the start state has {count} contacts deeper than 2 mm, up to {depth:.0f} mm of {subject!r} in "
         )
-        words += "in {second!r}: they push the bodies apart once it is stepped"
-        facts: dict[str, Any] = {"count": len(deep), "depth": -1000.0 * deep[0][0], "second": second}
-        found.append(Notice("start-in-contact", words, subject=first, **facts))
+        words += "{other!r}: they push the bodies apart once it is stepped"
+        count, depth = len(deep), -1000.0 * deep[0][0]
+        found.append(Notice("start-in-contact", words, subject=one, count=count, depth=depth, other=other))
     excess = np.where(data.efc_type == EQUALITY, np.abs(data.efc_pos), -data.efc_pos)
     rows = sorted(row for row in zip(excess, data.efc_type, data.efc_id, strict=True) if row[0] > FAR)
     if off := {BOUND[kind](model, k).name or f"number {k}": x for x, kind, k in rows if kind in BOUND}:
         words = "the start state is off stops or equalities: {names}; of {subject!r} by {most:.2g} rad or m"
-        names = [*off][::-1]
-        found.append(
-            Notice("start-out-of-bounds", words, subject=names[0], names=listed(names), most=off[names[0]])
-        )
+        *_, worst = off
+        names = listed(reversed(off))
+        found.append(Notice("start-out-of-bounds", words, subject=worst, names=names, most=off[worst]))
     return found
 
 

@@ -25,7 +25,7 @@ PART_WORDS += "clavicle|shoulder|arm|humerus|elbow|radius|ulna|wrist|hand|finger
 LETTERS: dict[Side, str] = {"right": "r", "left": "l"}
 SIDES: dict[Side, re.Pattern[str]] = {
     side: re.compile(
-        rf"{side}|(?<![a-z]){x}(t?(?![a-z])|(?=[ _-]?({PART_WORDS})))|(leg|arm|hand|foot){x}(?![a-z])"
+        rf"{side}|(?<![a-z]){x}(t?(?![a-z])|(?=[ _-]?({PART_WORDS})))|(leg|arm|hand){x}(?![a-z])"
     )
     for side, x in LETTERS.items()
 }

@@ -65,8 +65,7 @@ def find_worn(
     zero = zero_of(tree, hinge, zero)
     end, how_up = beyond(tree, below if tree.way(last, below) else last, axis, centre)
     if end is None:
-        problem = f"no joint below it and no mass lies {1000 * OFF:g} mm off the axis of {name!r}: nothing "
-        problem += "shows which way it points"
+        problem = f"shows no direction: no joint and no mass lies {1000 * OFF:g} mm off the axis of {name!r}"
         raise InputError(problem, field="distal", value=below, allowed="a body with mass")
     along = centre - moved(turned_about(axis, centre, zero - hinge.zero), end)
     up, tilt = upright(axis, along / np.linalg.norm(along))
@@ -77,16 +76,15 @@ def find_worn(
     sign, how_sign, notes = sign_of(tree, name, device.joint, parts[-1], sign)
     left = -device.words.turn * sign * axis
     seen = side_of(name, part.name, *(each.name for each in tree.upward(above)))
-    how_side = "given" if side else "by its name" if seen else "assumed"
+    # left of an elbow or a hand may be another way than the body's
+    stands = None if device.joint in (*HANDS, "elbow") else standing(tree, name, left)[0]
+    how_side = "given" if side else "by its name" if seen else "by its place" if stands else "assumed"
     if side and seen not in (None, side):
         words = "{subject!r} is on the {named} side by its name, and {given} is given"
         notes.append(Notice("side-contradicted", words, subject=name, named=seen, given=side))
-    upright_limb = device.joint not in (*HANDS, "elbow")  # whose left is the body's
-    if not (side or seen) and upright_limb and (seen := standing(tree, name, left)[0]):
-        how_side = "by its place beside the centre of mass"
-    if not (side or seen):
+    if not (side or seen or stands):
         notes.append(Notice("side-assumed", "nothing shows the side: right is assumed"))
-    axes, side = np.stack([np.cross(left, up), left, up], axis=1), side or seen or "right"
+    axes, side = np.stack([np.cross(left, up), left, up], axis=1), side or seen or stands or "right"
     how = {"up": how_up, "sign": how_sign, "side": how_side}
     return Found(above, below, name, side, centre, axes, sign, zero, tilt, how, notes=tuple(notes))
 

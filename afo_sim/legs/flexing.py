@@ -130,9 +130,7 @@ def sign_of(
         return given or 1.0, "given" if given else "the hinge's own", []
     axis, after, turn = tree.line(name)[0], NEXT.get(kind), JOINTS[kind].turn
     shown = {} if kind in ("wrist", "finger", "thumb") else {BODY: body_left(tree)}
-    if after and (
-        kind == "hip" or shown.get(BODY) is None
-    ):  # a robot's arm may be turned, and fold elsewhere
+    if after and (kind == "hip" or shown.get(BODY) is None):  # an arm may be turned beside the body
         shown[FOLD.format(after)] = _left_of_next(tree, part, after)
     folds, why = fold(tree, name, kind) if kind not in (*BALLS, "wrist") else (0.0, "")
     cosines = {what: float(axis @ left) for what, left in shown.items() if left is not None}
@@ -143,12 +141,11 @@ def sign_of(
         text = "the sign {sign:g} is given, and {against} says the other way"
         notes = [Notice("sign-contradicted", text, subject=name, sign=given, against=against)]
         return float(given), "given", notes if against else []
-    across = [what for what in shown if what not in votes]
-    if len({*votes.values()}) != 1 or (after and across and shown[across[0]] is not None):
+    lean = {what: np.degrees(np.arccos(abs(x))) for what, x in cosines.items() if what not in votes}
+    if len({*votes.values()}) != 1 or (after and lean):
         said = [f"{what} says {sign:g}" for what, sign in votes.items()] + [why] * (why != "" and not folds)
-        lean = {what: np.degrees(np.arccos(abs(cosine))) for what, cosine in cosines.items()}
-        said += [f"its axis leans by {lean[what]:.0f} deg from {what}" for what in across if what in lean]
-        said += [f"nothing shows {what}" for what in across if what not in lean]
+        said += [f"its axis leans by {angle:.0f} deg from {what}" for what, angle in lean.items()]
+        said += [f"nothing shows {what}" for what, left in shown.items() if left is None]
         problem = f"is needed: it is not clear which way the hinge {name!r} flexes: {', '.join(said)}"
         allowed = "1 where its own coordinate rises in flexion, else -1; or another hinge"
         raise InputError(problem, file=tree.file, field="sign", allowed=allowed)

@@ -84,6 +84,7 @@ def test_one_side_alone_shows_it_by_its_limb(kind: str, joint: str, way: int) ->
             "90 deg one way and 90 deg the other",
         ),
         ("elbow", "left_elbow", {"arms": "spread", "elbow": None}, "leans by 90 deg from left and right"),
+        ("hip", "left_hip_pitch", {"backward": True}, "body says 1, the fold of the knee below it says -1"),
         ("hip", "left_hip_roll", {}, "its axis leans by 90 deg from left and right of the body"),
         (
             "wrist",
