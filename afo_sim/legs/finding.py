@@ -178,7 +178,7 @@ def _measured(tree: Tree, leg: Candidate, side: Side | None, zero: float, forwar
         raise InputError(problem, field="ankle", value=leg.ankle, allowed=allowed)
     weight = centre_of(tree, foot)
     weight = None if weight is None else moved(turn, weight)
-    behind = _backward(tree, leg.shank, up)
+    behind = _backward(tree, leg, up)
     ahead, how_forward, notes = _forward(np.cross(axis, up), centre, points, weight, behind, forward)
     sign = float(np.sign(np.cross(axis, ahead) @ up))
     left = -sign * axis
@@ -302,12 +302,12 @@ def _forward(
     raise InputError(problem, field="foot", allowed=allowed)
 
 
-def _backward(tree: Tree, shank: str, up: np.ndarray) -> np.ndarray:
+def _backward(tree: Tree, leg: Candidate, up: np.ndarray) -> np.ndarray:
     """Where a leg's back is, by left and right of its body, else by the fold of its knee (3,); else zeros."""
-    part = next((part for part in tree.upward(shank) if part.joints), tree.parts[shank])
-    left = body_left(tree)
-    if left is None and [joint.kind for joint in part.joints] == ["hinge"]:
-        left = fold(tree, part.joints[0].name, "knee")[0] * tree.line(part.joints[0].name)[0]
+    joints = next((part.joints for part in tree.upward(leg.shank) if part.joints), ())
+    left = body_left(tree, leg.ankle)
+    if left is None and [joint.kind for joint in joints] == ["hinge"]:
+        left = fold(tree, joints[0].name, "knee")[0] * tree.line(joints[0].name)[0]
     return np.zeros(3) if left is None else np.cross(up, left)
 
 

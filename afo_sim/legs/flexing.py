@@ -6,7 +6,7 @@ import re
 import numpy as np
 
 from afo_sim.common import InputError, Notice
-from afo_sim.description import JOINTS, JointName
+from afo_sim.description import JOINTS, JointName, Side
 from afo_sim.legs.candidates import SIDES, has, plain, side_of
 from afo_sim.legs.tree import Part, Tree, centre_of
 
@@ -102,13 +102,15 @@ def _sum(ways: list[np.ndarray]) -> np.ndarray | None:
     return total / np.linalg.norm(total) if np.linalg.norm(total) > max(NEAR * length, OFF) else None
 
 
-def body_left(tree: Tree) -> np.ndarray | None:
-    """Left of a body (3,): from joints to those of the same name on the other side; None where none are."""
-    places: dict[str, dict[str, np.ndarray]] = {}
-    for name in tree.joints():
-        if side := side_of(name):
-            places.setdefault(SIDES[side].sub("*", plain(name)), {})[side] = tree.line(name)[1]
-    return _sum([pair["left"] - pair["right"] for pair in places.values() if len(pair) == 2])
+def body_left(tree: Tree, joint: str) -> np.ndarray | None:
+    """Left of a body (3,), from joints to their namesakes on the other side; None where its limb has none."""
+    keys = {name: SIDES[side].sub("*", plain(name)) for name in tree.joints() if (side := side_of(name))}
+    places: dict[str, dict[Side | None, np.ndarray]] = {}
+    for name, key in keys.items():
+        places.setdefault(key, {})[side_of(name)] = tree.line(name)[1]
+    pairs = {key: pair["left"] - pair["right"] for key, pair in places.items() if len(pair) == 2}
+    limb = [each.name for part in tree.upward(tree.joints()[joint][0].name) for each in part.joints]
+    return _sum([*pairs.values()]) if any(keys.get(name) in pairs for name in limb) else None
 
 
 def _left_of_next(tree: Tree, part: Part, kind: JointName) -> np.ndarray | None:
@@ -129,7 +131,7 @@ def sign_of(
     if kind == "hinge":
         return given or 1.0, "given" if given else "the hinge's own", []
     axis, after, turn = tree.line(name)[0], NEXT.get(kind), JOINTS[kind].turn
-    shown = {} if kind in ("wrist", "finger", "thumb") else {BODY: body_left(tree)}
+    shown = {} if kind in ("wrist", "finger", "thumb") else {BODY: body_left(tree, name)}
     if after and (kind == "hip" or shown.get(BODY) is None):  # an arm may be turned beside the body
         shown[FOLD.format(after)] = _left_of_next(tree, part, after)
     folds, why = fold(tree, name, kind) if kind not in (*BALLS, "wrist") else (0.0, "")

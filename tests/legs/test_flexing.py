@@ -227,3 +227,18 @@ def test_a_start_that_throws_bodies_apart_is_told_first(
             told.data[key] == (pytest.approx(value) if key != "names" else value)
             for key, value in data.items()
         )
+
+
+def test_the_jaws_of_a_gripper_are_not_left_and_right_of_an_arm() -> None:
+    """An arm by itself, whose elbow goes 150 deg either way, with a left and a right jaw."""
+
+    jaws = "".join(
+        f'<body name="{side}_jaw" pos="0 {y} -0.3"><joint name="{side}_jaw" axis="1 0 0"/><geom size="0.01"/>'
+        "</body>"
+        for side, y in (("left", 0.05), ("right", -0.05))
+    )
+    text = f"""<mujoco><compiler autolimits="true"/><worldbody><body name="upper"><geom size="0.05"/>
+      <body name="lower" pos="0 0 -0.3"><joint name="elbow" axis="0 1 0" range="-150 150"/>
+      <geom size="0.04" pos="0 0 -0.1"/>{jaws}</body></body></worldbody></mujoco>"""
+    with pytest.raises(InputError, match="150 deg the other, nothing shows left and right of the body"):
+        found(text, "elbow", "elbow")
