@@ -3,9 +3,7 @@
 from dataclasses import dataclass
 from typing import Literal
 
-JointName = Literal[
-    "ankle", "knee", "hip", "shoulder", "elbow", "wrist", "finger", "thumb", "hinge"
-]
+JointName = Literal["ankle", "knee", "hip", "shoulder", "elbow", "wrist", "finger", "thumb", "hinge"]
 Segment = Literal["shank", "foot", "proximal", "distal"]
 # {segment: what lies on it}
 WORN: dict[str, str] = {"shank": "cuff", "proximal": "cuff", "foot": "plate", "distal": "plate"}

@@ -138,8 +138,7 @@ def _leg(
     inverts = joints != (found.ankle,)
     circuit = circuit_of(device, found.ankle, inverts=inverts, supply=endless(table["supply"]))
     bodies, prefix, told = dict(table["bodies"]), table["prefix"], tuple(table["told"])
-    ids, first = native.circuit_ids(model, circuit, prefix), table["userdata"]
-    supply = table["supply"]
+    ids, first, supply = native.circuit_ids(model, circuit, prefix), table["userdata"], table["supply"]
     return Attached(model, spec, device, found, bodies, joints, prefix, supply, circuit, ids, first, told)
 
 

@@ -1,7 +1,6 @@
 """Another joint than the ankle in a tree: segments and axes from the hinges themselves, side and sign."""
 
 import re
-from typing import TypeAlias
 
 import numpy as np
 
@@ -20,8 +19,8 @@ HANDS = {
     "finger": rf"^(?!.*(thumb|spin|cervic|thora|lumbar)).*({FINGERS})",
 }
 Names = tuple[str | None, str | None, str | None]  # of a hinge, a body above and a body below it
-Given: TypeAlias = float | None
-Toes: TypeAlias = Direction | None
+Given = float | None
+Toes = Direction | None
 # {joint: its hinges' names}
 NAMED = {name: re.compile(HANDS.get(name, name)) for name in JOINTS if name != "hinge"}
 NAMED["ankle"] = re.compile(r"ankle|talocrural|_ak[xyz]$")
@@ -31,10 +30,7 @@ FLEXES = re.compile(r"pitch|flex|_p$")  # of several hinges of a joint
 def find_worn(
     tree: Tree, device: Orthosis, names: Names, side: Side | None, zero: Given, sign: Given, forward: Toes
 ) -> Found:
-    """The joint that a device is for: an ankle is sought, another one is about the hinge that is named.
-
-    Its left axis is the hinge's, up goes along the distal segment at angle zero.
-    """
+    """The joint that a device is for: an ankle is sought; another one's left is its hinge's axis."""
     joint, proximal, distal = names
     named = [] if joint is None else [kind for kind, words in NAMED.items() if has(words, joint)]
     if named and device.joint != "hinge" and device.joint not in named:
@@ -65,8 +61,10 @@ def find_worn(
     zero = zero_of(tree, hinge, zero)
     end, how_up = beyond(tree, below if tree.way(last, below) else last, axis, centre)
     if end is None:
-        problem = f"shows no direction: no joint and no mass lies {1000 * OFF:g} mm off the axis of {name!r}"
-        raise InputError(problem, field="distal", value=below, allowed="a body with mass")
+        problem = (
+            f"shows no direction: no joint, mass or shapes lie {1000 * OFF:g} mm off the axis of {name!r}"
+        )
+        raise InputError(problem, field="distal", value=below, allowed="a body with mass or shapes")
     along = centre - moved(turned_about(axis, centre, zero - hinge.zero), end)
     up, tilt = upright(axis, along / np.linalg.norm(along))
     if tilt > STEEPEST:

@@ -8,6 +8,7 @@ import numpy as np
 from afo_sim.common import InputError, Notice
 from afo_sim.description import JOINTS, JointName, Side
 from afo_sim.legs.candidates import SIDES, has, plain, side_of
+from afo_sim.legs.extent import outline
 from afo_sim.legs.tree import Part, Tree, centre_of
 
 OFF = 0.002  # [m] from a hinge's axis; a joint or mass so near shows no direction
@@ -65,13 +66,17 @@ def cluster_of(tree: Tree, name: str, kind: str) -> list[Part]:
 
 
 def beyond(tree: Tree, start: str, axis: np.ndarray, centre: np.ndarray) -> tuple[np.ndarray | None, str]:
-    """The next joint below a part, off an axis, in the world [m] (3,), else the centre of mass below."""
-    parts, mass = branches(tree, start), centre_of(tree, tree.below(start))
-    places = [(mass, f"from the centre of mass of {start!r} up to it")]
+    """The next joint below a part, off an axis, in the world [m] (3,), else the middle of mass or shapes."""
+    parts, places, below = branches(tree, start), list[tuple[np.ndarray | None, str]](), tree.below(start)
     while len(parts) == 1:  # of a hand with fingers none leads on
         turns = [joint.name for joint in parts[0].joints if joint.kind in ("hinge", "ball")]
-        places[-1:-1] = [(tree.line(name)[1], f"from the joint {name!r} up to it") for name in turns]
+        places += [(tree.line(name)[1], f"from the joint {name!r} up to it") for name in turns]
         parts = branches(tree, parts[0].name)
+    places.append((centre_of(tree, below), f"from the centre of mass of {start!r} up to it"))
+    points = outline(tree, below)
+    places += (
+        [(points.mean(axis=0), f"from the middle of {start!r}'s shapes up to it")] if len(points) else []
+    )
     shown = (each for each in places if each[0] is not None and _away(each[0], axis, centre) > OFF)
     return next(shown, (None, ""))
 
