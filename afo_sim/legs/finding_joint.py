@@ -71,7 +71,7 @@ def find_worn(
         problem = f"its axis leans by {np.degrees(tilt):.0f} deg from the perpendicular to {below!r}"
         allowed = "a hinge across its segments, up to 35 deg"
         raise InputError(problem, field="joint", value=name, allowed=allowed)
-    sign, how_sign, notes = sign_of(tree, name, device.joint, parts[-1], sign)
+    sign, how_sign, notes = sign_of(tree, name, device.joint, parts, sign)
     left = -device.words.turn * sign * axis
     seen = side_of(name, part.name, *(each.name for each in tree.upward(above)))
     # left of an elbow or a hand may be another way than the body's

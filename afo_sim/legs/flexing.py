@@ -120,15 +120,14 @@ def body_left(tree: Tree, joint: str) -> np.ndarray | None:
 
 def _left_of_next(tree: Tree, part: Part, kind: JointName) -> np.ndarray | None:
     """Left of what folds next on a limb (3,): a hip's knee, a wrist's fingers without the thumb."""
-    firsts = branches(tree, part.name)
-    firsts = firsts if kind == "thumb" else [each for each in firsts if not has(OPPOSED, each.joints[0].name)]
+    firsts = [x for x in branches(tree, part.name) if kind == "thumb" or not has(OPPOSED, x.joints[0].name)]
     parts = [each for first in firsts for each in (tree.below(first.name) if kind in REACH else [first])]
     names = [joint.name for each in parts for joint in each.joints if joint.kind == "hinge"]
     return _sum([-JOINTS[kind].turn * fold(tree, name, kind)[0] * tree.line(name)[0] for name in names])
 
 
 def sign_of(
-    tree: Tree, name: str, kind: JointName, part: Part, given: float | None
+    tree: Tree, name: str, kind: JointName, parts: list[Part], given: float | None
 ) -> tuple[float, str, list[Notice]]:
     """+1 where a hinge's own coordinate rises with the device's angle, else −1; why; notices."""
     if given not in (None, 1, -1):
@@ -138,10 +137,12 @@ def sign_of(
     axis, after, turn = tree.line(name)[0], NEXT.get(kind), JOINTS[kind].turn
     shown = {} if kind in ("wrist", "finger", "thumb") else {BODY: body_left(tree, name)}
     if after and (kind == "hip" or shown.get(BODY) is None):  # an arm may be turned beside the body
-        shown[FOLD.format(after)] = _left_of_next(tree, part, after)
+        shown[FOLD.format(after)] = _left_of_next(tree, parts[-1], after)
     folds, why = fold(tree, name, kind) if kind not in (*BALLS, "wrist") else (0.0, "")
     cosines = {what: float(axis @ left) for what, left in shown.items() if left is not None}
     votes = {what: float(np.sign(-turn * x)) for what, x in cosines.items() if abs(x) >= NEAR}
+    if after == kind and not votes and sum(len(part.joints) for part in parts) > 1:
+        folds, why = 0.0, "another hinge of it lies there too, and which of them flexes is open"
     votes |= {"its own fold": folds} if folds else {}
     if given is not None:
         against = " and ".join(what for what, sign in votes.items() if sign != given)

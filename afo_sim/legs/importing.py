@@ -115,8 +115,7 @@ def import_leg(
     notes += [SOLE_NOTE] if sole.startswith("derived") else []
     notes += (*person_notes(numbers, found, body_mass, body_height), *doubtful_notes(leg, numbers))
     name = name or (folder.resolve().name if folder is not None else _plain(file.stem))
-    left = left_behind(tree, found)
-    imported = Imported(name, leg, found, numbers, sole, left, toes, tuple(notes))
+    imported = Imported(name, leg, found, numbers, sole, left_behind(tree, found), toes, tuple(notes))
     if folder is None:
         return imported
     text = leg_toml(imported.name, leg, found, file.name, body_mass, body_height)

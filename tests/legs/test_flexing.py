@@ -246,3 +246,21 @@ def test_the_jaws_of_a_gripper_are_not_left_and_right_of_an_arm() -> None:
       <geom size="0.04" pos="0 0 -0.1"/>{jaws}</body></body></worldbody></mujoco>"""
     with pytest.raises(InputError, match="150 deg the other, nothing shows left and right of the body"):
         found(text, "elbow", "elbow")
+
+
+def test_of_two_hinges_at_a_thumbs_base_neither_is_guessed() -> None:
+    """Each folds one way alone, and no further joint of the thumb shows which of them flexes."""
+    text = """<mujoco><compiler autolimits="true"/><worldbody><body name="palm"><geom size="0.03"/>
+      <body name="thumb" pos="0.04 0 0"><geom size="0.01" pos="0.03 0 0"/>
+      <joint name="thumb_z" axis="0 0 1" range="-10 60"/><joint name="thumb_y" axis="0 1 0" range="-60 10"/>
+      </body></body></worldbody></mujoco>"""
+    for joint in ("thumb_z", "thumb_y"):
+        with pytest.raises(InputError, match="which of them flexes is open") as refused:
+            found(text, "thumb", joint)
+        assert refused.value.field == "sign"
+    assert (
+        found(
+            text.replace('<joint name="thumb_y" axis="0 1 0" range="-60 10"/>', ""), "thumb", "thumb_z"
+        ).sign
+        == 1.0
+    )
