@@ -125,7 +125,7 @@ def zero_of(tree: Tree, hinge: Joint, given: float | None) -> float:
     )
     allowed = "its coordinate in deg in the neutral posture, of an ankle with the sole square to the shank; "
     allowed += "0 deg where that is meant"
-    raise InputError(problem, file=tree.file, field="zero", allowed=allowed)
+    raise InputError(problem, field="zero", allowed=allowed)
 
 
 def _why_none(tree: Tree) -> str:

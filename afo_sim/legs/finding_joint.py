@@ -52,7 +52,7 @@ def find_worn(
     chain, known = ([each.name for each in way] for way in (tree.upward(part.parent), tree.below(part.name)))
     if not chain:
         problem = f"moves {part.name!r} against the world: there is no body above it"
-        raise InputError(problem, file=tree.file, field="joint", value=name)
+        raise InputError(problem, field="joint", value=name)
     if proximal is not None and proximal not in chain:
         raise unknown(proximal, chain, field="proximal", problem=f"is not above the hinge {name!r}")
     if distal is not None and distal not in known:
@@ -99,8 +99,8 @@ def _hinge(tree: Tree, kind: JointName, joint: str | None, side: Side | None) ->
             others = [words for other, words in NAMED.items() if other != kind]
             free = [name for name in hinges if not any(has(words, name) for words in others)]
             allowed = listed(called or free, 24) or f"a model with the hinge of {a_joint(kind)}"
-            raise InputError(problem, file=tree.file, field="joint", allowed=allowed)
+            raise InputError(problem, field="joint", allowed=allowed)
         joint = called[0]
     if joint not in hinges:
-        raise unknown(joint, hinges, file=tree.file, field="joint", problem="there is no such hinge")
+        raise unknown(joint, hinges, field="joint", problem="there is no such hinge")
     return joint

@@ -156,5 +156,5 @@ def sign_of(
         said += [f"nothing shows {what}" for what, left in shown.items() if left is None]
         problem = f"is needed: it is not clear which way the hinge {name!r} flexes: {', '.join(said)}"
         allowed = "1 where its own coordinate rises in flexion, else -1; or another hinge"
-        raise InputError(problem, file=tree.file, field="sign", allowed=allowed)
+        raise InputError(problem, field="sign", allowed=allowed)
     return next(iter(votes.values())), ", ".join(votes), []

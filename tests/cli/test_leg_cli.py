@@ -6,6 +6,7 @@ import mujoco
 import pytest
 from command import Call
 from documents import ROOT
+from person import person
 
 import afo_sim as afo
 from afo_sim.common import find as asset
@@ -248,6 +249,15 @@ def test_attach_goes_on_with_the_other_leg(tmp_path: pathlib.Path, call: Call) -
 def test_attach_says_how_a_knees_sign_was_found(tmp_path: pathlib.Path, call: Call) -> None:
     said = call("attach", "pin_knee", "--orthosis", "pin_knee", "--out", tmp_path / "knee.xml")[1]
     assert "its own fold" in " ".join(said.split())
+
+
+def test_a_knee_that_folds_forward_asks_for_its_sign(tmp_path: pathlib.Path, call: Call) -> None:
+    (tmp_path / "bird.xml").write_text(person(backward=True))
+    given = "attach", tmp_path / "bird.xml", "--orthosis", "pin_knee", "--out", tmp_path / "worn.xml"
+    code, _, said = call(*given, "--joint", "left_knee")
+    assert code == 2 and "--sign: is needed" in " ".join(said.split())
+    assert call(*given, "--joint", "left_knee", "--sign", "1")[0] == 0
+    assert afo.attached(tmp_path / "worn.xml").found.sign == 1.0
 
 
 def test_the_model_that_is_read_stays(tmp_path: pathlib.Path, call: Call) -> None:
