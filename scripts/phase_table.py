@@ -168,12 +168,14 @@ def written_c(text: str) -> str:
         f"#define {name} {value if isinstance(value, int) else f'R({value!r})'}"
         for name, value in sorted(constants.items())
     ]
-    weights = ", ".join(f"R({weight:.9g})" for weight in heel_strike.WEIGHTS)
-    lines.append(f"#define WEIGHTS {{ {weights} }}")
+    turn = np.cos(2.0 * np.pi * np.arange(estimate.EXTREMES) / estimate.EXTREMES)
+    for name, values in {"WEIGHTS": heel_strike.WEIGHTS, "COSINES": turn}.items():
+        written = ", ".join(f"R({value:.17g})" for value in values)
+        lines.append(f"#define {name} {{ {written} }}")
     rows = []
     for t in estimate.templates():
         scalars, series = (
-            ", ".join(f"R({value:.9g})" for value in values)
+            ", ".join(f"R({value:.17g})" for value in values)
             for values in ((t.stride_time, t.lowest, t.highest, t.low, t.high), t.series)
         )
         rows.append(f"    {{{scalars},\n      {{{series}}}}},")
