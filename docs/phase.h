@@ -73,7 +73,7 @@ PHASE_MATH(fabs)
 #define MOVES R(2.0)
 #define NOISY R(0.5)
 #define NOTHING R(6.0)
-#define PACE R(0.25)
+#define PACE R(0.2)
 #define PAST R(0.10471975511965978)
 #define PHASE R(0.04)
 #define RANGE R(0.4363323129985824)
@@ -84,7 +84,7 @@ PHASE_MATH(fabs)
 #define SEEN R(1.5)
 #define SETTLED 3
 #define SHAPE 2
-#define SHARE R(0.2)
+#define SHARE R(0.28)
 #define SHIFT R(0.095)
 #define SHORTEST_HALF 3
 #define SHORTEST_STRIDE R(0.33)
@@ -96,9 +96,11 @@ PHASE_MATH(fabs)
 #define STRIKE R(0.006)
 #define SURE R(0.9)
 #define TAUGHT R(0.3)
+#define UNEVEN 3
 #define UNLIKE R(0.003490658503988659)
 #define UNLIKE_SWING R(0.13962634015954636)
 #define UNSTEADY R(0.3)
+#define USUAL R(0.1)
 #define WAKING_PHASE R(0.03)
 #define WAKING_RATE R(0.3)
 #define WEIGHTS { R(0.1111111111111111), R(0.22222222222222221), R(0.33333333333333331), R(0.22222222222222221), R(0.1111111111111111) }
@@ -202,7 +204,7 @@ typedef struct {
     real_t before, high, low, since_high, since_low; /* of a swing that is looked for */
     real_t home[2], now[2], before_it[2]; /* extremes of usual swings, of late, of the last: high, low */
     real_t shift, heel, mean[BINS], count[BINS]; /* of the heel strike */
-    uint8_t looked, follows, stopped, falls, has_kept, against, calibrated, knows_swings, strange, off_pace, same, heel_seen, begun;
+    uint8_t looked, follows, stopped, falls, has_kept, against, calibrated, knows_swings, strange, off_pace, uneven, same, heel_seen, begun;
     template_t kept;
 } phase_t;
 
@@ -466,7 +468,7 @@ static void heel_find(phase_t *p)
     static const real_t weights[] = WEIGHTS;
     const int spare = (int)(sizeof weights / sizeof *weights) / 2;
     const int half = (int)(least(most(HALF * p->rate / BIN, SHORTEST_HALF), LONGEST_HALF) + R(0.5));
-    real_t score[BINS], level[BINS], doubt[BINS], best = R(0.5) * NOTHING, whole = 0, seen = 0, mean = 0;
+    real_t score[BINS], level[BINS], doubt[BINS], best = R(0.5) * NOTHING, usual = 0, whole = 0, seen = 0, mean = 0;
     for (int at = spare; at < BINS - spare; at++) {
         level[at] = doubt[at] = 0;
         for (int k = 0; k <= 2 * spare; k++) {
@@ -475,13 +477,15 @@ static void heel_find(phase_t *p)
             doubt[at] += weight * weight / (count > ENOUGH ? count : R(1e-9));
         }
     }
-    for (int pass = 0; pass < 2; pass++)
+    for (int pass = 0; pass < 3; pass++)
         for (int middle = half + spare; middle < BINS - half - spare; middle++) {
             const real_t place = FROM + BIN * (real_t)middle - DIP * p->rate;
-            const real_t dip = most(level[middle - half] + level[middle + half] - 2 * level[middle], 0);
+            const real_t bend = level[middle - half] + level[middle + half] - 2 * level[middle], dip = most(bend, 0);
             const real_t variance = doubt[middle - half] + doubt[middle + half] + 4 * doubt[middle];
             if (pass == 0) {
-                score[middle] = R(0.5) * (dip * dip / (p->noise * variance + RESIDUAL * RESIDUAL) - place * place / (SPREAD * SPREAD));
+                usual += bend * bend / (real_t)(BINS - 2 * (half + spare));
+            } else if (pass == 1) {
+                score[middle] = R(0.5) * (dip * dip / (p->noise * variance + RESIDUAL * RESIDUAL + USUAL * usual) - place * place / (SPREAD * SPREAD));
                 best = most(best, score[middle]);
             } else {
                 const real_t weight = exp_r(score[middle] - best);
@@ -496,6 +500,7 @@ static void heel_find(phase_t *p)
 
 static void phase_swung(phase_t *p, real_t late)
 {
+    const int away = p->same >= SETTLED;
     const real_t duration = p->since_high - p->since_low, ago = p->since_low + late, stride = p->since_swing - ago;
     const template_t *like = templates, *t;
     template_t shape;
@@ -513,7 +518,16 @@ static void phase_swung(phase_t *p, real_t late)
     if (!(rate > SLOWEST && rate < FASTEST))
         return;
     phase_usual(p);
-    p->off_pace = 0;
+    p->uneven = (uint8_t)(p->off_pace ? p->uneven + 1 : 0);
+    if (!p->strange)
+        p->off_pace = 0;
+    if (away && !p->same && p->has_kept && p->follows) {
+        phase = p->state[0];
+        memcpy(p->state + SHAPE, p->kept.series, sizeof p->kept.series);
+        if (p->calibrated)
+            phase_turn(p, apart(p->origin, phase_origin(p)));
+        p->state[0] = phase;
+    }
     p->window = least(most(SHARE * like->stride_time, SHORTEST_WINDOW), LONGEST_WINDOW);
     p->since_swing = ago;
     if (stride > SHORTEST_STRIDE && stride < LONGEST_STRIDE)
@@ -522,7 +536,7 @@ static void phase_swung(phase_t *p, real_t late)
         p->cadence = rate;
     phase = t->lowest + rate * ago;
     phase_template(&shape, like->stride_time, p->state + SHAPE);
-    if (!p->follows || fabs_r(apart(p->state[0], phase)) > (p->unstruck < SEEN ? AGREES_STRUCK : AGREES)
+    if (!p->follows || p->uneven >= UNEVEN || fabs_r(apart(p->state[0], phase)) > (p->unstruck < SEEN ? AGREES_STRUCK : AGREES)
         || most(fabs_r(shape.high - p->high), fabs_r(shape.low - p->low)) > UNLIKE_SWING || p->worst > LOST * LOST) {
         share = (p->high - p->low) / (t->high - t->low);
         for (int k = SHAPE; k < STATES; k++)
@@ -540,6 +554,7 @@ static void phase_swung(phase_t *p, real_t late)
             memset(p->mean, 0, sizeof p->mean);
             memset(p->count, 0, sizeof p->count);
         }
+        p->uneven = 0;
         p->against = (uint8_t)(p->against < AGAINST ? p->against + 1 : AGAINST);
         p->follows = 1;
         p->stated = -NEVER;
@@ -552,7 +567,7 @@ static void phase_swung(phase_t *p, real_t late)
         phase_loosen(p, PHASE * PHASE, RATE * rate * RATE * rate);
     } else {
         p->against = 0;
-        if (p->agreed > 1 && !p->strange) {
+        if (p->agreed > 1 && !p->strange && !p->same) {
             p->kept = shape;
             p->has_kept = 1;
         }

@@ -20,6 +20,7 @@ KEPT = 40.0  # strides whose mean a bin is
 # Standard deviation of where people's heels strike in the population's curve, and of a dip that the curve's
 # higher harmonics give alone. The first is measured of 70 walkers, the second is assumed.
 SPREAD, RESIDUAL = 0.025, math.radians(0.35)
+USUAL = 0.1  # share of the mean square dip of all places that counts as the curve's own
 NOTHING = 6.0  # twice the log of how much likelier a dip must make a place to be believed
 SURE = 0.9  # share of likelihood from which on the strike counts as seen
 
@@ -58,7 +59,7 @@ class HeelStrike:
         count = np.where(self._count > ENOUGH, self._count, 1e-9)
         variance = (1.0 / count[before] + 1.0 / count[after] + 4.0 / count[near]) @ WEIGHTS**2
         places = FROM + BIN * middle - DIP * rate
-        known = np.maximum(dip, 0.0) ** 2 / (noise * variance + RESIDUAL**2)
+        known = np.maximum(dip, 0.0) ** 2 / (noise * variance + RESIDUAL**2 + USUAL * np.mean(dip**2))
         score = 0.5 * (known - (places / SPREAD) ** 2)
         best = max(float(score.max()), 0.5 * NOTHING)
         weights = np.exp(score - best)

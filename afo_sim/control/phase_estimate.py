@@ -119,12 +119,12 @@ MISFIT, LOST, RECENT = math.radians(1.6), math.radians(7.0), 0.05
 # Noise is taken out of the misfit over a share of a stride, and over a time [s] out of the angle in which
 # swings and stops are looked for; how large it is, neighbouring samples tell, over half a stride.
 CALM_MISFIT, CALM, NOISY = 0.04, 0.02, 0.5
-PACE = 0.25  # by which the rate may differ from the last stride's, of itself
+PACE = 0.2  # by which the rate may differ from the last stride's, of itself
 AGREED, AGREED_STANDING = 0.9, 0.75  # strides that it agreed for until it is believed; of who stands
 CERTAIN = 0.04  # standard deviation of a phase that is believed [-]
 # Who stands moves the shank less in so long [rad], [s]: who walks slowly turns it round as slowly, so that it
 # is looked at for a share of the stride, within bounds; for the longest while no stride is known.
-STILL, WINDOW, SHARE = math.radians(0.9), (0.25, 0.5), 0.2
+STILL, WINDOW, SHARE = math.radians(0.9), (0.25, 0.5), 0.28
 # Least time from one look for that to the next [s], and looks that are kept. A look falls on a sample: at
 # 100 Hz they are 30 ms apart, and the time above is a fifth longer; at 50 Hz 40 ms and three fifths.
 LOOK, LOOKS = 0.025, 20
@@ -133,6 +133,7 @@ SEEN, HOLD = 1.5, 10.0  # strides in which a foot switch counts; how often a str
 AVERAGED = 2.0  # how often a stride the rate that is stated is renewed
 STRIDES = 0.33, 5.0  # durations of a stride [s]
 AGAINST = 2  # swings, one after the other, that contradict a shape until it is not used any more
+UNEVEN = 3  # swings, one after the other, at whose pace the shape must be wrong
 # Phase at which the strike's place is looked for, and by which, behind an extreme, it has been seen or not.
 LOOKED, HIGH_PAST, LOW_PAST = 0.25, 0.05, 0.1
 MOVES = 2.0  # how often a stride the heel strike moves to where it was found
@@ -172,7 +173,8 @@ class PhaseEstimate:
         self._stated = -math.inf  # phase, with whole strides
         self._rate = 0.0  # of strides of late [1/s]
         self._cadence = 0.0  # rate of the last whole stride [1/s]
-        self._off_pace = False  # the rate was another since the last swing
+        self._off_pace = False  # the rate has been another since a usual swing
+        self._uneven = 0  # swings, one after the other, that ended with that
         self._kept: Template | None = None  # shape of the walker when it was believed
         self._against = 0  # swings, since one agreed
         self._origin = 0.0  # of the shape, to which it is held
@@ -296,7 +298,13 @@ class PhaseEstimate:
         if not SLOWEST < rate < FASTEST:
             return
         self._usual.take(swing)
-        self._off_pace = False
+        self._uneven = self._uneven + 1 if self._off_pace else 0
+        self._off_pace &= self._usual.strange
+        if self._usual.returned and self._kept and self._follows:
+            phase = float(self._state[0])
+            self._state[SHAPE:] = self._kept.series
+            self._turn_to_own()
+            self._state[0] = phase
         self._window = min(max(SHARE * like.stride_time, WINDOW[0]), WINDOW[1])
         stride = self._since_swing - swing.ago
         self._since_swing = swing.ago
@@ -306,20 +314,25 @@ class PhaseEstimate:
         if not self._follows or self._contradicted(swing, phase):
             self._begin(template, swing)
             self._state[:SHAPE] = phase, self._cadence
-            if self._calibrated:
-                turn(self._state, _apart(self._origin, origin(self._state)))
+            self._turn_to_own()
             self._loosen(PHASE**2, (RATE * rate) ** 2)
         else:
             self._against = 0
-            if self._agreed > 1.0 and not self._usual.strange:
+            if self._agreed > 1.0 and self._usual.at_home:
                 self._kept = template_of(like.stride_time, self._state[SHAPE:].copy())
         self._worst = 0.0
+
+    def _turn_to_own(self) -> None:
+        """Turn a shape to where a foot switch found the walker's own."""
+        if self._calibrated:
+            turn(self._state, _apart(self._origin, origin(self._state)))
 
     def _contradicted(self, swing: Swing, phase: float) -> bool:
         """Whether the oscillator's phase or shape is not that of a swing that ends at a phase."""
         shape = template_of(0.0, self._state[SHAPE:])
         return (
-            abs(_apart(self._state[0], phase)) > (AGREES_STRUCK if self._unstruck < SEEN else AGREES)
+            self._uneven >= UNEVEN
+            or abs(_apart(self._state[0], phase)) > (AGREES_STRUCK if self._unstruck < SEEN else AGREES)
             or max(abs(shape.high - swing.high), abs(shape.low - swing.low)) > UNLIKE_SWING
             or self._worst > LOST**2
         )
@@ -338,6 +351,7 @@ class PhaseEstimate:
             self._age = 0.0
             self._heel.forget()
         self._against += 1
+        self._uneven = 0
         self._follows, self._stated, self._rate = True, -math.inf, self._cadence
         self._agreed = self._misfit = self._surprise = 0.0
         self._last = math.nan

@@ -70,6 +70,12 @@ class UsualSwings:
         self._last: Swing | None = None
         self._same = 0  # swings unlike home, one like the next
         self.strange = False  # whether the last swing was of another kind
+        self.returned = False  # whether it was of the first kind again, after a while of another
+
+    @property
+    def at_home(self) -> bool:
+        """Whether he walks as he mostly does."""
+        return not (self.strange or self._same)
 
     def take(self, swing: Swing) -> None:
         """Compare a swing with those before, and learn from it."""
@@ -78,6 +84,7 @@ class UsualSwings:
             return
         home, again = _alike(swing, self._home), _alike(swing, self._last)
         self.strange = not (home or _alike(swing, self._now))
+        self.returned = self._same >= SETTLED and (home or not again)
         self._same = 0 if home or not again else self._same + 1
         self._last = swing
         if home:
