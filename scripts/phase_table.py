@@ -25,6 +25,11 @@ from afo_sim.model import persons_stride
 
 STEPPAGE = {"gait.steppage_hip": "10 deg", "gait.steppage_knee": "25 deg"}
 FIRST, PEOPLE, SEEDS = 1000, 200, 10  # numbers of drawn people; walks of each shipped walker
+TITLES = (
+    "a U-turn in small strides, and a stop (green: ready)",
+    "the first strides: the heel strike is learned",
+)
+READY = {"cmap": "Greens", "vmin": 0.0, "vmax": 4.0}
 LONG, LATE = 0.1, 5.0  # of an error over a tenth while ready [s]; of an error two strides later [%]
 
 
@@ -194,7 +199,7 @@ def picture(file: pathlib.Path) -> None:
 
     figure, axes = plt.subplots(3, 2, figsize=(10, 6), sharex="col", layout="constrained")
     shown = ("U-turn, small strides", "stop"), ()
-    for column, (names, who) in enumerate(zip(shown, (1003, 1010), strict=True)):
+    for column, (names, who) in enumerate(zip(shown, (1003, 1017), strict=True)):
         person = phase_events.drawn(who)
         walk = phase_events.walk(person, names, who)
         time = np.arange(len(walk.angle)) / walk.rate
@@ -204,28 +209,14 @@ def picture(file: pathlib.Path) -> None:
         middle.plot(time, walk.phase % 1.0, "0.65", lw=3, label="true")
         middle.plot(time, phase, "C0", lw=1, label="estimated")
         lower.plot(time, 100.0 * phase_events.apart(phase, walk.phase), "C0", lw=1)
-        for axis in (upper, middle, lower):
-            axis.fill_between(
-                time,
-                0.0,
-                1.0,
-                where=ready > 0.0,
-                transform=axis.get_xaxis_transform(),
-                color="C2",
-                alpha=0.15,
-                lw=0,
-            )
         lower.axhline(0.0, color="0.5", lw=0.5)
         lower.set(ylim=(-15.0, 15.0), xlabel="time [s]")
-        upper.set_title(
-            "a U-turn in small strides, and a stop"
-            if names
-            else "the first strides: the heel strike is learned"
-        )
+        for axis in (upper, middle, lower):
+            axis.pcolorfast(time[[0, -1]], axis.get_ylim(), np.ma.masked_less(ready[None, :], 1.0), **READY)
+        upper.set_title(TITLES[column])
     for axis, label in zip(axes[:, 0], ("shank [°]", "phase [-]", "error [% of the stride]"), strict=True):
         axis.set_ylabel(label)
     axes[1, 0].legend(loc="upper right", fontsize=8)
-    axes[0, 0].text(0.01, 0.04, "green: ready", transform=axes[0, 0].transAxes, color="C2", fontsize=9)
     figure.savefig(file, dpi=100)
 
 

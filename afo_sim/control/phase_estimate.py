@@ -119,7 +119,7 @@ MISFIT, LOST, RECENT = math.radians(1.6), math.radians(7.0), 0.05
 # Noise is taken out of the misfit over a share of a stride, and over a time [s] out of the angle in which
 # swings and stops are looked for; how large it is, neighbouring samples tell, over half a stride.
 CALM_MISFIT, CALM, NOISY = 0.04, 0.02, 0.5
-PACE = 0.2  # by which the rate may differ from the last stride's, of itself
+PACE = 0.25  # by which the rate may differ from the last stride's, of itself
 AGREED, AGREED_STANDING = 0.9, 0.75  # strides that it agreed for until it is believed; of who stands
 CERTAIN = 0.04  # standard deviation of a phase that is believed [-]
 # Who stands moves the shank less in so long [rad], [s]: who walks slowly turns it round as slowly, so that it
