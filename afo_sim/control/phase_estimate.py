@@ -311,7 +311,8 @@ class PhaseEstimate:
         whole = STRIDES[0] < stride < STRIDES[1]
         self._cadence = 1.0 / stride if whole else self._cadence or rate
         phase = template.lowest + rate * swing.ago
-        if not self._follows or self._contradicted(swing, phase):
+        shape = template_of(like.stride_time, self._state[SHAPE:].copy())
+        if not self._follows or self._contradicted(swing, phase, shape):
             self._begin(template, swing)
             self._state[:SHAPE] = phase, self._cadence
             self._turn_to_own()
@@ -319,7 +320,7 @@ class PhaseEstimate:
         else:
             self._against = 0
             if self._agreed > 1.0 and self._usual.at_home:
-                self._kept = template_of(like.stride_time, self._state[SHAPE:].copy())
+                self._kept = shape
         self._worst = 0.0
 
     def _turn_to_own(self) -> None:
@@ -327,9 +328,8 @@ class PhaseEstimate:
         if self._calibrated:
             turn(self._state, _apart(self._origin, origin(self._state)))
 
-    def _contradicted(self, swing: Swing, phase: float) -> bool:
-        """Whether the oscillator's phase or shape is not that of a swing that ends at a phase."""
-        shape = template_of(0.0, self._state[SHAPE:])
+    def _contradicted(self, swing: Swing, phase: float, shape: Template) -> bool:
+        """Whether the oscillator's phase, pace or shape is not that of a swing that ends at a phase."""
         return (
             self._uneven >= UNEVEN
             or abs(_apart(self._state[0], phase)) > (AGREES_STRUCK if self._unstruck < SEEN else AGREES)
