@@ -19,6 +19,7 @@ PARALLEL, APART = 0.87, 0.01  # cosine, [m]: parallel hinges that lie apart are 
 BENT, FARTHER = 20.0, 2.0  # [deg] that a fold reaches from straight, and times as far as the other way
 NEAR = 0.5  # cosine; of an axis to left, from which on left shows its sign
 OPPOSED = re.compile(r"thumb|pollex|(?<![a-z])thj|gripper|claw|jaw")  # to fingers, or no fingers
+BESIDE = re.compile(r"patella|knee_?cap")
 BODY, FOLD = "left and right of the body", "the fold of the {} below it"
 # {joint: the next one of its limb, which folds}
 NEXT: dict[str, JointName] = {
@@ -32,9 +33,10 @@ NEXT: dict[str, JointName] = {
 
 
 def branches(tree: Tree, name: str) -> list[Part]:
-    """The first part below one that moves on it, of each branch."""
+    """The first part below one that moves on it, of each branch; a kneecap beside the shank is none."""
     children = tree.children(name)
-    return [each for part in children for each in ([part] if part.joints else branches(tree, part.name))]
+    found = [each for part in children for each in ([part] if part.joints else branches(tree, part.name))]
+    return [part for part in found if not has(BESIDE, part.name)] or found
 
 
 def _away(place: np.ndarray, axis: np.ndarray, centre: np.ndarray) -> float:

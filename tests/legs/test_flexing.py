@@ -56,6 +56,18 @@ def test_each_joint_flexes_as_its_anatomy_says(arms: str, way: int, turn: str) -
                 assert leg.axes[:, 0] == pytest.approx(forward, abs=0.1)
 
 
+@pytest.mark.parametrize("way", [1, -1])
+def test_a_kneecap_beside_the_shank_hides_no_knee(way: int) -> None:
+    """It lies 5 cm ahead of the knee; unlimited, it would say that the knee bends forward."""
+    cap = f'<body name="right_patella" pos="0 0 -0.3"><joint name="cap" axis="0 {way} 0"/>'
+    cap += '<inertial pos="0.05 0 0" mass="0.1" diaginertia="1e-4 1e-4 1e-4"/></body>'
+    text = person(way=way, sides=("right",)).replace(
+        '<body name="right_shank"', f'{cap}<body name="right_shank"'
+    )
+    leg = found(text, "hip", "right_hip_pitch")
+    assert (leg.sign, leg.how["up"]) == (way, "from the joint 'right_knee' up to it")
+
+
 def test_stops_that_reach_farther_back_do_not_turn_a_bent_elbow_round() -> None:
     """Of 90 deg at zero it goes 60 deg on and 95 deg back: that it folds counts from straight."""
     text = person("bent by 90 deg", sides=("right",))
