@@ -2,6 +2,7 @@
 
 import itertools
 import re
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -67,19 +68,22 @@ def cluster_of(tree: Tree, name: str, kind: str) -> list[Part]:
     return found
 
 
-def beyond(tree: Tree, start: str, axis: np.ndarray, centre: np.ndarray) -> tuple[np.ndarray | None, str]:
-    """The next joint below a part, off an axis, in the world [m] (3,), else the middle of mass or shapes."""
-    parts, places, below = branches(tree, start), list[tuple[np.ndarray | None, str]](), tree.below(start)
+def _places(tree: Tree, start: str) -> Iterator[tuple[np.ndarray, str]]:
+    """Where a part leads, in the world [m] (3,): joints below, the middle of mass, of shapes; in words."""
+    parts, below = branches(tree, start), tree.below(start)
     while len(parts) == 1:  # of a hand with fingers none leads on
         turns = [joint.name for joint in parts[0].joints if joint.kind in ("hinge", "ball")]
-        places += [(tree.line(name)[1], f"from the joint {name!r} up to it") for name in turns]
+        yield from ((tree.line(name)[1], f"from the joint {name!r} up to it") for name in turns)
         parts = branches(tree, parts[0].name)
-    places.append((centre_of(tree, below), f"from the centre of mass of {start!r} up to it"))
-    points = outline(tree, below)
-    places += (
-        [(points.mean(axis=0), f"from the middle of {start!r}'s shapes up to it")] if len(points) else []
-    )
-    shown = (each for each in places if each[0] is not None and _away(each[0], axis, centre) > OFF)
+    if (mass := centre_of(tree, below)) is not None:
+        yield mass, f"from the centre of mass of {start!r} up to it"
+    if len(points := outline(tree, below)):
+        yield points.mean(axis=0), f"from the middle of {start!r}'s shapes up to it"
+
+
+def beyond(tree: Tree, start: str, axis: np.ndarray, centre: np.ndarray) -> tuple[np.ndarray | None, str]:
+    """The first place off an axis to which a part leads [m] (3,), and which it is; else None."""
+    shown = (each for each in _places(tree, start) if _away(each[0], axis, centre) > OFF)
     return next(shown, (None, ""))
 
 
