@@ -115,19 +115,21 @@ def _sum(ways: list[np.ndarray]) -> np.ndarray | None:
 
 def body_left(tree: Tree, joint: str) -> np.ndarray | None:
     """Left of a body (3,), from joints to their namesakes on the other side; None where its limb has none."""
+    chain = [*tree.upward(tree.joints()[joint][0].name)]
     keys = {name: SIDES[side].sub("*", plain(name)) for name in tree.joints() if (side := side_of(name))}
     places: dict[str, dict[Side | None, np.ndarray]] = {}
     for name, key in keys.items():
         places.setdefault(key, {})[side_of(name)] = tree.line(name)[1]
-    pairs = {key: pair["left"] - pair["right"] for key, pair in places.items() if len(pair) == 2}
-    limb = [each.name for part in tree.upward(tree.joints()[joint][0].name) for each in part.joints]
-    return _sum([*pairs.values()]) if any(keys.get(name) in pairs for name in limb) else None
+    limb = {keys.get(each.name) for part in chain for each in part.joints}
+    own = {keys.get(each.name) for part in tree.below(chain[-1].name) for each in part.joints}
+    pairs = {key: at["left"] - at["right"] for key, at in places.items() if len(at) == 2 and key in own}
+    return _sum([*pairs.values()]) if limb & pairs.keys() else None
 
 
 def _left_of_next(tree: Tree, part: Part, kind: JointName) -> np.ndarray | None:
     """Left of what folds next on a limb (3,): a hip's knee, a wrist's fingers without the thumb."""
     firsts = [x for x in branches(tree, part.name) if kind == "thumb" or not has(OPPOSED, x.joints[0].name)]
-    parts = [each for first in firsts for each in (tree.below(first.name) if kind in REACH else [first])]
+    parts = [each for first in firsts for each in (tree.below(first.name) if kind in DIGITS else [first])]
     names = [joint.name for each in parts for joint in each.joints if joint.kind == "hinge"]
     return _sum([-JOINTS[kind].turn * fold(tree, name, kind)[0] * tree.line(name)[0] for name in names])
 
