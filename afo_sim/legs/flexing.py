@@ -13,8 +13,10 @@ from afo_sim.legs.extent import outline
 from afo_sim.legs.tree import Part, Tree, centre_of
 
 OFF = 0.002  # [m] from a hinge's axis; a joint or mass so near shows no direction
-REACH = {"hip": 0.15, "shoulder": 0.1, "finger": 0.015, "thumb": 0.015, "hinge": -1.0}  # [m], of one joint's
+# [m], of one joint's hinges; OpenSim's subtalar axis begins 6.4 cm from the ankle's
+REACH = {"hip": 0.15, "shoulder": 0.1, "ankle": 0.08, "finger": 0.015, "thumb": 0.015, "hinge": -1.0}
 TOGETHER = 0.06  # [m], of another one's hinges
+DIGITS = ("finger", "thumb")
 BALLS = ("hip", "shoulder")  # have also a hinge along their limb, which may lie farther up or down
 PARALLEL, APART = 0.87, 0.01  # cosine, [m]: parallel hinges that lie apart are of two joints
 BENT, FARTHER = 20.0, 2.0  # [deg] that a fold reaches from straight, and times as far as the other way

@@ -1,5 +1,6 @@
 """Which way a joint flexes, and what is one joint, on persons whose anatomy is known by construction."""
 
+import re
 import types
 from typing import Any
 
@@ -66,6 +67,38 @@ def test_a_kneecap_beside_the_shank_hides_no_knee(way: int) -> None:
     )
     leg = found(text, "hip", "right_hip_pitch")
     assert (leg.sign, leg.how["up"]) == (way, "from the joint 'right_knee' up to it")
+
+
+def test_a_person_has_a_left_of_ones_own() -> None:
+    """Another one in the scene, who has arms too, faces the first, who has legs alone."""
+    legs = re.sub(
+        r'(?s)<body name="(left|right)_arm_1".*?(?=<body name="left_hip_1"|<body name="right_hip_1")',
+        "",
+        person(),
+    )
+    other = person(turn=np.diag([-1.0, -1.0, 1.0])).split("<worldbody>")[1].split("</worldbody>")[0]
+    text = legs.replace("</worldbody>", other.replace('name="', 'name="other_') + "</worldbody>")
+    for joint, kind in (
+        ("left_hip_pitch", "hip"),
+        ("other_right_knee", "knee"),
+        ("other_left_elbow", "elbow"),
+    ):
+        leg = found(text, kind, joint)
+        assert leg.sign == 1.0 and "left and right of the body" in leg.how["sign"]
+
+
+@pytest.mark.parametrize("way", [1, -1])
+def test_a_subtalar_hinge_at_the_heel_does_not_turn_the_foot_round(way: int) -> None:
+    """OpenSim's begins 49 mm behind the ankle and 42 mm below; the knee has no stops and no other side."""
+    heel = (
+        '<body name="right_calcn" pos="-0.049 0 -0.042"><joint name="right_subtalar" axis="0.79 0.12 0.6"/>'
+    )
+    heel += '<inertial pos="0.1 0 0.03" mass="1" diaginertia="1e-3 1e-3 1e-3"/></body>'
+    before, after = person(way=way, sides=("right",), knee=None).split('<body name="right_foot"')
+    leg = found(
+        before + '<body name="right_foot"' + after.replace("<geom", f"{heel}<geom", 1), "knee", "right_knee"
+    )
+    assert (leg.sign, leg.how["sign"]) == (way, "the fold of the ankle below it")
 
 
 def test_stops_that_reach_farther_back_do_not_turn_a_bent_elbow_round() -> None:
