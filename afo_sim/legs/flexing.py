@@ -116,16 +116,14 @@ def _sum(ways: list[np.ndarray]) -> np.ndarray | None:
 
 
 def body_left(tree: Tree, joint: str) -> np.ndarray | None:
-    """Left of a body (3,), from joints to their namesakes on the other side; None where its limb has none."""
-    chain = [*tree.upward(tree.joints()[joint][0].name)]
+    """Left of a body (3,), from a limb's joints to their namesakes on the other side; None without any."""
     keys = {name: SIDES[side].sub("*", plain(name)) for name in tree.joints() if (side := side_of(name))}
     places: dict[str, dict[Side | None, np.ndarray]] = {}
     for name, key in keys.items():
         places.setdefault(key, {})[side_of(name)] = tree.line(name)[1]
-    limb = {keys.get(each.name) for part in chain for each in part.joints}
-    own = {keys.get(each.name) for part in tree.below(chain[-1].name) for each in part.joints}
-    pairs = {key: at["left"] - at["right"] for key, at in places.items() if len(at) == 2 and key in own}
-    return _sum([*pairs.values()]) if limb & pairs.keys() else None
+    limb = {keys.get(each.name) for part in tree.upward(tree.joints()[joint][0].name) for each in part.joints}
+    # of this limb alone: crossed hands, or another body in the scene, may lie the other way
+    return _sum([at["left"] - at["right"] for key, at in places.items() if len(at) == 2 and key in limb])
 
 
 def _left_of_next(tree: Tree, part: Part, kind: JointName) -> np.ndarray | None:

@@ -87,6 +87,13 @@ def test_a_person_has_a_left_of_ones_own() -> None:
         assert leg.sign == 1.0 and "left and right of the body" in leg.how["sign"]
 
 
+def test_crossed_hands_do_not_turn_the_body_round(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each hand with its eight hinges lies beyond the midline; no knee has stops."""
+    monkeypatch.setitem(ARMS, "crossed", ((1, -1, -1), (0, -1, 0), (-1, 0, 0)))
+    leg = found(person("crossed", knee=None), "hip", "left_hip_pitch")
+    assert (leg.sign, leg.how["sign"]) == (1.0, "left and right of the body")
+
+
 @pytest.mark.parametrize("way", [1, -1])
 def test_a_subtalar_hinge_at_the_heel_does_not_turn_the_foot_round(way: int) -> None:
     """OpenSim's begins 49 mm behind the ankle and 42 mm below; the knee has no stops and no other side."""
