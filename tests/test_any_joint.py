@@ -234,6 +234,7 @@ def test_files_keep_the_joint(tmp_path: pathlib.Path) -> None:
         ("knee", {"joint": "knee_right", "distal": "pelvis"}, "distal", "does not hang on 'shank_right'"),
         ("knee", {"joint": "knee_right", "zero": 7.0}, "zero", "within a turn"),
         ("knee", {"joint": "knee_right", "sign": 2.0}, "sign", "1 or -1"),
+        ("knee", {"joint": "knee_right", "side": "rigth"}, "side", "right, left"),
         ("s1", {"joint": "ankle_right", "sign": 1.0}, "sign", "follows from the foot"),
     ],
 )

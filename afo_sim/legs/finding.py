@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common import InputError, Notice
+from afo_sim.common import InputError, Notice, unknown
 from afo_sim.description import Side
 from afo_sim.legs.ankles import check_foot, check_name
-from afo_sim.legs.candidates import Candidate, candidates, named_shanks, side_of
+from afo_sim.legs.candidates import SIDES, Candidate, candidates, named_shanks, side_of
 from afo_sim.legs.extent import outline, sole_slope
 from afo_sim.legs.flexing import body_left, fold
 from afo_sim.legs.tree import Joint, Tree, centre_of, listed, moved, turned_about
@@ -65,8 +65,8 @@ def find(
     if zero is not None and not (isinstance(zero, (int, float, np.number)) and abs(zero) <= 2.0 * np.pi):
         allowed = "a number [rad], within a turn"
         raise InputError("is not a valid angle", field="zero", value=zero, allowed=allowed)
-    if side not in (None, "right", "left"):
-        raise InputError("is not a valid choice", field="side", value=side, allowed="right or left")
+    if side not in (None, *SIDES):
+        raise unknown(str(side), SIDES, field="side")
     given = None if forward is None else _direction(forward)
     legs = candidates(tree, shank, foot, ankle)
     if len(legs) > 1:
@@ -123,8 +123,8 @@ def zero_of(tree: Tree, hinge: Joint, given: float | None) -> float:
         f"from {np.degrees(low):.4g} to {np.degrees(high):.4g} deg, and stands at "
         f"{np.degrees(hinge.zero):.4g} deg"
     )
-    allowed = "its coordinate in deg in the neutral posture, of an ankle with the sole square to the shank; "
-    allowed += "0 deg where that is meant"
+    allowed = "its coordinate in the neutral posture, of an ankle with the sole square to the shank; 0 where "
+    allowed += "that is meant; a number is in rad"
     raise InputError(problem, field="zero", allowed=allowed)
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from afo_sim.common import InputError, Notice, unknown
 from afo_sim.description import JOINTS, JointName, Orthosis, Side, a_joint
 from afo_sim.legs.attached import number_of
-from afo_sim.legs.candidates import has, side_of
+from afo_sim.legs.candidates import SIDES, has, side_of
 from afo_sim.legs.finding import STEEPEST, Direction, Found, find, standing, upright, zero_of
 from afo_sim.legs.flexing import OFF, beyond, cluster_of, sign_of
 from afo_sim.legs.tree import Tree, listed, moved, turned_about
@@ -46,6 +46,8 @@ def find_worn(
         raise InputError(problem, field="forward", value=forward, allowed="nothing")
     if zero is not None:
         zero = number_of(zero, "zero", "rad", (-2.0 * np.pi, 2.0 * np.pi), "a number [rad], within a turn")
+    if side not in (None, *SIDES):
+        raise unknown(str(side), SIDES, field="side")
     name = _hinge(tree, device.joint, joint, side)
     (part, hinge), (axis, centre) = tree.joints()[name], tree.line(name)
     parts = cluster_of(tree, name, device.joint)

@@ -177,7 +177,7 @@ def test_refusals_name_what_there_is() -> None:
         ({"zero": float("nan")}, ["is not a valid angle"]),
         ({"zero": "10 deg"}, ["zero = '10 deg'", "is not a valid angle", "[rad]"]),
         ({"zero": 1e9}, ["is not a valid angle", "within a turn"]),
-        ({"side": "both"}, ["side = 'both'", "right or left"]),
+        ({"side": "both"}, ["side = 'both'", "right, left"]),
     ):
         with pytest.raises(InputError) as caught:
             find(plain, **arguments)  # type: ignore[arg-type]
