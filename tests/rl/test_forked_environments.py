@@ -174,6 +174,28 @@ def test_an_error_of_a_reward_ends_the_episode() -> None:
     env.close()
 
 
+def test_an_episode_that_fails_to_begin_is_none_and_a_refused_reset_draws_nothing() -> None:
+    draws: list[float] = []
+
+    def begin(env: AttachedEnv) -> None:
+        if draws:
+            with pytest.raises(InputError, match="mix two states"):
+                env.reset(seed=5)
+        draws.append(env.np_random.random())
+        if len(draws) == 2:
+            raise RuntimeError("it does not stand")
+
+    env = AttachedEnv(afo.attach("pin_knee", "pin_knee", timestep="2 ms"), begin=begin)
+    env.reset(seed=0)
+    env.step([1.0])
+    with pytest.raises(RuntimeError, match="stand"):
+        env.reset(seed=0)
+    assert draws[1] == draws[0]
+    with pytest.raises(InputError, match=r"not begun.*reset"):
+        env.step([1.0])
+    env.close()
+
+
 @pytest.mark.parametrize("ask", [*ASKS, "set_state"])
 def test_a_mujoco_callback_changes_no_physics(ask: str) -> None:
     changes = ASKS | {

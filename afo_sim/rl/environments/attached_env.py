@@ -74,8 +74,9 @@ class AttachedEnv(Forkable, gymnasium.Env[np.ndarray, np.ndarray]):
 
     def reset(self, *, seed: int | None = None, options: Any = None) -> tuple[np.ndarray, dict[str, Any]]:
         """Begin at rest with ambient air, as `begin` has it."""
-        super().reset(seed=seed)
         self._hold.check()
+        super().reset(seed=seed)
+        self._left = 0  # until the episode has begun
         self.leg.reset(self.data)
         with self._hold.calling("reset"):
             self.begin(self)
