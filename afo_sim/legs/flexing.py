@@ -16,13 +16,11 @@ OFF = 0.002  # [m] from a hinge's axis; a joint or mass so near shows no directi
 # [m], of one joint's hinges; OpenSim's subtalar axis begins 6.4 cm from the ankle's
 REACH = {"hip": 0.15, "shoulder": 0.1, "ankle": 0.08, "finger": 0.015, "thumb": 0.015, "hinge": -1.0}
 TOGETHER = 0.06  # [m], of another one's hinges
-DIGITS = ("finger", "thumb")
 BALLS = ("hip", "shoulder")  # have also a hinge along their limb, which may lie farther up or down
 PARALLEL, APART = 0.87, 0.01  # cosine, [m]: parallel hinges that lie apart are of two joints
 BENT, FARTHER = 20.0, 2.0  # [deg] that a fold reaches from straight, and times as far as the other way
 NEAR = 0.5  # cosine; of an axis to left, from which on left shows its sign
 OPPOSED = re.compile(r"thumb|pollex|(?<![a-z])thj|gripper|claw|jaw")  # to fingers, or no fingers
-BESIDE = re.compile(r"patella|knee_?cap")
 BODY, FOLD = "left and right of the body", "the fold of the {} below it"
 # {joint: the next one of its limb, which folds}
 NEXT: dict[str, JointName] = {
@@ -39,7 +37,7 @@ def branches(tree: Tree, name: str) -> list[Part]:
     """The first part below one that moves on it, of each branch; a kneecap beside the shank is none."""
     children = tree.children(name)
     found = [each for part in children for each in ([part] if part.joints else branches(tree, part.name))]
-    return [part for part in found if not has(BESIDE, part.name)] or found
+    return [part for part in found if "patella" not in plain(part.name)] or found
 
 
 def _away(place: np.ndarray, axis: np.ndarray, centre: np.ndarray) -> float:
@@ -116,20 +114,19 @@ def _sum(ways: list[np.ndarray]) -> np.ndarray | None:
 
 
 def body_left(tree: Tree, joint: str) -> np.ndarray | None:
-    """Left of a body (3,), from a limb's joints to their namesakes on the other side; None without any."""
+    """Left of a body (3,) by a limb's own joints and their namesakes, as hands may be crossed, else None."""
     keys = {name: SIDES[side].sub("*", plain(name)) for name in tree.joints() if (side := side_of(name))}
     places: dict[str, dict[Side | None, np.ndarray]] = {}
     for name, key in keys.items():
         places.setdefault(key, {})[side_of(name)] = tree.line(name)[1]
     limb = {keys.get(each.name) for part in tree.upward(tree.joints()[joint][0].name) for each in part.joints}
-    # of this limb alone: crossed hands, or another body in the scene, may lie the other way
     return _sum([at["left"] - at["right"] for key, at in places.items() if len(at) == 2 and key in limb])
 
 
 def _left_of_next(tree: Tree, part: Part, kind: JointName) -> np.ndarray | None:
     """Left of what folds next on a limb (3,): a hip's knee, a wrist's fingers without the thumb."""
     firsts = [x for x in branches(tree, part.name) if kind == "thumb" or not has(OPPOSED, x.joints[0].name)]
-    parts = [each for first in firsts for each in (tree.below(first.name) if kind in DIGITS else [first])]
+    parts = [each for x in firsts for each in (tree.below(x.name) if NEXT.get(kind) == kind else [x])]
     names = [joint.name for each in parts for joint in each.joints if joint.kind == "hinge"]
     return _sum([-JOINTS[kind].turn * fold(tree, name, kind)[0] * tree.line(name)[0] for name in names])
 
