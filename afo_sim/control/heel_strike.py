@@ -53,11 +53,10 @@ class HeelStrike:
         """Weigh every place by its dip, of a noise [rad²] and a rate of strides [1/s]."""
         half, spare = int(min(max(HALF * rate / BIN, HALVES[0]), HALVES[1]) + 0.5), len(WEIGHTS) // 2
         middle = np.arange(half + spare, BINS - half - spare)
-        near = middle[:, None] + np.arange(-spare, spare + 1)
-        before, after = near - half, near + half
-        dip = (self._mean[before] + self._mean[after] - 2.0 * self._mean[near]) @ WEIGHTS
-        count = np.where(self._count > ENOUGH, self._count, 1e-9)
-        variance = (1.0 / count[before] + 1.0 / count[after] + 4.0 / count[near]) @ WEIGHTS**2
+        level = np.convolve(self._mean, WEIGHTS, "same")
+        doubt = np.convolve(1.0 / np.where(self._count > ENOUGH, self._count, 1e-9), WEIGHTS**2, "same")
+        dip = level[middle - half] + level[middle + half] - 2.0 * level[middle]
+        variance = doubt[middle - half] + doubt[middle + half] + 4.0 * doubt[middle]
         places = FROM + BIN * middle - DIP * rate
         known = np.maximum(dip, 0.0) ** 2 / (noise * variance + RESIDUAL**2 + USUAL * np.mean(dip**2))
         score = 0.5 * (known - (places / SPREAD) ** 2)

@@ -79,19 +79,15 @@ class UsualSwings:
 
     def take(self, swing: Swing) -> None:
         """Compare a swing with those before, and learn from it."""
-        if self._home is None or self._now is None or self._last is None:
-            self._home = self._now = self._last = swing
-            return
-        home, again = _alike(swing, self._home), _alike(swing, self._last)
-        self.strange = not (home or _alike(swing, self._now))
-        self.returned = self._same >= SETTLED and (home or not again)
-        self._same = 0 if home or not again else self._same + 1
+        home, last = self._home or swing, self._last or swing
+        at_home, again = _alike(swing, home), _alike(swing, last)
+        self.strange = not (at_home or _alike(swing, self._now or swing))
+        self.returned = self._same >= SETTLED and (at_home or not again)
+        self._same = 0 if at_home or not again else self._same + 1
         self._last = swing
-        if home:
-            high, low = self._home.high, self._home.low
-            self._home = self._now = swing._replace(
-                high=high + TAUGHT * (swing.high - high), low=low + TAUGHT * (swing.low - low)
-            )
+        if at_home:
+            high, low = (old + TAUGHT * (new - old) for old, new in zip(home[:2], swing[:2], strict=True))
+            self._home = self._now = swing._replace(high=high, low=low)
         elif self._same >= SETTLED:
             self._now, self.strange = swing, False
 

@@ -87,13 +87,14 @@ def verdict(
         air(metrics, worn, limits, feed),
         _skin(metrics, worn, limits),
     )
-    return tuple(map(_on_empty, found)) if has(metrics, "strides_without_air") else found
-
-
-def _on_empty(answer: Answer) -> Answer:
-    """An answer by numbers of strides on an empty source: nothing that is good is known from them."""
-    text = f"{answer.text} This is of strides on an empty source."
-    return dataclasses.replace(answer, status=worst([answer.status, "unknown"]), text=text, brief="")
+    if not has(metrics, "strides_without_air"):
+        return found
+    said = "This is of strides on an empty source."  # nothing that is good is known from them
+    unknown = [worst([answer.status, "unknown"]) for answer in found]
+    return tuple(
+        dataclasses.replace(answer, status=status, text=f"{answer.text} {said}", brief="")
+        for answer, status in zip(found, unknown, strict=True)
+    )
 
 
 def undecided(limits: Limits, why: str) -> tuple[Answer, ...]:

@@ -107,7 +107,13 @@ def walk_metrics(
             elif len(pair) == 2 and pair[0] > 0.0:
                 changes[name] = 100.0 * (pair[1] - pair[0]) / pair[0]
         totals |= all_measured(i for i in changes.items() if kept is None or CHANGES[i[0]] in kept)
-        warnings += [*_too_few(columns, whole), *_unsettled(counted, changes)]
+        if chambers(columns) and len(whole) < FEWEST:
+            text = (
+                "{strides} whole strides are too few to tell whether the orthosis' air has settled: walk at "
+            )
+            text += "least {fewest} (a longer duration)"
+            warnings.append(Notice("too-few-strides", text, strides=len(whole), fewest=FEWEST))
+        warnings += _unsettled(counted, changes)
     warnings += _without_event(means)
     return WalkMetrics(totals, each, tuple(warnings))
 
@@ -126,14 +132,6 @@ def _without_event(means: Mapping[str, float]) -> Iterator[Notice]:
             text += "there it is the height at the ankle's greatest speed"
             subject = f"{point}_clearance"
             yield Notice("no-swing-minimum", text, subject=subject, point=point, share=share)
-
-
-def _too_few(columns: Mapping[str, np.ndarray], whole: list[Stride]) -> Iterator[Notice]:
-    """A run with air that ends before one can tell that it has settled."""
-    if chambers(columns) and len(whole) < FEWEST:
-        text = "{strides} whole strides are too few to tell whether the orthosis' air has settled: walk at "
-        text += "least {fewest} (a longer duration)"
-        yield Notice("too-few-strides", text, strides=len(whole), fewest=FEWEST)
 
 
 def _unsettled(counted: list[Stride], changes: Mapping[str, float]) -> Iterator[Notice]:
