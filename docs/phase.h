@@ -2,6 +2,7 @@
  *
  * phase_begin(&p, lead)                once
  * phase_update(&p, angle, dt, struck)  with each sample; believe phase_now(&p) while phase_ready(&p)
+ * Before the first swing it is 0, where Python says NaN.
  *
  * Constants and templates are written by `python scripts/phase_table.py --c docs/phase.h`.
  */
@@ -330,6 +331,7 @@ static inline real_t phase_left_over(real_t gain)
     return gain / (2 - gain);
 }
 static inline real_t phase_now(const phase_t *p) { return p->stated - floor_r(p->stated); }
+static inline real_t phase_stride_time(const phase_t *p) { return 1 / most(p->rate, SLOWEST); }
 static inline int phase_enough(const phase_t *p) { return (int)(p->window / LOOK + R(0.5)); }
 
 static int phase_stands(phase_t *p, real_t dt)

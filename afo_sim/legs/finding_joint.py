@@ -9,7 +9,7 @@ from afo_sim.description import JOINTS, JointName, Orthosis, Side, a_joint
 from afo_sim.legs.attached import number_of
 from afo_sim.legs.candidates import SIDES, has, side_of
 from afo_sim.legs.finding import STEEPEST, Direction, Found, find, standing, upright, zero_of
-from afo_sim.legs.flexing import OFF, beyond, cluster_of, sign_of
+from afo_sim.legs.flexing import OFF, beyond, cluster_of, fold, sign_of
 from afo_sim.legs.tree import Tree, listed, moved, turned_about
 
 FINGERS = r"finger|index|pinky|(?<![a-z])((middle|ring|little)(?![a-z])|mcp|pip|dip|[fmrl]fj|pm\d|md\d)"
@@ -18,6 +18,7 @@ HANDS = {
     "thumb": r"thumb|pollex|(?<![a-z])thj",
     "finger": rf"^(?!.*(thumb|spin|cervic|thora|lumbar)).*({FINGERS})",
 }
+MUCH = np.radians(30.0)  # that a joint is bent at the angle zero, from which on a note says so
 Names = tuple[str | None, str | None, str | None]  # of a hinge, a body above and a body below it
 Given = float | None
 Toes = Direction | None
@@ -74,6 +75,16 @@ def find_worn(
         allowed = "a hinge across its segments, up to 35 deg"
         raise InputError(problem, field="joint", value=name, allowed=allowed)
     sign, how_sign, notes = sign_of(tree, name, device.joint, parts, sign)
+    bent = 0.0 if device.joint in ("hip", "shoulder", "wrist") else fold(tree, name, device.joint)[2]
+    bent = abs((bent + zero - hinge.zero + np.pi) % (2.0 * np.pi) - np.pi)
+    if device.joint != "hinge" and bent > MUCH:
+        words = (
+            "at the angle zero {subject!r} is bent by {bent:.0f} deg, and points on {above!r} count along "
+        )
+        words += "{below!r}: `zero` is the coordinate of the straight joint"
+        notes.append(
+            Notice("limb-bent", words, subject=name, bent=np.degrees(bent), above=above, below=below)
+        )
     left = -device.words.turn * sign * axis
     seen = side_of(name, part.name, *(each.name for each in tree.upward(above)))
     # left of an elbow or a hand may be another way than the body's

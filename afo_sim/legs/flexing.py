@@ -87,8 +87,8 @@ def beyond(tree: Tree, start: str, axis: np.ndarray, centre: np.ndarray) -> tupl
     return next(shown, (None, ""))
 
 
-def fold(tree: Tree, name: str, kind: str) -> tuple[float, str]:
-    """The sign in which a hinge's coordinate leads away from straight, else 0; and why, in words."""
+def fold(tree: Tree, name: str, kind: str) -> tuple[float, str, float]:
+    """The sign in which a coordinate leads away from straight, else 0; why; how bent it stands [rad]."""
     hinge, (axis, centre), parts = tree.joints()[name][1], tree.line(name), cluster_of(tree, name, kind)
     chain = list(tree.upward(parts[0].parent))
     places = [[tree.line(j.name)[1] for j in part.joints if j.kind in ("hinge", "ball")] for part in chain]
@@ -97,14 +97,14 @@ def fold(tree: Tree, name: str, kind: str) -> tuple[float, str]:
     down = beyond(tree, parts[-1].name, axis, centre)[0]
     up, down = up - centre, (centre if down is None else down) - centre
     if any(np.linalg.norm(np.cross(way, axis)) <= NEAR * np.linalg.norm(way) for way in (up, down)):
-        return 0.0, "nothing shows when it is straight"
+        return 0.0, "nothing shows when it is straight", 0.0
     stands = np.arctan2(axis @ np.cross(-up, down), (up @ axis) * (down @ axis) - up @ down)
     ends = np.subtract(hinge.range or (hinge.zero, hinge.zero), hinge.zero)
     ways = [stands + ends + turn for turn in (0.0, 2.0 * np.pi, -2.0 * np.pi)]
     low, high = min(ways, key=lambda way: float(np.abs(way).max()))
     far, near = np.degrees([max(high, -low), max(min(high, -low), 0.0)])
     words = f"from straight it goes {far:.0f} deg one way and {near:.0f} deg the other"
-    return float(np.sign(high + low)) if far > max(BENT, FARTHER * near) else 0.0, words
+    return float(np.sign(high + low)) if far > max(BENT, FARTHER * near) else 0.0, words, float(stands)
 
 
 def _sum(ways: list[np.ndarray]) -> np.ndarray | None:
@@ -143,7 +143,7 @@ def sign_of(
     shown = {} if kind in ("wrist", "finger", "thumb") else {BODY: body_left(tree, name)}
     if after and (kind == "hip" or shown.get(BODY) is None):  # an arm may be turned beside the body
         shown[FOLD.format(after)] = _left_of_next(tree, parts[-1], after)
-    folds, why = fold(tree, name, kind) if kind not in (*BALLS, "wrist") else (0.0, "")
+    folds, why, _ = fold(tree, name, kind) if kind not in (*BALLS, "wrist") else (0.0, "", 0.0)
     cosines = {what: float(axis @ left) for what, left in shown.items() if left is not None}
     votes = {what: float(np.sign(-turn * x)) for what, x in cosines.items() if abs(x) >= NEAR}
     if after == kind and not votes and sum(len(part.joints) for part in parts) > 1:

@@ -31,7 +31,7 @@ CAPPED: tuple[tuple[Status, tuple[str, ...], str], ...] = (
     ("bad", (FLOW,), "source-short"),
     ("unknown", (FORCE,), "muscle-contraction muscle-stretch"),
     ("unknown", (FLOW,), "source-freezes"),
-    ("unknown", _ALL, "recovered"),
+    ("unknown", _ALL, "recovered phase-never-known"),
     ("doubtful", (FORCE,), "law-outside-its-pressure law-outside-its-contraction law-mismatch"),
     ("doubtful", (FORCE,), "path-jumps-below-range path-jumps-above-range path-through-bone"),
     ("doubtful", (FORCE,), "muscle-length muscle-bends surface-not-touched"),

@@ -88,9 +88,12 @@ def limit_warnings(
 ) -> Iterator[Notice]:
     """Warnings of muscles beyond their limits, and of pressure on the skin."""
     yield from _target_warnings(built, columns)
-    if not columns.get("controller/heel_strike", np.ones(1)).any():
+    if np.isnan(columns.get("controller/phase", np.zeros(1))).all():
+        text = "the gait phase was never known, and the valves waited: is {subject} the shank's angle [rad]?"
+        yield Notice("phase-never-known", text, subject="controller.gait_phase.column")
+    elif not columns.get("controller/heel_strike", np.ones(1)).any():
         text = (
-            "the gait phase counts from where other people's heels strike; a foot switch or more strides tell"
+            "the gait phase counts from where other people's heels strike; a foot switch tells the wearer's"
         )
         yield Notice("heel-strike-assumed", text, subject="controller.gait_phase.switch", severity="note")
     for name, group in muscle_names(built.scenario.orthosis).items():
