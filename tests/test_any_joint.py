@@ -264,6 +264,15 @@ def hip(folder: pathlib.Path, **sets: Any) -> Any:
     return afo.load("scenario", table | {"timer": timer}, sets)
 
 
+def test_a_knee_that_is_bent_at_the_angle_zero_is_reported() -> None:
+    def bent(zero: float) -> list[float]:
+        notices = afo.attach(spec(), worn("knee"), joint="knee_left", zero=math.radians(zero)).notices
+        return [notice.data["bent"] for notice in notices if notice.code == "limb-bent"]
+
+    # the centre of mass of the thigh lies 10 mm ahead of the line from hip to knee
+    assert bent(0.0) == [] and bent(45.0) == pytest.approx([45.0], abs=3.0)
+
+
 def test_the_maps_torque_is_that_of_a_second_geometry() -> None:
     angles, pressures = np.radians(np.linspace(10.0, 60.0, 6)), np.array([5e5, 6e5])
     (found,) = tm.torque_map(build("knee"), angles, pressures)

@@ -9,6 +9,7 @@ from campaign import NIGHTLY
 from control.samples import commands, made, walker
 
 import afo_sim
+from afo_sim.common import Notice
 from afo_sim.control import FootSwitch
 from afo_sim.control.gait_phase import command_at
 from afo_sim.description import ChamberPhases
@@ -133,3 +134,18 @@ def test_no_inlet_stays_open_on_who_stands(waiting: str, coils: tuple[float, flo
     onward = run["time"] > 6.5  # and it goes on at once
     assert np.isfinite(run["controller/phase"][onward]).all()
     assert run["valve/dorsiflexor_inlet/coil"][onward].max() == 1.0
+
+
+@pytest.mark.parametrize(
+    ("told", "code"),
+    [({"column": "ankle/angle"}, "phase-never-known"), ({}, ""), ({"switch": "foot/heel_load"}, "")],
+)
+def test_a_phase_that_was_never_known_answers_nothing(told: dict[str, Any], code: str) -> None:
+    phases = told | {"dorsiflexor": {"inlet": [[0.5, 0.95]], "outlet": [[0.15, 0.45]]}}
+    run = afo_sim.run(walker({"gait_phase": phases}, duration="5 s", reference=None))
+    said = {warning.code for warning in run.warnings if isinstance(warning, Notice)}
+    assert said & {"phase-never-known"} == {code} - {""}
+    statuses = {answer.status for answer in run.verdict}
+    assert (statuses == {"unknown"}) == bool(code)
+    known = run["controller/heel_strike"].max()
+    assert known == (2.0 if "switch" in told else 0.0 if code else known)
