@@ -67,7 +67,9 @@ def new(
         for group, entry in values["muscle"].items():
             if "link_length" in entry:
                 former = load("muscle", before["muscle"][group]["type"])
-                link = parse_quantity(entry["link_length"], "m") + former.total_length - after.total_length
+                given = entry["link_length"]
+                given = given["value"] if isinstance(given, Mapping) else given
+                link = parse_quantity(given, "m") + former.total_length - after.total_length
                 entry["link_length"] = f"{1e3 * max(link, 0.0):.5g} mm"
     # Files that a product names, by their name beside it; a product may name another product's
     files = {}

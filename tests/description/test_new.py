@@ -107,6 +107,13 @@ def test_the_link_fits_another_muscle(length: str, tmp_path: pathlib.Path) -> No
         assert after == pytest.approx(before, abs=1e-6)
 
 
+def test_a_link_that_says_where_it_comes_from_fits_another_muscle_too(tmp_path: pathlib.Path) -> None:
+    file = new("orthosis", "mine", out=tmp_path, like="pin_knee", uses={"muscle": "dmsp_10"})
+    before, after = (load("orthosis", each).muscle["flexor"] for each in ("pin_knee", file))
+    lengths = [group.link_length + group.type.total_length for group in (before, after)]
+    assert lengths[0] == pytest.approx(lengths[1], abs=1e-6)  # written to five digits of a millimetre
+
+
 @pytest.mark.parametrize(
     ("length", "said"), [("24 cm", "link of dorsiflexor: 87 mm"), ("60 cm", "no link is left")]
 )
