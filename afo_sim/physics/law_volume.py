@@ -183,8 +183,7 @@ def law_volume(
         forces = np.array([[kernel(a, p, *coefficients) for p in gauges.tolist()] for a in kappas.tolist()])
         if not np.isfinite(forces).all():
             return LawVolume(GEOMETRIC, "its force is not a number everywhere in its range")
-        terms = _terms(forces, high - low)
-        slopes = _slopes(terms)
+        terms, slopes = _fitted(forces, high - low)
         falls = np.flatnonzero(slopes.min(axis=1) <= 0.0)
         top = float(kappas[falls[0]]) if falls.size else top
         if not falls.size or top == 0.0:
@@ -225,21 +224,15 @@ def _is_the_braids(
     return True
 
 
-def _terms(forces: np.ndarray, span: float) -> np.ndarray:
-    """Coefficients of ∂F/∂p by powers of κ over its end and of the pressure, −1…1 (TERMS, POWERS) [N/Pa]."""
+def _fitted(forces: np.ndarray, span: float) -> tuple[np.ndarray, np.ndarray]:
+    """∂F/∂p [N/Pa]: terms by powers of κ over its end and of p, −1…1 (TERMS, POWERS); at each κ and p."""
     x, y = np.linspace(0.0, 1.0, CONTRACTIONS), np.linspace(-1.0, 1.0, PRESSURES)
     by_pressure = np.polynomial.polynomial.polyfit(y, forces.T, POWERS)
     rates = np.arange(1.0, POWERS + 1.0)[:, None] * by_pressure[1:] * 2.0 / span
     if np.abs(rates[1:]).max() < STEADY * np.abs(rates[0]).max():
         rates[0], rates[1:] = (forces[:, -1] - forces[:, 0]) / span, 0.0
-    found: np.ndarray = np.polynomial.polynomial.polyfit(x, rates.T, TERMS - 1)
-    return found
-
-
-def _slopes(terms: np.ndarray) -> np.ndarray:
-    """∂F/∂p by these coefficients at the contractions and pressures that were asked for [N/Pa]."""
-    x, y = np.linspace(0.0, 1.0, CONTRACTIONS), np.linspace(-1.0, 1.0, PRESSURES)
-    return np.polynomial.polynomial.polygrid2d(x, y, terms)
+    terms = np.polynomial.polynomial.polyfit(x, rates.T, TERMS - 1)
+    return terms, np.polynomial.polynomial.polygrid2d(x, y, terms)
 
 
 def _implausible(
