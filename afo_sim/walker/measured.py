@@ -121,8 +121,7 @@ def kao_ferris() -> Iterator[Compared]:
         "controller": {"emg": emg},
         "supply.pressure": "3 bar",
     }
-    worn = _walk(gait, sets)
-    with_device = strides_of(worn, "right")
+    with_device = strides_of(_walk(gait, sets), "right")
     why = "S1's muscles at 3 bar, valves by the dorsiflexors' own moment; the wearer does not adapt"
     if not len(with_device.duration):
         yield Compared("dorsiflexion in swing", 9.0, math.nan, "deg", "cannot tell", KAO, f"{why}: fell")
@@ -137,7 +136,9 @@ def kao_ferris() -> Iterator[Compared]:
 
 
 def _same_way(what: str, measured: float, simulated: float, unit: str, source: str, why: str) -> Compared:
-    """Agrees within half and twice the measured response."""
+    """Agrees within half and twice the measured response; nothing can be told of a walker who fell."""
+    if not math.isfinite(simulated):
+        return Compared(what, measured, math.nan, unit, "cannot tell", source, f"{why}: the walker fell")
     near = _judged(0.5 <= simulated / measured <= 2.0)
     return Compared(what, measured, simulated, unit, near, source, f"within half to twice; {why}")
 
@@ -152,13 +153,7 @@ def geboers() -> Iterator[Compared]:
             strides = strides_of(_walk(gait, strength={"tibialis": share}, spring=spring), "right")
             means.append(strides.mean("tibialis").mean() if len(strides.duration) else math.nan)
         change = 100.0 * (means[1] / means[0] - 1.0)
-        if math.isfinite(change):
-            yield _same_way(f"tibialis with an orthosis, {who}", measured, change, "%", GEBOERS, why)
-        else:
-            words = f"{why}: the walker fell"
-            yield Compared(
-                f"tibialis with an orthosis, {who}", measured, math.nan, "%", "cannot tell", GEBOERS, words
-            )
+        yield _same_way(f"tibialis with an orthosis, {who}", measured, change, "%", GEBOERS, why)
 
 
 def waterval() -> Iterator[Compared]:
