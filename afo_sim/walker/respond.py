@@ -205,6 +205,8 @@ def respond(
     cases = {"healthy": case("healthy", build_body(whole), healthy)}
     worn = {"patient": bare} | ({"device": described} if described.orthosis.muscle else {})
     target = cost or Cost(healthy.speed, speed=10.0)
+    dead = shares.get("tibialis", 1.0) == 0.0  # its gains change nothing, and would end anywhere
+    alive = tuple(name for name in SUBSETS[subset] if not (dead and name.startswith("tibialis")))
     for name, wearing in worn.items():
         body = build_body(wearing, shares)
         cases[name] = case(name, body, healthy)
@@ -220,7 +222,7 @@ def respond(
                 [*(build_body(wearing, left) for left in stronger), body],
                 healthy.vector,
                 target,
-                Free(_alive(SUBSETS[subset], shares), pose=subset == "all"),
+                Free(alive, pose=subset == "all"),
                 generations=generations,
                 seed=seed + 1,
                 threads=threads,
@@ -252,12 +254,6 @@ def _shipped(scenario: Scenario, worn: str = "") -> str | None:
     device = scenario.orthosis.name if scenario.orthosis.muscle else None
     name = f"{scenario.patient.name}-{device}" if worn else scenario.patient.name
     return name if name in assets.names("walker") and (device or not worn) else None
-
-
-def _alive(names: tuple[str, ...], shares: Mapping[str, float]) -> tuple[str, ...]:
-    """Gains that a patient can change: those of a dead tibialis change nothing, and would end anywhere."""
-    dead = shares.get("tibialis", 1.0) == 0.0
-    return tuple(name for name in names if not (dead and name.startswith("tibialis")))
 
 
 def falls_of(
