@@ -75,9 +75,8 @@ def build_body(scenario: Scenario, strength: dict[str, float] | None = None, spr
     person = person_of(scenario)
     size = Size(person.body_mass / 75.0, person.body_height / 1.75)
     spec = _whole(scenario, size)
-    circuit = None
-    if scenario.orthosis.muscle:
-        circuit = circuit_of(scenario.orthosis, supply=own_supply(scenario))
+    worn = scenario.orthosis
+    circuit = circuit_of(worn, supply=own_supply(scenario)) if worn.muscle else None
     first = _add_own(spec)
     if circuit is not None:
         native.add_muscles(spec, circuit)
@@ -123,8 +122,7 @@ def _whole(scenario: Scenario, size: Size) -> mujoco.MjSpec:
         _hang_leg(spec, thigh, side, described, size)
     _add_paths(spec, scenario, taller)
     if scenario.orthosis.muscle:
-        anchors = attach_parts(spec, scenario)
-        add_tendons(spec, anchors, scenario.orthosis)
+        add_tendons(spec, attach_parts(spec, scenario), scenario.orthosis)
     option = spec.option
     option.timestep = scenario.timestep
     option.gravity = [0.0, 0.0, -GRAVITY]
@@ -146,14 +144,12 @@ def _hang_leg(spec: mujoco.MjSpec, thigh: mujoco.MjsBody, side: str, scenario: S
     own = SHANK_SHARE * scenario.leg.body_height if length is None else length
     height = own * Size.of(scenario).taller
     shank = leg.body(scenario.leg.shank)
-    ankle = leg.joint(ANKLE)
-    at = np.array(ankle.pos) + np.array(leg.body(scenario.leg.foot).pos) + [0.0, 0.0, height]
+    at = np.array(leg.joint(ANKLE).pos) + np.array(leg.body(scenario.leg.foot).pos) + [0.0, 0.0, height]
     shank.pos = np.zeros(3)
     shank.add_joint(name=KNEE, type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0, -1, 0], pos=at)
     for joint in leg.joints:  # tissue and springs hold them; the solver of stops would not be of second order
         joint.limited = mujoco.mjtLimited.mjLIMITED_FALSE
-    frame = thigh.add_frame(pos=size.taller * np.array(THIGH.end) - at)
-    frame.attach_body(shank, side or OWN, "")
+    thigh.add_frame(pos=size.taller * np.array(THIGH.end) - at).attach_body(shank, side or OWN, "")
     if side == "":  # MuJoCo complains of an attachment without a prefix
         for elements in (spec.bodies, spec.joints, spec.geoms, spec.sites, spec.meshes, spec.materials):
             for element in elements:

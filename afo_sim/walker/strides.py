@@ -75,8 +75,7 @@ def strides_of(walked: Walked, side: str) -> Strides:
         ).reshape(-1, SAMPLES)
         for name, column in columns.items()
     }
-    forward = walked["trunk/forward"]
-    return Strides(kept, curves, np.diff(time[kept]), np.diff(forward[kept]))
+    return Strides(kept, curves, np.diff(time[kept]), np.diff(walked["trunk/forward"][kept]))
 
 
 def _contacts(walked: Walked, side: str) -> np.ndarray:

@@ -65,12 +65,11 @@ class _Board:
         scenario, now = self.scenario, seen.time
         self.switch.update(seen["foot/heel_load"], TICK)
         if self.controller is not None:
-            described = scenario.orthosis.chamber
             self.commands |= checked(
                 self.controller(seen),
                 self.body.ids.chambers if self.body.ids else {},
                 {},
-                [name for name, chamber in described.items() if chamber.three_way],
+                [name for name, chamber in scenario.orthosis.chamber.items() if chamber.three_way],
             )
             return {
                 f"{chamber}_{side}": coil
@@ -202,12 +201,11 @@ class _Recorder:
         """What the board sees now."""
         place, dof = int(self.ankle.qposadr[0]), int(self.ankle.dofadr[0])
         heel, *front = (float(data.actuator_force[pad]) for pad in self.body.pads[0])
-        lean = -(data.qpos[2] + data.qpos[3] + data.qpos[4])
         values = {
             "time": float(data.time),
             "ankle/angle": float(data.qpos[place]),
             "ankle/velocity": float(data.qvel[dof]),
-            "shank/angle": float(lean),
+            "shank/angle": -float(data.qpos[2] + data.qpos[3] + data.qpos[4]),
             "ground/force_z": float(data.actuator_force[self.body.pads[0]].sum()),
             "foot/heel_load": heel,
             "foot/toe_load": sum(front),  # of ball and toes
