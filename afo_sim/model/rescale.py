@@ -227,18 +227,13 @@ def write_rescaled(
 
 def _write_group(table: Any, group: MuscleGroup, by: Ratio) -> None:
     """Put a group's changed numbers into the text."""
-    assert group.origin is not None and group.insertion is not None and group.link_length is not None
-    places: list[tuple[Any, Anchor | PathPoint]] = [
-        (table["origin"], group.origin),
-        (table["insertion"], group.insertion),
-    ]
-    places += [(table["path"][k], place) for k, place in enumerate(group.path)]
-    for entry, place in places:
+    assert group.link_length is not None
+    entries = (table["origin"], *table.get("path", ()), table["insertion"])
+    for entry, place in zip(entries, group.places, strict=True):
         if by.of(place.segment) != 1.0:
             entry["from_joint"] = _derived([_cm(x) for x in place.from_joint], by.source(place.segment))
-            surface = getattr(place, "surface", None)
-            if surface is not None:
-                entry["surface"]["radius"] = _derived(_cm(surface.radius), by.source(place.segment))
+            if place.surface is not None:
+                entry["surface"]["radius"] = _derived(_cm(place.surface.radius), by.source(place.segment))
     table["link_length"] = _derived(_cm(group.link_length), _link_source(by))
 
 
