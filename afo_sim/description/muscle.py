@@ -247,11 +247,10 @@ class Muscle(Named, RestCurves, Draws):
         for problem in self.lengths.problems(self.piece.nominal_length):
             raise refusal(problem, made, "total_length")
         if self.whole_mass <= 0.0:
-            least = self.mass - self.whole_mass
             raise refusal(
                 f"the fittings would have no mass: a braid of {amounts(self.lengths.reference)}, which the "
                 "mass belongs to, is heavier",
-                f"more than {1e3 * least:.4g} g",
+                f"more than {1e3 * (self.mass - self.whole_mass):.4g} g",
                 "mass",
             )
         for name in self.laws if self.lengths.force is not None else ():

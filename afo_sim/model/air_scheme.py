@@ -118,7 +118,7 @@ def air_scheme(orthosis: Orthosis, supply: Supply) -> AirScheme:
     """The graph of an orthosis on a supply."""
     if not orthosis.chamber:
         raise InputError("has no muscle, and no air", field="orthosis", value=orthosis.name)
-    nodes, edges = _supply(orthosis, supply)
+    nodes, parts = _supply(orthosis, supply)
     origin = next(iter(nodes))
     feed = next(reversed(nodes))
     for name, each in orthosis.volume.items():
@@ -126,7 +126,6 @@ def air_scheme(orthosis: Orthosis, supply: Supply) -> AirScheme:
         told = _millilitres(each.volume) + (f" + {1e6 * more:.3g} ml" if more else "")
         lines = (told, "with its lines") if more else (told,)
         nodes[name] = AirNode("volume", name, lines, each.volume + more)
-    parts = [*edges]
     for name, chamber in orthosis.chamber.items():
         end = VALVE_END.format(name)
         if chamber.tube is not None and chamber.tube_length is not None:

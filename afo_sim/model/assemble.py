@@ -113,8 +113,7 @@ class Load:
             return cls(())
         body = np.array([model.body(name).id for name in bodies])
         joint = np.array([model.joint(name).id for name in joints])
-        dof = model.jnt_dofadr[joint]
-        at = [(OF_A_BODY, body), (OF_A_JOINT, joint), (OF_A_DOF, dof)]
+        at = [(OF_A_BODY, body), (OF_A_JOINT, joint), (OF_A_DOF, model.jnt_dofadr[joint])]
         return cls(
             tuple((name, rows, getattr(model, name)[rows].copy()) for names, rows in at for name in names)
         )

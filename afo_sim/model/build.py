@@ -87,8 +87,7 @@ class Built(Shown):
     @functools.cached_property
     def _full(self) -> tuple[mujoco.MjModel, mujoco.MjSpec]:
         size = Size.of(self.scenario)
-        leg = leg_spec(self.scenario, size)
-        spec = assemble(leg, self.scenario, _circuit(self.scenario), size)
+        spec = assemble(leg_spec(self.scenario, size), self.scenario, _circuit(self.scenario), size)
         model = compiled(spec, self.scenario)
         model.actuator_user[:] = self.model.actuator_user
         return model, spec
@@ -269,8 +268,7 @@ def _paced(scenario: Scenario, walk: Walk) -> Iterator[Notice]:
     late = [at for at, _ in scenario.gait.pace if at >= scenario.duration]
     if late:
         text = "{subject}: the change at {at:g} s comes after the end of the run, at {end:g} s"
-        end = scenario.duration
-        yield Notice("cadence-change-after-end", text, subject="gait.pace", at=late[0], end=end)
+        yield Notice("cadence-change-after-end", text, subject="gait.pace", at=late[0], end=scenario.duration)
     for begun, _ in Pace.of(scenario.gait).stands:
         if begun < scenario.duration:
             phase = float(np.interp(begun, walk.time, walk.phase)) % 1.0

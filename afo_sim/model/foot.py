@@ -278,8 +278,7 @@ def hinge_toes(spec: mujoco.MjSpec, scenario: Scenario, size: Size) -> None:
     if not scenario.walking:
         spec.delete(joint)
         return
-    rest = [0.0, 0.0]  # of MuJoCo's polynomials
-    joint.damping = [size.damped * toes.damping, *rest]
+    joint.damping = [size.damped * toes.damping, 0.0, 0.0]  # MuJoCo's polynomial
     stiffness = _toe_spring(scenario, size)[0]
     # Inertia that a stiff hinge needs so as not to ring at the time step [kg·m²]; 0 for soft ones
     body = spec.body(toes.body)

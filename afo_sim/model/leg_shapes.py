@@ -70,8 +70,7 @@ class LegShapes:
             mesh = self.model.geom_dataid[geom]
             vertices = self.model.mesh_vert[self.model.mesh_vertadr[mesh] :][: self.model.mesh_vertnum[mesh]]
             faces = self.model.mesh_face[self.model.mesh_faceadr[mesh] :][: self.model.mesh_facenum[mesh]]
-            corners: np.ndarray = vertices[faces].astype(float)
-            self.meshes[geom] = corners
+            self.meshes[geom] = vertices[faces].astype(float)
         triangles = self.meshes[geom]
         low, high = triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1))
         found = np.full(len(points), -REACH)

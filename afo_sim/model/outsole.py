@@ -125,14 +125,13 @@ def _draw_foot_part(spec: mujoco.MjSpec, shoe: Outsole, places: Places, taller: 
     front = heel[0] + HEEL * (ball[0] - heel[0]), heel[1] + HEEL * (ball[1] - heel[1])
     _add_slab(body, "heel", heel, front, max(under_heel, thin), width)
     length, top = ball[0] - heel[0], heel[1] + under_heel
-    ellipsoid = mujoco.mjtGeom.mjGEOM_ELLIPSOID
     for name, x, z, size in (
         ("counter", heel[0] + 0.16 * length, top + 0.030 * taller, (0.036, 0.040, 0.040)),
         ("vamp", heel[0] + 0.66 * length, top + 0.014 * taller, (0.088, 0.048, 0.042)),
     ):
         body.add_geom(
             name=f"{SHOE}_{name}",
-            type=ellipsoid,
+            type=mujoco.mjtGeom.mjGEOM_ELLIPSOID,
             pos=[x, 0.0, z],
             size=taller * np.array(size),
             **drawn(LEATHER),

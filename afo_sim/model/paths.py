@@ -45,9 +45,8 @@ def _add_path(
         if end == "insertion":
             for number, point in enumerate(group.path):
                 _add_point(anchors[point.segment], tendon, f"{name}_path{number}", name, group, point)
-        offset = side(name, group) * anchor.spacing
         body = anchors[anchor.segment]
-        position = np.array(anchor.from_joint) + np.array([0.0, offset, 0.0])
+        position = np.array(anchor.from_joint) + side(name, group) * anchor.spacing * LATERAL
         site = body.add_site(name=f"{name}_{end}", pos=position, size=[0.005] * 3)
         body.add_geom(name=f"{name}_{end}", type=SPHERE, pos=position, size=[0.006, 0.0, 0.0], **look)
         tendon.wrap_site(site.name)
@@ -86,8 +85,7 @@ def _add_pulley(
     arm, muscle = group.pulley.moment_arm, group.type
     tendon.wrap_joint(ANKLE, -arm)
     offset = side(name, group) * group.pulley.spacing
-    length = muscle.end_length - group.series_length
-    height = length + 0.5 * math.pi * group.pulley.radius
+    height = muscle.end_length - group.series_length + 0.5 * math.pi * group.pulley.radius
     above, below = anchors.values()
     for end, z in (("origin", height), ("insertion", 0.0)):
         above.add_site(name=f"{name}_{end}", pos=[arm, offset, z], size=[0.005] * 3)

@@ -77,10 +77,9 @@ def _outside(of: str, scenario: SimpleNamespace) -> Iterator[Notice]:
         if (part or key).partition(".")[0] != of:
             continue
         held = _PARTS[part](scenario) if part else scenario
-        value_of = _VALUES[key]
         for name, each in held.items() if isinstance(held, dict) else (("", held),):
             try:
-                value = value_of(each)
+                value = _VALUES[key](each)
             except AttributeError:  # what is not there, such as a source
                 continue
             if value is not None and not low <= value <= high:

@@ -57,12 +57,10 @@ class Clock:
             return np.zeros(len(self.start[0]))
         moved = np.asarray(self.step) > LEAST_STEP
         if not moved.all():  # who stands at a phase has a valve on there or not
-            return np.where(moved, self._moving(merged, np.where(moved, self.step, 1.0)), self._still(merged))
+            beyond = self.start[1]
+            still = np.any([(start <= beyond) & (beyond < end) for start, end in merged], axis=0)
+            return np.where(moved, self._moving(merged, np.where(moved, self.step, 1.0)), still)
         return self._moving(merged, self.step)
-
-    def _still(self, merged: list[tuple[float, float]]) -> np.ndarray:
-        beyond = self.start[1]
-        return np.any([(start <= beyond) & (beyond < end) for start, end in merged], axis=0).astype(float)
 
     def _moving(self, merged: list[tuple[float, float]], step: float | np.ndarray) -> np.ndarray:
         share = (_until(merged, *self.end) - _until(merged, *self.start)) / step
