@@ -244,20 +244,15 @@ def both_command(
         pair = legs.described(scenario, left or None, sets=values, left_sets=others, affected=side)
         folder = out or Path("runs") / f"{pair[0].name}-both"
         shift = legs.checked(*pair, apart)
-        _check_folder(folder, [with_person(each).resolved() for each in pair], shift, force=force)
+        kind, problem = "run of both legs", "holds the same legs {apart} of a stride apart"
+        check_folder(folder, kind)
+        for each, leg in zip(("right", "left"), pair, strict=True):
+            check_run_folder(folder / each, with_person(leg).resolved(), force=force)
+        check_same(folder, kind, "both.json", {"apart": shift}, problem, force=force, whom="them")
         found = legs.both(*pair, apart=shift, affected=side, progress=report)
         found.save(folder, rrd=drawn(rrd), rate=hertz)
     _print_both(found, folder, numbers=numbers)
     _stop({} if found.ok else {"": found.status})
-
-
-def _check_folder(folder: Path, pair: list[dict[str, Any]], apart: float, *, force: bool) -> None:
-    """Refuse a folder that holds other legs' runs, or anything else."""
-    check_folder(folder, "run of both legs")
-    for side, scenario in zip(("right", "left"), pair, strict=True):
-        check_run_folder(folder / side, scenario, force=force)
-    problem = "holds the same legs {apart} of a stride apart"
-    check_same(folder, "run of both legs", "both.json", {"apart": apart}, problem, force=force, whom="them")
 
 
 def _print_both(legs: Any, folder: Path, *, numbers: bool) -> None:
