@@ -84,8 +84,7 @@ def stand_command(test: _Test) -> None:
         from afo_sim.lab.stand import stand
         from afo_sim.show import target, write_stand_files
 
-        place = target(test.out, test.test)
-        check_folder(place.folder)
+        check_folder(target(test.out, test.test).folder)
         tests = stand(
             test.test,
             test.muscles,

@@ -184,8 +184,7 @@ def print_line(text: str, *, hang: int = 0, badge: int = 0, style: str = "") -> 
         shown.plain.encode(encoding)
     except UnicodeEncodeError:
         spelled = shown.plain.replace(" °", "°").translate(_SPELLED)
-        plain = spelled.encode(encoding, "replace").decode(encoding)
-        print(plain)
+        print(spelled.encode(encoding, "replace").decode(encoding))
         return
     if sys.stdout.isatty():
         Console(highlight=False).print(shown, soft_wrap=True)
@@ -198,9 +197,8 @@ def _wrapped(text: str, hang: int) -> Iterator[str]:
     if width is None or len(text) <= width:
         yield text
         return
-    kept = _QUANTITY.sub("\N{NO-BREAK SPACE}", text)
     for line in textwrap.wrap(
-        kept,
+        _QUANTITY.sub("\N{NO-BREAK SPACE}", text),
         max(width, hang + 20),
         subsequent_indent=" " * hang,
         break_long_words=False,

@@ -120,10 +120,9 @@ def patient(patient: Patient) -> Findings:
 
 def shoe(shoe: Shoe) -> Findings:
     """Heights, stiffness and mass of a shoe."""
-    drop = shoe.heel_stack - shoe.ball_stack
     return [
         ("under heel and ball", f"{1e3 * shoe.heel_stack:g} mm and {1e3 * shoe.ball_stack:g} mm"),
-        ("drop", f"{1e3 * drop:g} mm"),
+        ("drop", f"{1e3 * (shoe.heel_stack - shoe.ball_stack):g} mm"),
         ("toe spring", f"{1e3 * shoe.toe_spring:g} mm"),
         ("stiffness added to the toes", f"{shoe.toe_stiffness:g} N·m/rad"),
         ("mass", f"{shoe.mass:g} kg"),
