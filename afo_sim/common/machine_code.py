@@ -96,12 +96,6 @@ def _stored(kind: str, key: str | None) -> list[Code]:
     return []
 
 
-def _packed(codes: Sequence[Code]) -> bytes:
-    """JSON of code."""
-    texts = [(code.symbol, base64.b64encode(code.binary).decode(), code.needs) for code in codes]
-    return json.dumps(texts).encode()
-
-
 def _find(name: str) -> bool:
     """Whether a symbol is known; those of the C library and its mathematics are looked up in this process."""
     if not llvm.address_of_symbol(name):
@@ -114,7 +108,8 @@ def _compile(kind: str, key: str | None, compile_: Callable[[], Compiled]) -> li
     """Compile, and store the code for later processes."""
     codes, of_this_process = compile_()
     if key and not of_this_process:
-        user_cache.write(kind, key, _packed(codes))
+        texts = [(code.symbol, base64.b64encode(code.binary).decode(), code.needs) for code in codes]
+        user_cache.write(kind, key, json.dumps(texts).encode())
     return codes
 
 

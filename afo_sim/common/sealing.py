@@ -60,9 +60,8 @@ _digest = functools.partial(hashlib.blake2b, digest_size=16)
 
 def sealed_text(text: str, folder: pathlib.Path | None = None) -> str:
     """A TOML or CSV text below a line with its digest."""
-    files = sorted(path for path in folder.rglob("*") if path.is_file()) if folder else ()
-    for path in files:
-        if folder and path.suffix not in _OWN:
+    for path in sorted(folder.rglob("*")) if folder else ():
+        if folder and path.is_file() and path.suffix not in _OWN:
             text = f"# digest of {path.relative_to(folder).as_posix()}: {file_digest(path)}\n{text}"
     return f"# digest: {_of_text(text)} {SEALED}\n{text}"
 
