@@ -113,8 +113,7 @@ class ScenarioPhysics(Forkable, native.Closing, dm.Physics):
         mine = self.data.ptr.ctrl != self._written
         if not mine.any():
             return
-        index = self.built.index
-        mine[list(index.muscles.values())] = False  # the callbacks' own
+        mine[list(self.built.index.muscles.values())] = False  # the callbacks' own
         if mine.any():
             name = self.model.id2name(int(np.flatnonzero(mine)[0]), "actuator")
             problem = f"data.ctrl of {name!r} was written directly, and each step takes its inputs elsewhere"
@@ -129,8 +128,7 @@ class ScenarioPhysics(Forkable, native.Closing, dm.Physics):
         self._refuse_ctrl()
         left = nstep
         while left > 0:
-            at = self._step_number()
-            inputs = self._inputs(at, left)
+            inputs = self._inputs(self._step_number(), left)
             try:
                 with self._hold.calling("step"):
                     self._advance(inputs)

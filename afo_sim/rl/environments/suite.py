@@ -167,8 +167,7 @@ def load(
 ) -> OrthosisEnvironment:
     """A dm_control environment of a task."""
     task_of(task_name)
-    make = SUITE[task_name]
-    return make(**dict(task_kwargs or {}), environment_kwargs=environment_kwargs)
+    return SUITE[task_name](**dict(task_kwargs or {}), environment_kwargs=environment_kwargs)
 
 
 def _environment(
