@@ -44,7 +44,7 @@ CAPPED: tuple[tuple[Status, tuple[str, ...], str], ...] = (
     ("doubtful", (SWING,), "plate-without-outsole"),
     ("doubtful", _ALL, "valve-pressure-low valve-pressure-high pulse-short tube-long air-coarse"),
     ("doubtful", _ALL, "timer-drifts too-few-strides strides-differ strides-unsettled step-matters"),
-    ("doubtful", _ALL, "energy-lost energy-from-friction design-implausible"),
+    ("doubtful", _ALL, "energy-lost energy-from-friction design-implausible phase-seldom-known"),
 )
 CAPS = {code: (cap, columns) for cap, columns, codes in CAPPED for code in codes.split()}
 

@@ -24,6 +24,7 @@ STRETCHES = 50  # stretches of a run, among which the one that closes least is l
 NEGLIGIBLE = 0.01  # share of a muscle's force limit below which its law's range does not matter
 WHO = {"cuff": "it", "plate": "its strap"}  # presses on the skin
 GIVES = 0.1  # stretch of a cable that takes up all that a muscle can shorten [m]
+SELDOM = 0.5  # share of a run for which a controller must know its gait phase
 SLIGHTLY = 0.01  # of a range's upper end, by which a law may be asked beyond it
 
 
@@ -88,9 +89,16 @@ def limit_warnings(
 ) -> Iterator[Notice]:
     """Warnings of muscles beyond their limits, and of pressure on the skin."""
     yield from _target_warnings(built, columns)
-    if np.isnan(columns.get("controller/phase", np.zeros(1))).all():
-        text = "the gait phase was never known, and the valves waited: is {subject} the shank's angle [rad]?"
-        yield Notice("phase-never-known", text, subject="controller.gait_phase.column")
+    known = float(np.isfinite(columns.get("controller/phase", np.zeros(1))).mean())
+    if known < SELDOM:
+        code = "phase-seldom-known" if known else "phase-never-known"
+        text = (
+            "the gait phase was known for {share:.0f} % of the run, else the valves waited: is the column of "
+        )
+        text += (
+            "{subject} the shank's angle [rad] or a heel's load, and is the walk longer than four strides?"
+        )
+        yield Notice(code, text, subject="controller.gait_phase", share=100.0 * known)
     elif not columns.get("controller/heel_strike", np.ones(1)).any():
         text = (
             "the gait phase counts from where other people's heels strike; a foot switch tells the wearer's"

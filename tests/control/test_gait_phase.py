@@ -149,3 +149,13 @@ def test_a_phase_that_was_never_known_answers_nothing(told: dict[str, Any], code
     assert (statuses == {"unknown"}) == bool(code)
     known = run["controller/heel_strike"].max()
     assert known == (2.0 if "switch" in told else 0.0 if code else known)
+
+
+def test_a_walk_that_is_hardly_longer_than_it_takes_to_know_the_phase_is_doubtful() -> None:
+    phases = {"dorsiflexor": {"inlet": [[0.5, 0.95]], "outlet": [[0.15, 0.45]]}}
+    run = afo_sim.run(walker({"gait_phase": phases}, duration="3.4 s", reference=None))
+    known = np.isfinite(run["controller/phase"]).mean()
+    assert 0.0 < known < 0.5
+    (said,) = [warning for warning in run.warnings if getattr(warning, "code", "") == "phase-seldom-known"]
+    assert said.data["share"] == pytest.approx(100.0 * known)
+    assert "good" not in {answer.status for answer in run.verdict}
