@@ -38,13 +38,12 @@ PHASE_MATH(fabs)
 #define AGREES R(0.08)
 #define AGREES_STRUCK R(0.2)
 #define ALIKE R(0.06981317007977318)
+#define ANGLE_FILTER R(0.02)
 #define AVERAGED R(2.0)
 #define BACK R(0.05)
 #define BEGUN R(0.061086523819801536)
 #define BIN R(0.005)
 #define BINS 51
-#define CALM R(0.02)
-#define CALM_MISFIT R(0.04)
 #define CERTAIN R(0.04)
 #define DIP R(0.047)
 #define ENOUGH R(0.5)
@@ -71,6 +70,7 @@ PHASE_MATH(fabs)
 #define LOW_PAST R(0.1)
 #define MEAN R(0.10471975511965978)
 #define MISFIT R(0.027925268031909273)
+#define MISFIT_FILTER R(0.04)
 #define MOVES R(2.0)
 #define NOISY R(0.5)
 #define NOTHING R(6.0)
@@ -200,7 +200,7 @@ typedef struct {
     real_t lead, window, since_look, looks[LOOKS][2]; /* the latest last: angle, phase */
     real_t state[STATES], covariance[STATES][STATES], wave[STATES];
     real_t age, agreed, misfit, worst, stated, rate, cadence, origin, unstruck, since_strike, since_swing;
-    real_t noise, calm, surprise, last; /* `last` is NEVER where there was no sample */
+    real_t noise, filtered, innovation, last; /* `last` is NEVER where there was no sample */
     real_t gap; /* since the last sample that was not lost */
     real_t before, high, low, since_high, since_low; /* of a swing that is looked for */
     real_t home[2], now[2], before_it[2]; /* extremes of usual swings, of late, of the last: high, low */
@@ -343,7 +343,7 @@ static int phase_stands(phase_t *p, real_t dt)
         return p->stopped;
     p->since_look = 0;
     memmove(p->looks[0], p->looks[1], sizeof p->looks - sizeof p->looks[0]);
-    p->looks[LOOKS - 1][0] = p->calm;
+    p->looks[LOOKS - 1][0] = p->filtered;
     p->looks[LOOKS - 1][1] = p->state[0];
     if (p->looked < LOOKS)
         p->looked++;
@@ -351,17 +351,17 @@ static int phase_stands(phase_t *p, real_t dt)
         mean += p->looks[k][0] / (real_t)enough;
     for (int k = LOOKS - enough; k < LOOKS; k++)
         square += (p->looks[k][0] - mean) * (p->looks[k][0] - mean) / (real_t)enough;
-    return p->looked >= enough && square - p->noise * phase_left_over(dt / CALM) < STILL * STILL;
+    return p->looked >= enough && square - p->noise * phase_left_over(dt / ANGLE_FILTER) < STILL * STILL;
 }
 
-static void phase_agree(phase_t *p, real_t surprise, real_t part)
+static void phase_agree(phase_t *p, real_t innovation, real_t part)
 {
-    const real_t change = surprise - p->last, calm = least(part / CALM_MISFIT, 1);
+    const real_t change = innovation - p->last, gain = least(part / MISFIT_FILTER, 1);
     if (p->agreed > 0 && p->last < NEVER)
         p->noise += least(part / NOISY, 1) * (R(0.5) * change * change - p->noise);
-    p->last = surprise;
-    p->surprise += calm * (surprise - p->surprise);
-    p->misfit += least(part / RECENT, 1) * (p->surprise * p->surprise - phase_left_over(calm) * p->noise - p->misfit);
+    p->last = innovation;
+    p->innovation += gain * (innovation - p->innovation);
+    p->misfit += least(part / RECENT, 1) * (p->innovation * p->innovation - phase_left_over(gain) * p->noise - p->misfit);
     p->worst = most(p->worst, p->misfit);
     p->agreed = p->misfit < MISFIT * MISFIT ? p->agreed + part : 0;
 }
@@ -389,7 +389,7 @@ static void phase_stand(phase_t *p, real_t dt, int begins)
         p->covariance[1][j] = p->covariance[j][1] = 0;
     p->covariance[1][1] = WAKING_RATE * WAKING_RATE;
     p->covariance[0][0] = most(p->covariance[0][0], WAKING_PHASE * WAKING_PHASE);
-    off = fabs_r(p->calm - phase_series(p->state + SHAPE, p->state[0], p->wave)) - CERTAIN * fabs_r(p->wave[0]);
+    off = fabs_r(p->filtered - phase_series(p->state + SHAPE, p->state[0], p->wave)) - CERTAIN * fabs_r(p->wave[0]);
     p->misfit = off > 0 ? off * off : 0;
     p->agreed = p->misfit < MISFIT * MISFIT && p->has_kept ? AGREED_STANDING : 0;
     phase_averaged(p, dt);
@@ -560,7 +560,7 @@ static void phase_swung(phase_t *p, real_t late)
         p->against = (uint8_t)(p->against < AGAINST ? p->against + 1 : AGAINST);
         p->follows = 1;
         p->stated = -NEVER;
-        p->agreed = p->misfit = p->surprise = 0;
+        p->agreed = p->misfit = p->innovation = 0;
         p->last = NEVER;
         p->rate = p->state[1] = p->cadence;
         p->state[0] = phase;
@@ -622,7 +622,7 @@ static void phase_look(phase_t *p, real_t began)
 
 static void phase_follow(phase_t *p, real_t value, real_t dt, int struck)
 {
-    real_t *state = p->state, error, surprise, phase;
+    real_t *state = p->state, error, innovation, phase;
     const real_t began = state[0], rate = state[1], gone = rate * dt;
     const real_t loose = dt * most(rate, SLOWEST) * least(most(p->misfit, 0) / (LEARNT * LEARNT), 1);
     p->age += gone;
@@ -641,12 +641,12 @@ static void phase_follow(phase_t *p, real_t value, real_t dt, int struck)
             p->covariance[i][j] = p->covariance[j][i] += size * state[j];
     }
     if (!(p->gap > 0)) {
-        surprise = value - phase_series(state + SHAPE, state[0], p->wave);
-        phase_agree(p, surprise, most(gone, R(0.5) * dt));
+        innovation = value - phase_series(state + SHAPE, state[0], p->wave);
+        phase_agree(p, innovation, most(gone, R(0.5) * dt));
         error = LEARNT + (BEGUN - LEARNT) * exp_r(-p->age / FORGOTTEN);
-        phase_correct(p, p->wave, surprise, error * error * SAMPLE / dt + p->noise);
+        phase_correct(p, p->wave, innovation, error * error * SAMPLE / dt + p->noise);
         if (p->agreed > R(0.5) && !p->strange)
-            heel_take(p, surprise, gone);
+            heel_take(p, innovation, gone);
     }
     if (struck)
         phase_strike(p, dt);
@@ -675,7 +675,7 @@ static void phase_update(phase_t *p, real_t value, real_t dt, int struck)
         return;
     p->gap = value - value == 0 ? 0 : p->gap + dt;
     if (!(p->gap > 0)) {
-        p->calm = p->begun && lost <= SHORTEST_WINDOW ? p->calm + least((dt + lost) / CALM, 1) * (value - p->calm) : value;
+        p->filtered = p->begun && lost <= SHORTEST_WINDOW ? p->filtered + least((dt + lost) / ANGLE_FILTER, 1) * (value - p->filtered) : value;
         p->begun = 1;
     }
     if (p->gap > GAP)
@@ -692,12 +692,12 @@ static void phase_update(phase_t *p, real_t value, real_t dt, int struck)
     }
     if (stood)
         p->state[1] = p->cadence;
-    if (phase_swing(p, p->calm, dt)) {
+    if (phase_swing(p, p->filtered, dt)) {
         if (p->high - p->low > RANGE)
-            phase_swung(p, most(CALM - dt, 0));
+            phase_swung(p, most(ANGLE_FILTER - dt, 0));
         p->falls = 0;
         p->before = p->low;
-        p->high = p->calm;
+        p->high = p->filtered;
         p->since_high = 0;
     }
     if (p->follows)

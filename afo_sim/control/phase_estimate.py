@@ -118,7 +118,7 @@ STRIKE = 0.006  # error of a foot switch [-]
 MISFIT, LOST, RECENT = math.radians(1.6), math.radians(7.0), 0.05
 # Noise is taken out of the misfit over a share of a stride, and over a time [s] out of the angle in which
 # swings and stops are looked for; how large it is, neighbouring samples tell, over half a stride.
-CALM_MISFIT, CALM, NOISY = 0.04, 0.02, 0.5
+MISFIT_FILTER, ANGLE_FILTER, NOISY = 0.04, 0.02, 0.5
 PACE = 0.25  # by which the rate may differ from the last stride's, of itself
 AGREED, AGREED_STANDING = 0.9, 0.75  # strides that it agreed for until it is believed; of who stands
 CERTAIN = 0.04  # standard deviation of a phase that is believed [-]
@@ -168,7 +168,7 @@ class PhaseEstimate:
         self._agreed = 0.0  # strides, since the angle was last not as expected
         self._misfit = self._worst = 0.0  # mean square of late, and its largest since the last swing [rad²]
         self._noise = 0.0  # mean square of the sensor's [rad²]
-        self._calm, self._surprise = math.nan, 0.0  # angle, and what it differs by, of late [rad]
+        self._filtered, self._innovation = math.nan, 0.0  # angle, and what it differs by, of late [rad]
         self._last = math.nan  # what the last sample's differed by
         self._stated = -math.inf  # phase, with whole strides
         self._rate = 0.0  # of strides of late [1/s]
@@ -214,9 +214,11 @@ class PhaseEstimate:
             return
         lost, self._gap = self._gap, 0.0 if math.isfinite(value) else self._gap + dt
         if not self._gap:
-            known = math.isfinite(self._calm) and lost <= WINDOW[0]
-            self._calm += min((dt + lost) / CALM, 1.0) * (value - self._calm) if known else 0.0
-            self._calm = self._calm if known else value
+            known = math.isfinite(self._filtered) and lost <= WINDOW[0]
+            self._filtered += (
+                min((dt + lost) / ANGLE_FILTER, 1.0) * (value - self._filtered) if known else 0.0
+            )
+            self._filtered = self._filtered if known else value
         if self._gap > GAP:
             self._agreed = 0.0
         if self._gap > WINDOW[0] + 1e-4:  # the shank may have turned round unseen
@@ -230,9 +232,9 @@ class PhaseEstimate:
             return
         if stood:
             self._state[1] = self._cadence  # he goes on as fast as he walked before
-        swing = self._swings.after(math.nan if self._gap else self._calm, dt)
+        swing = self._swings.after(math.nan if self._gap else self._filtered, dt)
         if swing is not None:
-            self._swung(swing._replace(ago=swing.ago + max(CALM - dt, 0.0)))
+            self._swung(swing._replace(ago=swing.ago + max(ANGLE_FILTER - dt, 0.0)))
         if self._follows:
             self._follow(value, dt, struck)
 
@@ -243,10 +245,10 @@ class PhaseEstimate:
             return self.stopped
         self._since_look = 0.0
         self._looks[:-1] = self._looks[1:]
-        self._looks[-1] = self._calm, self._state[0]
+        self._looks[-1] = self._filtered, self._state[0]
         self._looked += 1
         angles = self._looks[-self._enough :, 0]
-        noise = self._noise * _left_over(dt / CALM)
+        noise = self._noise * _left_over(dt / ANGLE_FILTER)
         return self._looked >= self._enough and float(np.var(angles)) - noise < STILL**2
 
     @property
@@ -272,7 +274,9 @@ class PhaseEstimate:
         self._covariance[1, 1] = rate**2
         self._covariance[0, 0] = max(self._covariance[0, 0], phase**2)
         expected, slope = series(self._state, self._wave)
-        off = abs(self._calm - expected) - CERTAIN * abs(slope)  # more than an error of the phase explains
+        off = abs(self._filtered - expected) - CERTAIN * abs(
+            slope
+        )  # more than an error of the phase explains
         self._misfit = max(off, 0.0) ** 2
         self._agreed = AGREED_STANDING if self._misfit < MISFIT**2 and self._kept else 0.0
         self._averaged(dt)
@@ -353,7 +357,7 @@ class PhaseEstimate:
         self._against += 1
         self._uneven = 0
         self._follows, self._stated, self._rate = True, -math.inf, self._cadence
-        self._agreed = self._misfit = self._surprise = 0.0
+        self._agreed = self._misfit = self._innovation = 0.0
         self._last = math.nan
 
     def _follow(self, value: float, dt: float, struck: bool) -> None:
@@ -368,12 +372,12 @@ class PhaseEstimate:
         loose = dt * max(rate, SLOWEST) * min(max(self._misfit, 0.0) / LEARNT**2, 1.0)
         loosen_size(state, covariance, SIZE**2 * loose, SHIFT**2 * loose)
         if not self._gap:
-            surprise, part = value - series(state, wave)[0], max(gone, 0.5 * dt)  # [rad], of a stride
-            self._agree(surprise, part)
+            innovation, part = value - series(state, wave)[0], max(gone, 0.5 * dt)  # [rad], of a stride
+            self._agree(innovation, part)
             error = LEARNT + (BEGUN - LEARNT) * math.exp(-self._age / FORGOTTEN)
-            correct(state, covariance, wave, surprise, error**2 * SAMPLE / dt + self._noise)
+            correct(state, covariance, wave, innovation, error**2 * SAMPLE / dt + self._noise)
             if self._agreed > 0.5 and not self._usual.strange:
-                self._heel.take(float(state[0]), surprise, gone)
+                self._heel.take(float(state[0]), innovation, gone)
         if struck:
             self._strike(dt)
         self._hold(gone)
@@ -385,14 +389,14 @@ class PhaseEstimate:
         if not 0.0 < self._stated - phase < BACK:
             self._stated = phase
 
-    def _agree(self, surprise: float, part: float) -> None:
+    def _agree(self, innovation: float, part: float) -> None:
         """Judge the angle by its difference from what was expected [rad], over a part of a stride."""
         if self._agreed > 0.0 and math.isfinite(self._last):
-            self._noise += min(part / NOISY, 1.0) * (0.5 * (surprise - self._last) ** 2 - self._noise)
-        self._last = surprise
-        calm = min(part / CALM_MISFIT, 1.0)
-        self._surprise += calm * (surprise - self._surprise)
-        off = self._surprise**2 - _left_over(calm) * self._noise
+            self._noise += min(part / NOISY, 1.0) * (0.5 * (innovation - self._last) ** 2 - self._noise)
+        self._last = innovation
+        gain = min(part / MISFIT_FILTER, 1.0)
+        self._innovation += gain * (innovation - self._innovation)
+        off = self._innovation**2 - _left_over(gain) * self._noise
         self._misfit += min(part / RECENT, 1.0) * (off - self._misfit)
         self._worst = max(self._worst, self._misfit)
         self._agreed = self._agreed + part if self._misfit < MISFIT**2 else 0.0
@@ -412,7 +416,7 @@ class PhaseEstimate:
         if self._kept and passed(self._kept.highest + HIGH_PAST):
             self._usual.expect(self._swings.high)
         if self._kept and passed(self._kept.lowest + LOW_PAST) and self._since_swing * self._state[1] > 0.5:
-            self._usual.strange = True  # no swing has ended here
+            self._usual.miss()
 
     def _strike(self, dt: float) -> None:
         """Take in a heel strike: a little of phase, or all where the shape has it elsewhere."""

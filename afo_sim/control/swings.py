@@ -28,8 +28,8 @@ class Swings:
     """Looks for swings: the shank's highest angle, and the lowest after it."""
 
     def __init__(self) -> None:
-        self.falls = False
-        self._before = self.low = math.inf
+        self._falls = False
+        self._before = self._low = math.inf
         self.high = -math.inf
         self._since_high = self._since_low = 0.0
 
@@ -37,26 +37,26 @@ class Swings:
         """The swing whose end this sample shows; None of most samples."""
         self._since_high += dt
         self._since_low += dt
-        if self.falls:
+        if self._falls:
             return self._falling(value)
         self._before = min(self._before, value)
         if value > self.high:
             self.high, self._since_high = value, 0.0
         elif value < self.high - PAST:
             if self.high - self._before > RANGE:
-                self.falls, self.low, self._since_low = True, value, 0.0
+                self._falls, self._low, self._since_low = True, value, 0.0
             else:  # nothing came before it
                 self.high, self._since_high = value, 0.0
         return None
 
     def _falling(self, value: float) -> Swing | None:
-        if value < self.low:
-            self.low, self._since_low = value, 0.0
+        if value < self._low:
+            self._low, self._since_low = value, 0.0
             return None
-        if not value >= self.low + PAST:  # nor where it was lost
+        if not value >= self._low + PAST:  # nor where it was lost
             return None
-        swing = Swing(self.high, self.low, self._since_high - self._since_low, self._since_low)
-        self.falls, self._before = False, self.low
+        swing = Swing(self.high, self._low, self._since_high - self._since_low, self._since_low)
+        self._falls, self._before = False, self._low
         self.high, self._since_high = value, 0.0
         return swing if swing.high - swing.low > RANGE else None
 
@@ -95,3 +95,7 @@ class UsualSwings:
         """The shank should have been at its highest by now, and its highest since the last swing is this."""
         if self._now is not None and high < self._now.high - ALIKE:
             self.strange = True
+
+    def miss(self) -> None:
+        """No swing has ended where one should have."""
+        self.strange = True

@@ -198,11 +198,11 @@ def _measured(tree: Tree, leg: Candidate, side: Side | None, zero: float, forwar
     beside = 0.0 if weight is None else float((weight - centre) @ left)
     notes += _doubts(leg.ankle, tilt, float(along @ left), local, beside)
     below = [joint.name for part in tree.below(leg.shank)[1:] for joint in part.joints]
-    others = tuple(joint for joint in below if joint != leg.ankle)
+    welded = tuple(joint for joint in below if joint != leg.ankle)
     how = leg.how | {"up": how_up, "forward": how_forward, "side": how_side}
-    reach = float(np.ptp(local[:, 0])) if len(local) > 1 else None
-    found = leg.shank, leg.foot, leg.ankle, found_side, centre, axes, sign, zero, tilt, how
-    return Found(*found, others, length, reach, sole, tuple(notes))
+    foot_length = float(np.ptp(local[:, 0])) if len(local) > 1 else None
+    place = leg.shank, leg.foot, leg.ankle, found_side, centre, axes, sign, zero, tilt, how
+    return Found(*place, welded, shank_length=length, foot_length=foot_length, sole=sole, notes=tuple(notes))
 
 
 def upright(axis: np.ndarray, along: np.ndarray) -> tuple[np.ndarray, float]:

@@ -19,9 +19,6 @@ HANDS = {
     "finger": rf"^(?!.*(thumb|spin|cervic|thora|lumbar)).*({FINGERS})",
 }
 MUCH = np.radians(30.0)  # that a joint is bent at the angle zero, from which on a note says so
-Names = tuple[str | None, str | None, str | None]  # of a hinge, a body above and a body below it
-Given = float | None
-Toes = Direction | None
 # {joint: its hinges' names}
 NAMED = {name: re.compile(HANDS.get(name, name)) for name in JOINTS if name != "hinge"}
 NAMED["ankle"] = re.compile(r"ankle|talocrural|_ak[xyz]$")
@@ -29,9 +26,15 @@ FLEXES = re.compile(r"pitch|flex|_p$")  # of several hinges of a joint
 
 
 def find_worn(
-    tree: Tree, device: Orthosis, names: Names, side: Side | None, zero: Given, sign: Given, forward: Toes
+    tree: Tree,
+    device: Orthosis,
+    names: tuple[str | None, str | None, str | None],
+    side: Side | None,
+    zero: float | None,
+    sign: float | None,
+    forward: Direction | None,
 ) -> Found:
-    """The joint that a device is for: an ankle is sought; another one's left is its hinge's axis."""
+    """The joint that a device is for, by names of a hinge, a body above and one below; an ankle is sought."""
     joint, proximal, distal = names
     named = [] if joint is None else [kind for kind, words in NAMED.items() if has(words, joint)]
     if named and device.joint != "hinge" and device.joint not in named:

@@ -162,10 +162,11 @@ def tree_of(model: mujoco.MjModel) -> Tree:
     for body, name in parts.items():
         turn = turn_of(model.body_iquat[body])
         inertia = turn @ np.diag(model.body_inertia[body]) @ turn.T
-        weight = float(model.body_mass[body]), model.body_ipos[body].copy(), (inertia + inertia.T) / 2
-        parent, turn = parts.get(int(model.body_parentid[body])), turn_of(model.body_quat[body])
-        rest = tuple(joints[body]), tuple(shapes[body]), points[body]
-        found[name] = Part(name, parent, pose_of(model.body_pos[body], turn), *weight, *rest)
+        parent = parts.get(int(model.body_parentid[body]))
+        pose = pose_of(model.body_pos[body], turn_of(model.body_quat[body]))
+        mass, centre = float(model.body_mass[body]), model.body_ipos[body].copy()
+        inertia, hinged, shown = (inertia + inertia.T) / 2, tuple(joints[body]), tuple(shapes[body])
+        found[name] = Part(name, parent, pose, mass, centre, inertia, hinged, shown, points[body])
     return Tree(file=None, parts=found, beside=_beside(model), notes=tuple(_notes(model, parts)))
 
 
