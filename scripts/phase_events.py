@@ -26,7 +26,8 @@ TIME, FASTEST, SLOWEST = (1.12, 0.13), 0.85, 1.6
 RANGE, MEAN, PLACE = 0.08, 4.0, 0.021
 OWN = np.array([1.2, 0.8, 0.5, 0.3, 0.25, 0.2])
 # What a heel strike does: the shank's rate falls by so much [deg/s] (median, and deviation of its log), at a
-# frequency [1/s] that dies out in a time [s], after a delay [s]. Assumed, so that fall and dip are about those of four recorded legs.
+# frequency [1/s] that dies out in a time [s], after a delay [s]. Assumed, so that fall and dip are about as
+# in four recorded legs.
 FALL, RINGS, DIES, DELAY = (70.0, 0.5), (8.0, 13.0), (0.03, 0.06), (0.01, 0.007)
 Curve = Callable[[np.ndarray], np.ndarray]  # of the phase [-] or the time [s]: shank [deg]
 
