@@ -49,6 +49,7 @@ from .slots import BANG_BANG as BANG_BANG
 from .slots import KIND_GRIP as KIND_GRIP
 from .slots import KIND_LEG_MUSCLE as KIND_LEG_MUSCLE
 from .slots import KIND_MOTOR as KIND_MOTOR
+from .slots import KIND_MUSCLE as KIND_MUSCLE
 from .slots import KIND_PAD as KIND_PAD
 from .slots import KIND_PASSIVE as KIND_PASSIVE
 from .slots import KIND_REFLEX as KIND_REFLEX
@@ -58,6 +59,7 @@ from .slots import LEG_MUSCLE_DATA as LEG_MUSCLE_DATA
 from .slots import LEG_MUSCLE_ROW as LEG_MUSCLE_ROW
 from .slots import MUSCLE_CHAMBER as MUSCLE_CHAMBER
 from .slots import MUSCLE_NOMINAL_LENGTH as MUSCLE_NOMINAL_LENGTH
+from .slots import MUSCLE_ROW as MUSCLE_ROW
 from .slots import MUSCLE_SERIES_LENGTH as MUSCLE_SERIES_LENGTH
 from .slots import N_USER as N_USER
 from .slots import PWM as PWM

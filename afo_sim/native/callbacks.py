@@ -53,82 +53,86 @@ from afo_sim.native.guides import behind_guides
 from afo_sim.native.muscle import beside_gain, friction_dyn, sole_pad_force
 from afo_sim.native.network import network_dyn
 from afo_sim.native.walker import grip_bias, grip_dyn, leg_muscle_dyn, reflex_dyn, toe_extension
-from afo_sim.physics import passive_moment, spastic_moment
+from afo_sim.physics import passive_moment, register_jitable, spastic_moment
+
+
+@register_jitable
+def force_of(m: Any, d: Any, i: int) -> tuple[int, float]:
+    """Force of the actuator i beside its gain: (complaint, force)."""
+    u, j = m.actuator_user, m.nuser_actuator * i
+    kind, force = u[j + 1], 0.0
+    if kind == slots.KIND_MUSCLE:
+        leader = m.nuser_actuator * int(u[j + slots.MUSCLE_ROW.leader])
+        tension = d.userdata[int(u[leader + slots.MUSCLE_ROW.userdata]) + slots.LEADER_DATA.tension]
+        if tension == tension and u[j + slots.MUSCLE_ROW.wrap_friction] > 0.0:
+            tension, _ = behind_guides(m, d, i, j, tension)
+        force = 0.0 - tension
+    elif kind == slots.KIND_PASSIVE:
+        scale, offset = u[j + slots.PASSIVE_ROW.scale], u[j + slots.PASSIVE_ROW.offset]
+        force = passive_moment(d.actuator_length[i], d.ctrl[i], scale, offset)
+        force -= u[j + slots.PASSIVE_ROW.load]
+        force -= u[j + slots.PASSIVE_ROW.damping] * d.actuator_velocity[i]
+    elif kind == slots.KIND_SPASTIC:
+        moment = spastic_moment(d.actuator_velocity[i], u[j + slots.SPASTIC_ROW.gain])
+        force = beside_gain(m, d, i, m.actuator_actadr[i], moment)
+    elif kind == slots.KIND_PAD:
+        force = beside_gain(m, d, i, m.actuator_actadr[i], sole_pad_force(m, d, i, j)[0])
+    elif kind == slots.KIND_LEG_MUSCLE:
+        force = 0.0 - d.userdata[int(u[j + slots.LEG_MUSCLE_ROW.userdata]) + slots.LEG_MUSCLE_DATA.tension]
+    elif kind == slots.KIND_REFLEX:
+        force = toe_extension(m, d, j)
+    elif kind == slots.KIND_GRIP:
+        force = grip_bias(m, d, i, j)
+    elif kind == slots.KIND_MOTOR:
+        force = 0.0 - u[j + slots.SPASTIC_ROW.gain] * d.actuator_velocity[i]
+    return FINE if force == force else NO_NUMBER, force
+
+
+@register_jitable
+def rate_of(m: Any, d: Any, i: int) -> tuple[int, int, float]:
+    """Rates of the actuator i: (complaint, actuator that it is of, rate of the only state of one)."""
+    u, j = m.actuator_user, m.nuser_actuator * i
+    kind, complaint, actuator, rate = u[j + 1], FINE, i, 0.0
+    if kind == slots.KIND_NETWORK:
+        complaint, actuator = network_dyn(m, d, i, j)
+    elif kind in (slots.KIND_CHAMBER, slots.KIND_VOLUME, slots.KIND_STORE):
+        air_dyn(m, d, j)
+    elif kind == slots.KIND_RESTRICTION:
+        restriction_dyn(m, d, i, j)
+    elif kind == slots.KIND_DRIVE:
+        complaint = drive_dyn(m, d, i, j)
+    elif kind == slots.KIND_VALVE:
+        valve_dyn(m, d, i, j)
+    elif kind == slots.KIND_FRICTION:
+        rate = friction_dyn(m, d, i, j)
+    elif kind == slots.KIND_REFLEX:
+        reflex_dyn(m, d, i, j)
+    elif kind == slots.KIND_LEG_MUSCLE:
+        leg_muscle_dyn(m, d, i, j)
+    elif kind == slots.KIND_GRIP:
+        grip_dyn(m, d, i, j)
+    elif kind == slots.KIND_PAD:
+        rate = (sole_pad_force(m, d, i, j)[1] - d.act[m.actuator_actadr[i]]) / m.opt.timestep
+    elif kind == slots.KIND_SPASTIC:
+        gain = u[j + slots.SPASTIC_ROW.gain]
+        damping = 0.5 * gain if spastic_moment(d.actuator_velocity[i], gain) < 0.0 else 0.0
+        rate = (damping - d.act[m.actuator_actadr[i]]) / m.opt.timestep
+    return complaint, actuator, rate
 
 
 def define(fail: Callable[[int, int], None]) -> tuple[Any, Any]:
     """The two callbacks (bias, dyn), over a `fail(complaint, actuator)` that does not return."""
 
     def bias(m: Any, d: Any, i: int) -> float:
-        u, j = m.actuator_user, m.nuser_actuator * i
-        kind = u[j + 1]
-        if kind == slots.KIND_MUSCLE:
-            leader = m.nuser_actuator * int(u[j + slots.MUSCLE_ROW.leader])
-            tension = d.userdata[int(u[leader + slots.MUSCLE_ROW.userdata]) + slots.LEADER_DATA.tension]
-            if tension != tension:
-                fail(NO_NUMBER, i)
-            if u[j + slots.MUSCLE_ROW.wrap_friction] > 0.0:
-                tension, _ = behind_guides(m, d, i, j, tension)
-            return 0.0 - tension
-        if kind == slots.KIND_PASSIVE:
-            scale, offset = u[j + slots.PASSIVE_ROW.scale], u[j + slots.PASSIVE_ROW.offset]
-            moment = passive_moment(d.actuator_length[i], d.ctrl[i], scale, offset)
-            if moment != moment:
-                fail(NO_NUMBER, i)
-            damping = u[j + slots.PASSIVE_ROW.damping]
-            return moment - u[j + slots.PASSIVE_ROW.load] - damping * d.actuator_velocity[i]
-        if kind == slots.KIND_SPASTIC:
-            moment = spastic_moment(d.actuator_velocity[i], u[j + slots.SPASTIC_ROW.gain])
-            return beside_gain(m, d, i, m.actuator_actadr[i], moment)
-        if kind == slots.KIND_PAD:
-            force, _ = sole_pad_force(m, d, i, j)
-            if force != force:
-                fail(NO_NUMBER, i)
-            return beside_gain(m, d, i, m.actuator_actadr[i], force)
-        if kind == slots.KIND_LEG_MUSCLE:
-            tension = d.userdata[int(u[j + slots.LEG_MUSCLE_ROW.userdata]) + slots.LEG_MUSCLE_DATA.tension]
-            if tension != tension:
-                fail(NO_NUMBER, i)
-            return 0.0 - tension
-        if kind == slots.KIND_REFLEX:
-            return toe_extension(m, d, j)
-        if kind == slots.KIND_GRIP:
-            return grip_bias(m, d, i, j)
-        if kind == slots.KIND_MOTOR:
-            return 0.0 - u[j + slots.SPASTIC_ROW.gain] * d.actuator_velocity[i]
-        return 0.0
+        complaint, force = force_of(m, d, i)
+        if complaint != FINE:
+            fail(complaint, i)
+        return force
 
     def dyn(m: Any, d: Any, i: int) -> float:
-        u, j = m.actuator_user, m.nuser_actuator * i
-        kind = u[j + 1]
-        if kind == slots.KIND_NETWORK:
-            complaint, actuator = network_dyn(m, d, i, j)
-            if complaint != FINE:
-                fail(complaint, actuator)
-        elif kind in (slots.KIND_CHAMBER, slots.KIND_VOLUME, slots.KIND_STORE):
-            air_dyn(m, d, j)
-        elif kind == slots.KIND_RESTRICTION:
-            restriction_dyn(m, d, i, j)
-        elif kind == slots.KIND_DRIVE:
-            complaint = drive_dyn(m, d, i, j)
-            if complaint != FINE:
-                fail(complaint, i)
-        elif kind == slots.KIND_VALVE:
-            valve_dyn(m, d, i, j)
-        elif kind == slots.KIND_FRICTION:
-            return friction_dyn(m, d, i, j)
-        elif kind == slots.KIND_REFLEX:
-            reflex_dyn(m, d, i, j)
-        elif kind == slots.KIND_LEG_MUSCLE:
-            leg_muscle_dyn(m, d, i, j)
-        elif kind == slots.KIND_GRIP:
-            grip_dyn(m, d, i, j)
-        elif kind == slots.KIND_PAD:
-            return (sole_pad_force(m, d, i, j)[1] - d.act[m.actuator_actadr[i]]) / m.opt.timestep
-        elif kind == slots.KIND_SPASTIC:
-            gain = u[j + slots.SPASTIC_ROW.gain]
-            damping = 0.5 * gain if spastic_moment(d.actuator_velocity[i], gain) < 0.0 else 0.0
-            return (damping - d.act[m.actuator_actadr[i]]) / m.opt.timestep
-        return 0.0
+        complaint, actuator, rate = rate_of(m, d, i)
+        if complaint != FINE:
+            fail(complaint, actuator)
+        return rate
 
     return bias, dyn

@@ -15,6 +15,8 @@ from afo_sim.native.struct_layout import PLACES, kinds, places
 KIND = "callbacks"
 _MJF_ACT = ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int)
 
+_PLANAR = ctypes.CFUNCTYPE(ctypes.c_int64, *[ctypes.c_void_p] * 5, *[ctypes.c_int64] * 3)
+
 
 def callbacks() -> tuple[Any, Any]:
     """C function pointers for MuJoCo: act_bias, act_dyn."""
@@ -26,6 +28,15 @@ def callbacks() -> tuple[Any, Any]:
     return bias, dyn
 
 
+@functools.cache
+def planar() -> Any:
+    """The steps of a planar walker as a C function (`planar.walk_on`)."""
+    machine_code.start()
+    llvm.add_symbol(PLACES, ctypes.addressof(places()))
+    (steps,) = machine_code.functions("planar", _PLANAR, follows(), _compile_planar)
+    return steps
+
+
 def follows() -> tuple[Any, ...]:
     """What the callbacks' code follows from beside sources, compilers and processor."""
     return tuple(kinds())
@@ -35,6 +46,12 @@ def _compile() -> machine_code.Compiled:
     import afo_sim.native.compiling as compiling  # which imports numba
 
     return compiling.compile_all()
+
+
+def _compile_planar() -> machine_code.Compiled:
+    import afo_sim.native.compiling as compiling
+
+    return compiling.compile_planar()
 
 
 @functools.cache

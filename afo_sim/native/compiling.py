@@ -8,7 +8,7 @@ from mujoco.introspect.ast_nodes import ArrayType, PointerType
 from numba import types
 from numba.core import cgutils
 from numba.core.datamodel import models, register_default
-from numba.core.imputils import lower_getattr_generic
+from numba.core.imputils import lower_getattr_generic, lower_setattr_generic
 from numba.core.typing.ctypes_utils import from_ctypes
 from numba.core.typing.templates import AttributeTemplate
 from numba.extending import infer_getattr, intrinsic, overload
@@ -17,6 +17,7 @@ from afo_sim.common import Compiled, compiling
 from afo_sim.native.air_block import BLOCK, block
 from afo_sim.native.callbacks import define
 from afo_sim.native.error_codes import COMPLAINTS, MJU_ERROR, RAISED
+from afo_sim.native.planar import walk_on
 from afo_sim.native.refuse import marked_only
 from afo_sim.native.struct_layout import PLACES, READ, c_type, declarations
 from afo_sim.physics import register_all
@@ -57,6 +58,18 @@ class _StructAttributes(AttributeTemplate):
 
 @lower_getattr_generic(StructPointer)
 def _lower_getattr(context: Any, builder: Any, typ: Any, value: Any, attr: str) -> Any:
+    pointer, load = _place(context, builder, typ, value, attr)
+    return builder.load(pointer) if load else pointer
+
+
+@lower_setattr_generic(StructPointer)
+def _lower_setattr(context: Any, builder: Any, signature: Any, values: Any, attr: str) -> None:
+    pointer, _ = _place(context, builder, signature.args[0], values[0], attr)
+    builder.store(values[1], pointer)
+
+
+def _place(context: Any, builder: Any, typ: Any, value: Any, attr: str) -> tuple[Any, bool]:
+    """Where a field stands, as a pointer to what it is; whether it is to be loaded from there."""
     field = _field(typ.struct, attr)
     assert field is not None
     number, load, result = field
@@ -67,12 +80,12 @@ def _lower_getattr(context: Any, builder: Any, typ: Any, value: Any, attr: str) 
     offset.set_metadata("invariant.load", builder.module.add_metadata([]))
     pointer = cgutils.pointer_add(builder, value, offset)
     llvm_type = context.get_value_type(result)
-    if load:
-        return builder.load(builder.bitcast(pointer, llvm_type.as_pointer()))
-    return builder.bitcast(pointer, llvm_type)
+    return builder.bitcast(pointer, llvm_type.as_pointer() if load else llvm_type), load
 
 
-SIGNATURE = types.float64(StructPointer("mjModel"), StructPointer("mjData"), types.int32)
+_MODEL, _DATA, _NUMBERS = StructPointer("mjModel"), StructPointer("mjData"), types.CPointer(types.float64)
+SIGNATURE = types.float64(_MODEL, _DATA, types.int32)
+PLANAR = types.int64(_MODEL, _DATA, _NUMBERS, _NUMBERS, _NUMBERS, types.int64, types.int64, types.int64)
 
 
 def compile_all() -> Compiled:
@@ -80,6 +93,12 @@ def compile_all() -> Compiled:
     kernels = [marked_only(kernel, _fail) for kernel in define(_fail)]
     register_all()
     return compiling.compile_all(kernels, SIGNATURE, _raised)
+
+
+def compile_planar() -> Compiled:
+    """Machine code of the steps of a planar walker."""
+    register_all()
+    return compiling.compile_all([walk_on], PLANAR, lambda builder, arguments: None)
 
 
 def _raised(builder: Any, arguments: Any) -> None:

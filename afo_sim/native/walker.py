@@ -113,6 +113,18 @@ def carried(m: Any, d: Any, j: int, nerve: int, delay: float, now: int) -> float
 
 @register_jitable
 def reflex_dyn(m: Any, d: Any, i: int, j: int) -> None:
+    """Let the reflexes whose row starts at j ask, by what the soles bear and which foot is ahead."""
+    other = m.nuser_actuator * int(m.actuator_user[j + REFLEX_ROW.other])
+    reflexes_of(
+        m, d, i, j, load_on(m, d, j), load_on(m, d, other), ahead_of_trunk(m, d, j),
+        ahead_of_trunk(m, d, other),
+    )  # fmt: skip
+
+
+@register_jitable
+def reflexes_of(
+    m: Any, d: Any, i: int, j: int, load: float, other_load: float, ahead: float, other_ahead: float
+) -> None:
     """Let the nerves carry this step's signals, and ask the muscles for what those of earlier steps bring."""
     u, a, step = m.actuator_user, m.actuator_actadr[i], m.opt.timestep
     now = int(d.time / step + 0.5)
@@ -133,12 +145,8 @@ def reflex_dyn(m: Any, d: Any, i: int, j: int) -> None:
     d.userdata[slot + NERVE.pitch_rate] = d.qvel[int(u[j + REFLEX_ROW.pitch_rate])]
     d.ctrl[int(u[j + REFLEX_ROW.tissue])] = -knee
 
-    other = m.nuser_actuator * int(u[j + REFLEX_ROW.other])
     before = int(d.act[a + REFLEX_ACT.phase] + 0.5)
-    state = next_state(
-        before, load_on(m, d, j), load_on(m, d, other), ahead_of_trunk(m, d, j), ahead_of_trunk(m, d, other),
-        u[j + REFLEX_ROW.gains + REFLEX.load],
-    )  # fmt: skip
+    state = next_state(before, load, other_load, ahead, other_ahead, u[j + REFLEX_ROW.gains + REFLEX.load])
     came_down = 1.0 if state == EARLY_STANCE and before != EARLY_STANCE else 0.0
     d.act_dot[a + REFLEX_ACT.phase] = (state - d.act[a + REFLEX_ACT.phase]) / step
     d.act_dot[a + REFLEX_ACT.strikes] = came_down / step
@@ -160,11 +168,18 @@ def reflex_dyn(m: Any, d: Any, i: int, j: int) -> None:
 
 
 @register_jitable
-def held_by_floor(m: Any, d: Any, i: int, j: int) -> tuple[float, float, float]:
+def load_under(m: Any, d: Any, j: int) -> float:
+    """Load on the pad of the grip whose row starts at j [N]."""
+    pad = int(m.actuator_user[j + GRIP_ROW.pad])
+    return sole_pad_force(m, d, pad, m.nuser_actuator * pad)[0]
+
+
+@register_jitable
+def held_by_floor(m: Any, d: Any, i: int, j: int, load: float) -> tuple[float, float, float]:
     """Forward force of the floor on the grip whose row starts at j [N], its gain's [N·s/m], its place [m]."""
     # A spring from where the sole came down, |F| ≤ μ N; where it would be more, that place moves along.
-    u, pad = m.actuator_user, int(m.actuator_user[j + GRIP_ROW.pad])
-    pressed = u[j + GRIP_ROW.friction] * sole_pad_force(m, d, pad, m.nuser_actuator * pad)[0]
+    u = m.actuator_user
+    pressed = u[j + GRIP_ROW.friction] * load
     at, anchor = d.actuator_length[i], d.act[m.actuator_actadr[i] + GRIP_ACT.anchor]
     stiff, damping = u[j + GRIP_ROW.stiffness], u[j + GRIP_ROW.damping]
     if pressed <= 0.0:
@@ -184,7 +199,7 @@ def held_by_floor(m: Any, d: Any, i: int, j: int) -> tuple[float, float, float]:
 @register_jitable
 def grip_bias(m: Any, d: Any, i: int, j: int) -> float:
     """Bias of the grip i whose row starts at j; its last state is its gain's input."""
-    force, _, _ = held_by_floor(m, d, i, j)
+    force, _, _ = held_by_floor(m, d, i, j, load_under(m, d, j))
     return beside_gain(m, d, i, m.actuator_actadr[i] + GRIP_ACT.carried, force)
 
 
@@ -192,6 +207,6 @@ def grip_bias(m: Any, d: Any, i: int, j: int) -> float:
 def grip_dyn(m: Any, d: Any, i: int, j: int) -> None:
     """Write the rates of the grip i whose row starts at j."""
     a, step = m.actuator_actadr[i], m.opt.timestep
-    _, damping, anchor = held_by_floor(m, d, i, j)
+    _, damping, anchor = held_by_floor(m, d, i, j, load_under(m, d, j))
     d.act_dot[a + GRIP_ACT.anchor] = (anchor - d.act[a + GRIP_ACT.anchor]) / step
     d.act_dot[a + GRIP_ACT.carried] = (damping - d.act[a + GRIP_ACT.carried]) / step

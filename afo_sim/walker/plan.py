@@ -1,0 +1,141 @@
+"""What a walker's model is to the steps of `native.planar`; None where those cannot take it."""
+
+import itertools
+from collections.abc import Iterator
+
+import mujoco
+import numpy as np
+
+from afo_sim import native
+from afo_sim.common import GRAVITY
+from afo_sim.native.planar import (
+    DOFS,
+    HEAD,
+    SEGMENTS,
+    OtherPlan,
+    PathPlan,
+    PointPlan,
+    SegmentPlan,
+    before,
+)
+
+SITE = int(mujoco.mjtWrap.mjWRAP_SITE)
+
+
+def plan_of(
+    model: mujoco.MjModel, pads: np.ndarray, trunk: int, feet: tuple[int, int], fallen: float
+) -> np.ndarray | None:
+    """The plan of a model with the joints of a walker, its pads in the soles' order; None if not planar."""
+    if not _planar(model):
+        return None
+    data = mujoco.MjData(model)  # all angles zero
+    mujoco.mj_kinematics(model, data)
+    mujoco.mj_comPos(model, data)
+    segments, hinges = _segments(model), data.xanchor[2:]
+    rows = [*_bodies(model, data, segments, hinges), *_points(model, data, pads, segments, hinges)]
+    pieces = [
+        each for tendon in range(model.ntendon) for each in _path(model, data, tendon, segments, hinges)
+    ]
+    others = list(_others(model, pads))
+    centres = [
+        (segments[body], *(data.xipos[body] - hinges[segments[body]])[[0, 2]]) for body in (trunk, *feet)
+    ]
+    head = HEAD._replace(
+        gravity=GRAVITY, fallen=fallen, pieces=len(pieces), others=len(others), states=model.na,
+        actuators=model.nu,
+    )  # fmt: skip
+    return np.concatenate([np.array(each, dtype=float) for each in (head, *centres, *rows, *pieces, *others)])
+
+
+def _planar(model: mujoco.MjModel) -> bool:
+    """Whether all joints and paths are such as the steps know."""
+    slides, hinges = np.split(model.jnt_axis, [2])
+    muscles = model.actuator_user[model.actuator_user[:, 1] == native.KIND_MUSCLE]
+    kinds = [mujoco.mjtJoint.mjJNT_SLIDE] * 2 + [mujoco.mjtJoint.mjJNT_HINGE] * SEGMENTS
+    return bool(
+        model.nv == DOFS
+        and (model.jnt_type == kinds).all()
+        and np.allclose(slides, [[1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+        and np.allclose(hinges, [0.0, -1.0, 0.0])
+        and not model.dof_frictionloss.any()
+        and not (
+            model.tendon_stiffness.any() or model.tendon_damping.any() or model.tendon_frictionloss.any()
+        )
+        and (model.wrap_type == SITE).all()
+        and not muscles[:, native.MUSCLE_ROW.wrap_friction].any()
+    )
+
+
+def _segments(model: mujoco.MjModel) -> np.ndarray:
+    """The segment that each body belongs to; −1 for the world."""
+    found = np.full(model.nbody, -1)
+    for body in range(1, model.nbody):
+        joint = model.body_jntadr[body] + model.body_jntnum[body] - 1  # the trunk's last
+        found[body] = joint - 2 if model.body_jntnum[body] else found[model.body_parentid[body]]
+    return found
+
+
+def _bodies(
+    model: mujoco.MjModel, data: mujoco.MjData, segments: np.ndarray, hinges: np.ndarray
+) -> Iterator[SegmentPlan]:
+    for k in range(SEGMENTS):
+        own = np.flatnonzero(segments == k)
+        mass = model.body_mass[own]
+        centre = mass @ data.xipos[own] / mass.sum()
+        axes = data.ximat[own].reshape(-1, 3, 3)
+        inertia = np.einsum("bi,bi->b", axes[:, 1, :] ** 2, model.body_inertia[own])
+        far = data.xipos[own] - centre
+        inertia = inertia + mass * (far[:, 0] ** 2 + far[:, 2] ** 2)
+        hinge, joint = hinges[k] - hinges[before(k)], 2 + k
+        yield SegmentPlan(
+            hinge_x=hinge[0], hinge_z=hinge[2], mass=mass.sum(), x=(centre - hinges[k])[0],
+            z=(centre - hinges[k])[2], inertia=inertia.sum(), stiffness=model.jnt_stiffness[joint].item(),
+            rest=model.qpos_spring[joint], damping=model.dof_damping[joint].item(), armature=model.dof_armature[joint],
+        )  # fmt: skip
+
+
+def _points(
+    model: mujoco.MjModel, data: mujoco.MjData, pads: np.ndarray, segments: np.ndarray, hinges: np.ndarray
+) -> Iterator[PointPlan]:
+    for pad in pads.ravel():
+        site = model.actuator_trnid[pad, 0]
+        k = segments[model.site_bodyid[site]]
+        x, _, z = data.site_xpos[site] - hinges[k]
+        alike = np.flatnonzero(model.actuator_trnid[:, 0] == site)
+        (grip,) = (i for i in alike if model.actuator_user[i, 1] == native.KIND_GRIP)
+        yield PointPlan(segment=k, x=x, z=z, pad=pad, grip=grip)
+
+
+def _path(
+    model: mujoco.MjModel, data: mujoco.MjData, tendon: int, segments: np.ndarray, hinges: np.ndarray
+) -> list[PathPlan]:
+    """The pieces of a path that move."""
+    first = model.tendon_adr[tendon]
+    sites = model.wrap_objid[first : first + model.tendon_num[tendon]]
+    of_tendon = model.actuator_trntype == mujoco.mjtTrn.mjTRN_TENDON
+    (actuator,) = np.flatnonzero(of_tendon & (model.actuator_trnid[:, 0] == tendon))
+    found, fixed = [], 0.0
+    for site, following in itertools.pairwise(sites):
+        ends = [(segments[model.site_bodyid[each]], data.site_xpos[each]) for each in (site, following)]
+        (near, a), (far, b) = sorted(ends, key=lambda end: end[0])
+        if near == far:
+            fixed += float(np.linalg.norm(b - a))
+            continue
+        (near_x, _, near_z), (far_x, _, far_z) = a - hinges[near], b - hinges[far]
+        across = (b - a)[1] ** 2
+        found.append(PathPlan(actuator, near, near_x, near_z, far, far_x, far_z, across, 0.0, 0, 0, 0.0, 0.0))
+    top, bottom = min(each.near for each in found), max(each.far for each in found)
+    found = [each._replace(fixed=fixed, top=top, bottom=bottom) for each in found]
+    found[0] = found[0]._replace(first=1.0)
+    found[-1] = found[-1]._replace(last=1.0)
+    return found
+
+
+def _others(model: mujoco.MjModel, pads: np.ndarray) -> Iterator[OtherPlan]:
+    """What acts at a joint, in the order of the actuators, but the reflexes, which come first."""
+    early = model.actuator_actearly.astype(bool)
+    for i in np.flatnonzero(model.actuator_trntype == mujoco.mjtTrn.mjTRN_JOINT):
+        if model.actuator_user[i, 1] != native.KIND_REFLEX:
+            state = model.actuator_actadr[i] if model.actuator_actnum[i] == 1 else -1
+            gear = model.actuator_gear[i, 0]
+            yield OtherPlan(i, model.actuator_trnid[i, 0], gear, state, float(early[i]))
