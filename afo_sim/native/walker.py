@@ -33,13 +33,12 @@ from afo_sim.physics import (
     TIBIALIS,
     VASTI,
     activated,
-    active_force,
     balanced_fibre,
     excitations,
     muscle_power,
     next_state,
+    passive_force,
     register_jitable,
-    velocity_factor,
 )
 
 MUSCLES = len(LEG_MUSCLES)
@@ -64,16 +63,19 @@ def leg_muscle_dyn(m: Any, d: Any, i: int, j: int) -> None:
     )  # fmt: skip
     force, mass = u[j + LEG_MUSCLE_ROW.force], u[j + LEG_MUSCLE_ROW.mass]
     mass *= u[j + LEG_MUSCLE_ROW.strength]  # what is lost of a weak muscle makes no heat
-    active = strong * active_force(length)[0] * velocity_factor(velocity / fastest)[0]
+    active = along - u[j + LEG_MUSCLE_ROW.damping] * velocity / fastest
+    if u[j + LEG_MUSCLE_ROW.passive] > 0.0:
+        active -= u[j + LEG_MUSCLE_ROW.passive] * passive_force(length)[0]
     heat, moving = muscle_power(
         excitation, activation, length, velocity, along, active, u[j + LEG_MUSCLE_ROW.slow],
     )  # fmt: skip
     d.userdata[place + LEG_MUSCLE_DATA.tension] = force * tension
-    d.act_dot[a + LEG_MUSCLE_ACT.excitation] = (excitation - before) / step
-    d.act_dot[a + LEG_MUSCLE_ACT.activation] = (activation - last) / step
-    d.act_dot[a + LEG_MUSCLE_ACT.length] = (length - d.act[a + LEG_MUSCLE_ACT.length]) / step
-    d.act_dot[a + LEG_MUSCLE_ACT.velocity] = (velocity - d.act[a + LEG_MUSCLE_ACT.velocity]) / step
-    d.act_dot[a + LEG_MUSCLE_ACT.force] = (tension - d.act[a + LEG_MUSCLE_ACT.force]) / step
+    per_step = 1.0 / step
+    d.act_dot[a + LEG_MUSCLE_ACT.excitation] = (excitation - before) * per_step
+    d.act_dot[a + LEG_MUSCLE_ACT.activation] = (activation - last) * per_step
+    d.act_dot[a + LEG_MUSCLE_ACT.length] = (length - d.act[a + LEG_MUSCLE_ACT.length]) * per_step
+    d.act_dot[a + LEG_MUSCLE_ACT.velocity] = (velocity - d.act[a + LEG_MUSCLE_ACT.velocity]) * per_step
+    d.act_dot[a + LEG_MUSCLE_ACT.force] = (tension - d.act[a + LEG_MUSCLE_ACT.force]) * per_step
     d.act_dot[a + LEG_MUSCLE_ACT.energy] = heat * mass + moving * force * optimal
 
 

@@ -13,7 +13,7 @@ STEEP = (1.0 + 1.0 / CURVATURE) / (LENGTHENING - 1.0)  # so that its slope is on
 LEAST_ACTIVATION = 0.01
 ACTIVATION_TIME, DEACTIVATION_TIME = 0.010, 0.040  # [s]
 SHORTEST_FIBRE = 0.2  # projection of the fibre on the tendon from which on it is not shorter [-]
-NEWTON, SMALL = 12, 1e-10
+NEWTON, NEAR = 12, 1e-5  # steps at most; change of the length from which on the rest is of second order [-]
 
 
 @register_jitable
@@ -121,7 +121,7 @@ def fibre_force(
     """
     by_length, length_slope = active_force(length)
     by_velocity, velocity_slope = velocity_factor(velocity / fastest)
-    at_rest, rest_slope = passive_force(length)
+    at_rest, rest_slope = passive_force(length) if passive > 0.0 else (0.0, 0.0)
     return (
         activation * by_length * by_velocity + passive * at_rest + damping * velocity / fastest,
         activation * length_slope * by_velocity + passive * rest_slope,
@@ -174,8 +174,11 @@ def balanced_fibre(
             change = 0.1
         elif change < -0.1:
             change = -0.1
-        length = max(length + change, shortest)
-        if abs(change) < SMALL:
+        change = max(length + change, shortest) - length
+        length += change
+        if abs(change) < NEAR:  # where one step on would find them, to what is of second order in it
+            tension -= slope * optimal / slack * (length - change) / straight * change
+            along += (by_length + rate) * change
             break
     if step > 0.0:
         velocity = (length - last) / half - last_velocity
@@ -209,7 +212,7 @@ def muscle_power(
     10.1016/S0021-9290(03)00239-2.
     """
     quick = 1.0 - slow
-    u, a = 0.5 * math.pi * excitation, 0.5 * math.pi * activation
+    u, a = math.sin(0.5 * math.pi * excitation), math.sin(0.5 * math.pi * activation)
     if length < 0.5:
         kept = 0.5
     elif length < 1.0:
@@ -218,7 +221,7 @@ def muscle_power(
         kept = max(3.0 - 2.0 * length, 0.0)
     else:
         kept = 0.0
-    heat = 40.0 * slow * math.sin(u) + 133.0 * quick * (1.0 - math.cos(u))
-    heat += kept * (74.0 * slow * math.sin(a) + 111.0 * quick * (1.0 - math.cos(a)))
+    heat = 40.0 * slow * u + 133.0 * quick * (1.0 - math.sqrt(1.0 - u * u))
+    heat += kept * (74.0 * slow * a + 111.0 * quick * (1.0 - math.sqrt(1.0 - a * a)))
     shortening = max(-velocity, 0.0)
     return heat, (0.25 * max(total, 0.0) + max(active, 0.0)) * shortening
