@@ -25,7 +25,9 @@ from .circuit import add_muscles as add_muscles
 from .circuit import add_states as add_states
 from .circuit import circuit_ids as circuit_ids
 from .compiled import mujoco_library as mujoco_library
+from .compiled import planar_steps as planar_steps
 from .engine_clock import without_clock as without_clock
+from .error_codes import COMPLAINTS as COMPLAINTS
 from .filling import assert_muscles_pull as assert_muscles_pull
 from .filling import fill_chambers as fill_chambers
 from .filling import fill_circuit as fill_circuit
@@ -41,6 +43,8 @@ from .install import asks_for_callback as asks_for_callback
 from .install import assert_live as assert_live
 from .install import assert_rows as assert_rows
 from .install import installed as installed
+from .planar import HEAD as HEAD
+from .planar import ROW as ROW
 from .rows import row as row
 from .scratch_data import jacobian as jacobian
 from .scratch_data import scratch as scratch

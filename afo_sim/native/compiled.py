@@ -29,7 +29,7 @@ def callbacks() -> tuple[Any, Any]:
 
 
 @functools.cache
-def planar() -> Any:
+def planar_steps() -> Any:
     """The steps of a planar walker as a C function (`planar.walk_on`)."""
     machine_code.start()
     llvm.add_symbol(PLACES, ctypes.addressof(places()))

@@ -33,6 +33,7 @@ from afo_sim.model import (
 )
 from afo_sim.physics import GAINS, LEG_MUSCLES, LONG, NERVES
 from afo_sim.walker.leg_muscles import MUSCLES, PATHS, THIGH, TRUNK, Muscle, Segment
+from afo_sim.walker.plan import plan_of
 
 SIDES = ("", "left_")
 OWN = "own_"
@@ -68,6 +69,7 @@ class Body:
     muscles: np.ndarray  # actuator ids by side and muscle (2, 7)
     reflexes: np.ndarray  # actuator ids by side (2,)
     pads: np.ndarray  # actuator ids by side (2, 4)
+    plan: np.ndarray | None = None  # of the planar steps; None where only MuJoCo's can be taken
 
 
 def build_body(scenario: Scenario, strength: dict[str, float] | None = None, spring: float = 0.0) -> Body:
@@ -96,12 +98,13 @@ def build_body(scenario: Scenario, strength: dict[str, float] | None = None, spr
         _fill_leg(body, k, strength or {})
         _fill_floor(body, k)
         _fill_tissue(body, k)
-    if circuit is None:
-        return body
-    ids = native.circuit_ids(model, circuit)
-    native.fill_circuit(model, circuit, ids, userdata=first)
-    native.fill_inverse_masses(model)
-    return dataclasses.replace(body, ids=ids)
+    ids = None
+    if circuit is not None:
+        ids = native.circuit_ids(model, circuit)
+        native.fill_circuit(model, circuit, ids, userdata=first)
+        native.fill_inverse_masses(model)
+    feet = tuple(model.body(f"{side}{scenario.leg.foot}").id for side in SIDES)
+    return dataclasses.replace(body, ids=ids, plan=plan_of(model, pads, model.body("trunk").id, feet))
 
 
 def _whole(scenario: Scenario, size: Size) -> mujoco.MjSpec:

@@ -22,9 +22,7 @@ from afo_sim.native.planar import (
 SITE = int(mujoco.mjtWrap.mjWRAP_SITE)
 
 
-def plan_of(
-    model: mujoco.MjModel, pads: np.ndarray, trunk: int, feet: tuple[int, int], fallen: float
-) -> np.ndarray | None:
+def plan_of(model: mujoco.MjModel, pads: np.ndarray, trunk: int, feet: tuple[int, ...]) -> np.ndarray | None:
     """The plan of a model with the joints of a walker, its pads in the soles' order; None if not planar."""
     if not _planar(model):
         return None
@@ -41,7 +39,7 @@ def plan_of(
         (segments[body], *(data.xipos[body] - hinges[segments[body]])[[0, 2]]) for body in (trunk, *feet)
     ]
     head = HEAD._replace(
-        gravity=GRAVITY, fallen=fallen, pieces=len(pieces), others=len(others), states=model.na,
+        gravity=GRAVITY, fallen=0.0, pieces=len(pieces), others=len(others), states=model.na,
         actuators=model.nu,
     )  # fmt: skip
     return np.concatenate([np.array(each, dtype=float) for each in (head, *centres, *rows, *pieces, *others)])

@@ -5,7 +5,7 @@ import dataclasses
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Literal
 
 import mujoco
 import numpy as np
@@ -22,6 +22,7 @@ from afo_sim.walker.gait import Vector, start
 TICK = 0.01  # between rows, commands of the board, and looks at whether the walker has fallen [s]
 FALLEN = 0.8  # height of the trunk over its first from which on down it has fallen [-]
 PUSHED = 0.1  # duration of a push [s]
+Engine = Literal["planar", "mujoco"]  # whose steps: this project's, where the body allows them, or MuJoCo's
 HEEL_LOAD = 30.0  # from which on the switch under the device's foot is closed [N]
 
 
@@ -126,41 +127,68 @@ def walk(
     pushes: Sequence[Push] = (),
     noise: Sequence[float] | np.ndarray = (),
     rows: bool = True,
+    engine: Engine = "planar",
 ) -> Walked:
     """Let a walker walk until it falls or the time is over; without `rows` no column is kept."""
     data = start(body, vector, noise)
-    model = body.model
-    recorder, board = _Recorder(body, data), _Board(body.scenario, body)
-    steps = round(TICK / model.opt.timestep)
-    first, trunk = float(data.qpos[recorder.up]), model.body("trunk").id
-    fell = None
+    model, ticks = body.model, round(duration / TICK)
+    recorder, board = _Recorder(body, ticks if rows else 1), _Board(body.scenario, body)
+    fallen = FALLEN * float(data.qpos[recorder.up])
+    pushed = np.zeros(ticks)
+    for push in pushes:
+        pushed[math.ceil(push.time / TICK - 1e-6) : math.ceil((push.time + PUSHED) / TICK - 1e-6)] += (
+            push.force
+        )
+    take = _planar_ticks if engine == "planar" and body.plan is not None else _mujoco_tick
+    tick = 0
     with native.installed():
         _fill(body, data)
         mujoco.mj_forward(model, data)
         # MuJoCo's velocities stand half a step before positions
         data.qvel -= 0.5 * model.opt.timestep * data.qacc
-        for tick in range(round(duration / TICK)):
-            now = tick * TICK
-            data.xfrc_applied[trunk, 0] = sum(
-                push.force for push in pushes if push.time - 1e-9 <= now < push.time + PUSHED - 1e-9
-            )
+        while tick < ticks:
             if body.ids is not None:
                 coils = board(recorder.seen(data))
                 for valve, number in body.ids.valves.items():
                     data.ctrl[number] = coils.get(valve, 0.0)
-            try:
-                mujoco.mj_step(model, data, nstep=steps)
-            except mujoco.FatalError as error:
-                raise SimulationError(f"the responding walk stops at {data.time:.3f} s: {error}") from None
-            if rows or board.controller is not None:  # which may ask for the muscles' moment
-                recorder.take(data)
+            tick += take(recorder, data, pushed[tick : tick + 1 if body.ids is not None else ticks], fallen)
             height = float(data.qpos[recorder.up])
             if not math.isfinite(height):
                 raise SimulationError(f"the responding walk is not finite at {data.time:.3f} s")
-            if height < FALLEN * first:
-                fell = float(data.time)
+            if height < fallen:
                 break
-    return Walked(body, recorder.columns() if rows else {}, fell, tuple(pushes))
+    fell = float(data.time) if height < fallen else None
+    return Walked(body, recorder.columns(tick) if rows else {}, fell, tuple(pushes))
+
+
+def _mujoco_tick(recorder: "_Recorder", data: mujoco.MjData, pushes: np.ndarray, fallen: float) -> int:
+    """A tick by MuJoCo's own steps."""
+    model = recorder.model
+    data.xfrc_applied[recorder.trunk, 0] = pushes[0]
+    try:
+        mujoco.mj_step(model, data, nstep=round(TICK / model.opt.timestep))
+    except mujoco.FatalError as error:
+        raise SimulationError(f"the responding walk stops at {data.time:.3f} s: {error}") from None
+    recorder.take(data)
+    return 1
+
+
+def _planar_ticks(recorder: "_Recorder", data: mujoco.MjData, pushes: np.ndarray, fallen: float) -> int:
+    """As many ticks as there are pushes, or until it falls, by the planar steps; how many."""
+    model, plan, rows = recorder.model, recorder.plan, recorder.rows
+    assert plan is not None
+    plan[native.HEAD.fallen] = fallen
+    row = rows[recorder.count % len(rows) :]
+    width = rows.shape[1] if len(row) >= len(pushes) else 0
+    taken = native.planar_steps()(
+        model._address, data._address, plan.ctypes.data, pushes.ctypes.data, row.ctypes.data, len(pushes),
+        round(TICK / model.opt.timestep), width,
+    )  # fmt: skip
+    if taken < 0:
+        problem = native.COMPLAINTS[-2 - taken]
+        raise SimulationError(f"the responding walk stops at {data.time:.3f} s: {problem}")
+    recorder.count += taken
+    return int(taken)
 
 
 def _fill(body: Body, data: mujoco.MjData) -> None:
@@ -181,21 +209,20 @@ def _fill(body: Body, data: mujoco.MjData) -> None:
 
 
 class _Recorder:
-    """Rows of a walk while it runs, its columns when it is over."""
+    """Rows of a walk while it runs, as `native.ROW` names their numbers; its columns when it is over."""
 
-    def __init__(self, body: Body, data: mujoco.MjData):
+    def __init__(self, body: Body, rows: int):
         model = body.model
-        self.body, self.model = body, model
+        self.body, self.model, self.count = body, model, 0
+        self.plan = None if body.plan is None else body.plan.copy()
         self.up = int(model.joint(UP).qposadr[0])
+        self.trunk = model.body("trunk").id
         self.ankle = model.joint(ANKLE)
         self.sites = [model.site(f"{side}{SOLE}{point}").id for side in SIDES for point in POINTS]
         self.device = sorted(body.ids.muscles.values()) if body.ids is not None else []
         floor = np.isin(model.actuator_user[:, 1], (native.KIND_PAD, native.KIND_GRIP))
         self.inner = np.flatnonzero(~floor | (model.actuator_trntype == mujoco.mjtTrn.mjTRN_JOINT))
-        self.own = 0.0  # moment of the wearer's own muscles, dorsiflexion positive [N·m]
-        self.rows: dict[str, list[Any]] = {
-            name: [] for name in ("time", "qpos", "qvel", "act", "actuator_force", "joint", "site", "torque")
-        }
+        self.rows = np.zeros((rows, native.ROW.act + model.na + model.nu))
 
     def seen(self, data: mujoco.MjData) -> _Seen:
         """What the board sees now."""
@@ -209,7 +236,8 @@ class _Recorder:
             "ground/force_z": float(data.actuator_force[self.body.pads[0]].sum()),
             "foot/heel_load": heel,
             "foot/toe_load": sum(front),  # of ball and toes
-            "ankle/moment/biological": self.own,
+            # of the wearer's own muscles, dorsiflexion positive [N·m]
+            "ankle/moment/biological": self.rows[(self.count - 1) % len(self.rows), native.ROW.torque + 1],
         }
         if self.body.ids is not None:
             for name, chamber in self.body.ids.chambers.items():
@@ -218,24 +246,24 @@ class _Recorder:
         return _Seen(float(data.time), values)
 
     def take(self, data: mujoco.MjData) -> None:
-        """Keep a row."""
-        rows = self.rows
-        rows["time"].append(data.time)
-        for name in ("qpos", "qvel", "act", "actuator_force"):
-            rows[name].append(getattr(data, name).copy())
-        rows["site"].append(data.site_xpos[self.sites])
+        """Keep a row of MuJoCo's step."""
         # what the body and the device do at the joints, without the floor, which is actuators too
-        moment, own = native.jacobian(self.model, data), self.body.muscles[0]
-        ankle = int(self.ankle.dofadr[0])
-        self.own = float(moment[own, ankle] @ data.actuator_force[own])
-        rows["joint"].append(moment[self.inner].T @ data.actuator_force[self.inner])
-        rows["torque"].append(float(moment[self.device, ankle] @ data.actuator_force[self.device]))
+        moment, ankle = native.jacobian(self.model, data), int(self.ankle.dofadr[0])
+        force = data.actuator_force
+        torques = [moment[each, ankle] @ force[each] for each in (self.device, self.body.muscles[0])]
+        joint, points = moment[self.inner].T @ force[self.inner], data.site_xpos[self.sites][:, [0, 2]]
+        numbers = (data.qpos, data.qvel, joint, points.ravel(), torques, data.act, force)
+        self.rows[self.count % len(self.rows)] = np.concatenate([[data.time], *numbers])
+        self.count += 1
 
-    def columns(self) -> dict[str, np.ndarray]:
-        """All columns, SI."""
-        model, body = self.model, self.body
-        kept = {name: np.array(rows) for name, rows in self.rows.items()}
-        found = {"time": kept["time"]}
+    def columns(self, count: int) -> dict[str, np.ndarray]:
+        """All columns of so many rows, SI."""
+        model, body, row = self.model, self.body, native.ROW
+        ends = (row.qpos, row.qvel, row.joint, row.points, row.torque, row.act, row.act + model.na)
+        time, *parts = np.split(self.rows[:count], ends, axis=1)
+        names = ("qpos", "qvel", "joint", "site", "torque", "act", "actuator_force")
+        kept = dict(zip(names, parts, strict=True))
+        found = {"time": time[:, 0].copy()}
         for name in ROOT:
             found[f"trunk/{name}"] = kept["qpos"][:, int(model.joint(name).qposadr[0])]
         act = native.LEG_MUSCLE_ACT
@@ -245,10 +273,10 @@ class _Recorder:
                 found[f"{side}/{name}"] = kept["qpos"][:, int(joint.qposadr[0])]
                 found[f"{side}/{name}_velocity"] = kept["qvel"][:, int(joint.dofadr[0])]
                 found[f"{side}/{name}_moment"] = kept["joint"][:, int(joint.dofadr[0])]
-            points = kept["site"][:, len(POINTS) * k : len(POINTS) * (k + 1)]
-            found[f"{side}/clearance"] = points[:, :, 2].min(axis=1)
-            found[f"{side}/forefoot_clearance"] = points[:, 1:, 2].min(axis=1)  # of ball, pulp and tip
-            found[f"{side}/toe_clearance"] = points[:, 2:, 2].min(axis=1)
+            points = kept["site"].reshape(count, -1, 2)[:, len(POINTS) * k : len(POINTS) * (k + 1)]
+            found[f"{side}/clearance"] = points[:, :, 1].min(axis=1)
+            found[f"{side}/forefoot_clearance"] = points[:, 1:, 1].min(axis=1)  # of ball, pulp and tip
+            found[f"{side}/toe_clearance"] = points[:, 2:, 1].min(axis=1)
             found[f"{side}/foot"] = points[:, :2, 0].mean(axis=1)
             found[f"{side}/load"] = kept["actuator_force"][:, body.pads[k]].sum(axis=1)
             at = int(model.actuator_actadr[body.reflexes[k]])
@@ -259,7 +287,7 @@ class _Recorder:
                 found[f"{side}/{muscle}/length"] = kept["act"][:, first + act.length]
                 found[f"{side}/{muscle}/force"] = -kept["actuator_force"][:, i]
                 found[f"{side}/{muscle}/energy"] = kept["act"][:, first + act.energy]
-        found["device/torque"] = kept["torque"]
+        found["device/torque"] = kept["torque"][:, 0]
         if body.ids is not None:
             for name, chamber in body.ids.chambers.items():
                 found[f"chamber/{name}/mass"] = kept["act"][:, int(model.actuator_actadr[chamber])]
