@@ -20,6 +20,7 @@ from afo_sim.native.slots import (
 )
 from afo_sim.physics import (
     EARLY_STANCE,
+    GASTROCNEMIUS,
     HAMSTRINGS,
     ILIOPSOAS,
     LEG_MUSCLES,
@@ -30,6 +31,7 @@ from afo_sim.physics import (
     REFLEX,
     SHORT,
     SOLE_PADS,
+    SOLEUS,
     TIBIALIS,
     VASTI,
     activated,
@@ -139,6 +141,8 @@ def reflexes_of(
         (NERVE.tibialis_length, TIBIALIS),
         (NERVE.iliopsoas_length, ILIOPSOAS),
         (NERVE.hamstrings_length, HAMSTRINGS),
+        (NERVE.soleus_length, SOLEUS),
+        (NERVE.gastrocnemius_length, GASTROCNEMIUS),
     ):
         d.userdata[slot + nerve] = d.act[m.actuator_actadr[first + k] + LEG_MUSCLE_ACT.length]
     knee, pitch = d.qpos[int(u[j + REFLEX_ROW.knee])], d.qpos[int(u[j + REFLEX_ROW.pitch])]
@@ -157,7 +161,8 @@ def reflexes_of(
     for k in range(MUSCLES):
         delay = MIDDLE if k == VASTI else LONG if k > VASTI else SHORT
         signals[NERVE.force + k] = carried(m, d, j, NERVE.force + k, delay - step, now)
-    signals[NERVE.tibialis_length] = carried(m, d, j, NERVE.tibialis_length, LONG - step, now)
+    for nerve in (NERVE.tibialis_length, NERVE.soleus_length, NERVE.gastrocnemius_length):
+        signals[nerve] = carried(m, d, j, nerve, LONG - step, now)
     for nerve in (NERVE.iliopsoas_length, NERVE.hamstrings_length):
         signals[nerve] = carried(m, d, j, nerve, SHORT - step, now)
     for nerve in (NERVE.knee, NERVE.knee_rate):

@@ -97,6 +97,7 @@ from .ratings import conductance_of_sonic_area as conductance_of_sonic_area
 from .ratings import nominal_flow as nominal_flow
 from .reflexes import EARLY_STANCE as EARLY_STANCE
 from .reflexes import GAINS as GAINS
+from .reflexes import GASTROCNEMIUS as GASTROCNEMIUS
 from .reflexes import HAMSTRINGS as HAMSTRINGS
 from .reflexes import ILIOPSOAS as ILIOPSOAS
 from .reflexes import LEG_MUSCLES as LEG_MUSCLES

@@ -27,12 +27,16 @@ class Gains(NamedTuple):
     stretch, stretch_offset : k max(l − l_0, 0) of the hamstrings on the iliopsoas in swing
     hamstrings_force, glutei_force : k F in swing
     tibialis_swing, hamstrings_swing, vasti_swing : constant in swing, landing too of the first
+    tibialis_stance : constant in stance and lift-off
+    soleus_, gastrocnemius_ start : constant from landing to lift-off
+    soleus_, gastrocnemius_ length, offset : k max(l − l_0, 0) in stance and lift-off
 
     Source
     ------
     Geyer & Herr 2010, IEEE Trans. Neural Syst. Rehabil. Eng. 18(3), doi 10.1109/TNSRE.2010.2047592, as
-    Geijtenbeek's SCONE 2.4 writes them (ControllerGH2010v12). The last three are this project's: without
-    them nothing that a wearer changes would lift a foot whose tibialis is dead.
+    Geijtenbeek's SCONE 2.4 writes them (ControllerGH2010v12). The last ten are this project's: without the
+    first three nothing that a wearer changes would lift a foot whose tibialis is dead, without the others
+    the ankle does not move as people's.
     """
 
     load: int = 0
@@ -66,6 +70,13 @@ class Gains(NamedTuple):
     tibialis_swing: int = 28
     hamstrings_swing: int = 29
     vasti_swing: int = 30
+    tibialis_stance: int = 31
+    soleus_start: int = 32
+    soleus_length: int = 33
+    soleus_offset: int = 34
+    gastrocnemius_start: int = 35
+    gastrocnemius_length: int = 36
+    gastrocnemius_offset: int = 37
 
 
 REFLEX = Gains()
@@ -73,7 +84,7 @@ GAINS = Gains._fields
 
 
 class Nerve(NamedTuple):
-    """What a leg's nerves carry: forces of its seven muscles, lengths of three, knee and trunk with rates."""
+    """What a leg's nerves carry: forces of its seven muscles, lengths of five, knee and trunk with rates."""
 
     force: int = 0
     tibialis_length: int = 7
@@ -83,10 +94,12 @@ class Nerve(NamedTuple):
     knee_rate: int = 11
     pitch: int = 12
     pitch_rate: int = 13
+    soleus_length: int = 14
+    gastrocnemius_length: int = 15
 
 
 NERVE = Nerve()
-NERVES = 14
+NERVES = 16
 
 
 @register_jitable
@@ -132,7 +145,7 @@ def excitations(state: int, g: Any, i: int, s: Any, out: Any, o: int, stride: in
     ----------
     state : of the leg's gait
     g, i : gains, and where they begin
-    s : what the nerves carry, each with its own delay, (14,)
+    s : what the nerves carry, each with its own delay, (16,)
     out, o, stride : where the seven excitations go, from a place on and so far apart
     """
     tibialis = g[i + REFLEX.tibialis_length] * (s[NERVE.tibialis_length] - g[i + REFLEX.tibialis_offset])
@@ -141,7 +154,15 @@ def excitations(state: int, g: Any, i: int, s: Any, out: Any, o: int, stride: in
     theta, rate = BALANCED - s[NERVE.pitch], -s[NERVE.pitch_rate]
     if state <= LIFT_OFF:
         sol = g[i + REFLEX.soleus_force] * s[NERVE.force + SOLEUS]
+        sol += g[i + REFLEX.soleus_length] * _beyond(s[NERVE.soleus_length], g[i + REFLEX.soleus_offset])
         gas = g[i + REFLEX.gastrocnemius_force] * s[NERVE.force + GASTROCNEMIUS]
+        gas += g[i + REFLEX.gastrocnemius_length] * _beyond(
+            s[NERVE.gastrocnemius_length], g[i + REFLEX.gastrocnemius_offset]
+        )
+        tibialis += g[i + REFLEX.tibialis_stance]
+    if state != SWING:
+        sol += g[i + REFLEX.soleus_start]
+        gas += g[i + REFLEX.gastrocnemius_start]
     if state <= LATE_STANCE:
         vas = g[i + REFLEX.vasti_start]
         if not (s[NERVE.knee] > g[i + REFLEX.knee_straight] and s[NERVE.knee_rate] > 0.0):

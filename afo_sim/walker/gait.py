@@ -8,7 +8,18 @@ import numpy as np
 
 from afo_sim import native
 from afo_sim.model import ANKLE, POINTS, SOLE
-from afo_sim.physics import GAINS, HAMSTRINGS, ILIOPSOAS, LEG_MUSCLES, NERVE, NERVES, TIBIALIS, balanced_fibre
+from afo_sim.physics import (
+    GAINS,
+    GASTROCNEMIUS,
+    HAMSTRINGS,
+    ILIOPSOAS,
+    LEG_MUSCLES,
+    NERVE,
+    NERVES,
+    SOLEUS,
+    TIBIALIS,
+    balanced_fibre,
+)
 from afo_sim.walker.body import FORWARD, HIP, KNEE, PITCH, SIDES, STOPS, UP, Body
 
 SUNK = 0.003  # of the lowest point of the sole at the start [m]
@@ -92,6 +103,8 @@ def _rest(body: Body, data: mujoco.MjData, side: int) -> None:
             (NERVE.tibialis_length, TIBIALIS),
             (NERVE.iliopsoas_length, ILIOPSOAS),
             (NERVE.hamstrings_length, HAMSTRINGS),
+            (NERVE.soleus_length, SOLEUS),
+            (NERVE.gastrocnemius_length, GASTROCNEMIUS),
         ):
             if muscle == k:
                 signals[nerve] = length
