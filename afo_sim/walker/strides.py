@@ -170,6 +170,7 @@ def norm_at(speed: float, taller: float = 1.0) -> dict[str, np.ndarray]:
         "knee": knee,
         "ankle": np.interp(phase, cycle.phase, cycle.ankle_angle, period=1.0),
         "load": cycle.ground(phase % 1.0)[1],
+        "moment": -np.interp(phase, cycle.phase, cycle.ankle_moment, period=1.0),
         "duration": np.array(cycle.stride_time),
         "length": np.array(cycle.stride_time * speed),
     }
