@@ -404,8 +404,9 @@ def _walker(as_json: bool) -> None:
         print(json.dumps(values, ensure_ascii=False, indent=1))
         return
     cells = [[f"{x:.3g}" if x == x else "–" for x in (row.measured, row.simulated)] for row in rows]
-    table = [[row.quantity, *both, row.unit, row.verdict] for row, both in zip(rows, cells, strict=True)]
-    print_table("measured, and the responding walker", ["", "measured", "walker", "", ""], table)
+    cost = "no", "yes"
+    table = [[r.quantity, *c, r.unit, r.verdict, cost[r.in_cost]] for r, c in zip(rows, cells, strict=True)]
+    print_table("measured, and the responding walker", ["", "measured", "walker", "", "", "in cost"], table)
     print("\n".join(f"{row.quantity}: {row.why} ({row.source})" for row in rows))
 
 

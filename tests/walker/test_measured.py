@@ -42,11 +42,13 @@ def walked(rows: int = 110, **changed: float) -> Walked:
             f"{side}/foot": SPEED * 0.01 * n + 0.2 * np.sin(wave - 1.6 * math.pi),
         }
         for name in LEG_MUSCLES:
-            columns[f"{side}/{name}/activation"] = np.full(len(n), of["tibialis"])
+            columns[f"{side}/{name}/activation"] = of["tibialis"] * (1.0 + 0.5 * np.cos(wave))
             columns[f"{side}/{name}/energy"] = of["power"] * 0.01 * n
         if side == "right":
             columns |= {"device/torque": 10.0 * x, "dorsiflexor/mass": 9e-5 * (1.0 - np.abs(2.0 * x - 1.0))}
-    body: Any = SimpleNamespace(weight=MASS * GRAVITY, size=SimpleNamespace(taller=1.0))
+    sole = {"sole_heel": np.array([-0.06, 0.0, -0.1]), "sole_ball": np.array([0.12, 0.0, -0.09])}
+    model = SimpleNamespace(site=lambda name: SimpleNamespace(pos=sole[name]))
+    body: Any = SimpleNamespace(weight=MASS * GRAVITY, size=SimpleNamespace(taller=1.0), model=model)
     return Walked(body, columns, None)
 
 
