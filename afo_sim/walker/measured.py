@@ -7,17 +7,16 @@ from typing import Any, Literal
 
 import numpy as np
 
-from afo_sim.walker.body import BARE, Body, build_body
+from afo_sim.walker.body import BARE, build_body
 from afo_sim.walker.gait_file import Gait, read_gait
 from afo_sim.walker.respond import prepared
-from afo_sim.walker.strides import ANGLES, norm_at, numbers, strides_of
+from afo_sim.walker.strides import ANGLES, EMG, emg, norm_at, numbers, sole_tilt, strides_of
 from afo_sim.walker.walking import Push, Walked, walk
 
 Verdict = Literal["agrees", "disagrees", "cannot tell"]
 GAITS = ("slow", "natural", "fast")
 WIDER = 1.4  # of what slow and fast gaits are held to
 WALKED, PUSH_HORIZON = 20.0, 8.0  # [s]
-LATE = 3.0  # of activation behind EMG, about 30 ms [% of the stride]
 LOADING, STANCE, PUSH_OFF, SWING = slice(0, 16), slice(20, 61), slice(50, 76), slice(65, 101)  # [%]
 BOVI = "Bovi et al. 2011, Gait Posture 33(1):6-13"
 # On a sole with a drop the shank keeps its way and the foot takes the sole's tilt.
@@ -30,12 +29,6 @@ WATERVAL = "Waterval et al. 2023, J. NeuroEng. Rehabil. 20, doi 10.1186/s12984-0
 GALLE = "Galle et al. 2017, J. NeuroEng. Rehabil., PMC5408443"
 SCENARIO, HEALTHY = "walk-dropfoot-afo", {"patient": "healthy"}
 SPRING = 60.0  # of a posterior leg spring, about 1 N·m/deg (assumed) [N·m/rad]
-# EMG over its greatest in manual tests, each 5 % of the stride from 0 to 95
-EMG = {
-    "tibialis": (35, 32, 19, 1, 1, 1, 1, 1, 1, 1, 1, 4, 32, 27, 35, 30, 18, 16, 22, 29),
-    "soleus": (1, 2, 21, 32, 32, 33, 47, 63, 84, 70, 14, 1, 1, 1, 1, 1, 1, 1, 1, 1),
-    "gastrocnemius": (1, 1, 14, 23, 38, 42, 54, 67, 77, 44, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1),
-}
 
 
 @dataclass(frozen=True)
@@ -142,18 +135,6 @@ def held(name: str, walked: Walked) -> Iterator[Compared]:
             why, verdict = "it wears shoes", "cannot tell"
         what = f"{name}: {row.quantity}"
         yield Compared(what, known, own, row.unit, verdict, row.source, why, row.in_cost)
-
-
-def emg() -> dict[str, np.ndarray]:
-    """Activity over the stride (101,) that measured EMG makes."""
-    late, each = np.arange(101.0) - LATE, np.arange(0.0, 100.0, 5.0)
-    return {name: np.interp(late, each, row, period=100.0) / 100.0 for name, row in EMG.items()}
-
-
-def sole_tilt(body: Body) -> float:
-    """By how much the foot points down where the worn sole is flat [rad]."""
-    ahead = body.model.site("sole_ball").pos - body.model.site("sole_heel").pos
-    return math.atan2(ahead[2], ahead[0])
 
 
 def in_numbers(walk: Mapping[str, Any], people: Mapping[str, Any]) -> dict[str, float]:

@@ -12,7 +12,7 @@ from afo_sim.common import GRAVITY, find_gait
 from afo_sim.gait import at_speed
 from afo_sim.model import ANKLE
 from afo_sim.physics import EARLY_STANCE, LEG_MUSCLES
-from afo_sim.walker.body import HIP, KNEE
+from afo_sim.walker.body import HIP, KNEE, Body
 from afo_sim.walker.walking import Walked
 
 STANDS = 20.0  # load from which on a foot is on the floor [N]
@@ -23,6 +23,13 @@ ANGLES = ("thigh", "knee", "ankle")
 SPREAD = math.radians(6.0)  # middle of the 4 to 8° between people that Bovi et al. 2011 show [rad]
 BASAL = 1.51  # [W/kg], Wang et al. 2012
 NORM = "bovi2011_natural"
+LATE = 3.0  # of activation behind EMG, about 30 ms [% of the stride]
+# EMG over its greatest in manual tests [%], each 5 % of the stride (Perry & Burnfield 2010)
+EMG = {
+    "tibialis": (35, 32, 19, 1, 1, 1, 1, 1, 1, 1, 1, 4, 32, 27, 35, 30, 18, 16, 22, 29),
+    "soleus": (1, 2, 21, 32, 32, 33, 47, 63, 84, 70, 14, 1, 1, 1, 1, 1, 1, 1, 1, 1),
+    "gastrocnemius": (1, 1, 14, 23, 38, 42, 54, 67, 77, 44, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1),
+}
 _OF_WALK = ("speed", "stride_time", "stride_length", "muscle_power", "cost_of_transport")
 _OF_DEVICE = ("air_per_stride", "device_torque_swing")
 _OF_LEG = (
@@ -180,3 +187,15 @@ def off_norm(strides: Strides, speed: float, taller: float = 1.0) -> dict[str, f
     """RMS distance of mean angles from the norm at a speed, over 6°, the spread between people [-]."""
     norm = norm_at(round(speed, 2), taller)
     return {name: float(np.sqrt(np.mean((strides.mean(name) - norm[name]) ** 2))) / SPREAD for name in ANGLES}
+
+
+def emg() -> dict[str, np.ndarray]:
+    """Activity over the stride (101,) that measured EMG makes."""
+    late, each = np.arange(101.0) - LATE, np.arange(0.0, 100.0, 5.0)
+    return {name: np.interp(late, each, row, period=100.0) / 100.0 for name, row in EMG.items()}
+
+
+def sole_tilt(body: Body) -> float:
+    """By how much the foot points down where the worn sole is flat [rad]."""
+    ahead = body.model.site("sole_ball").pos - body.model.site("sole_heel").pos
+    return math.atan2(ahead[2], ahead[0])
