@@ -27,7 +27,7 @@ class Gains(NamedTuple):
     stretch, stretch_offset : k max(l − l_0, 0) of the hamstrings on the iliopsoas in swing
     hamstrings_force, glutei_force : k F in swing
     tibialis_swing, hamstrings_swing, vasti_swing : constant in swing, landing too of the first
-    tibialis_stance : constant in stance and lift-off
+    tibialis_loading : constant in early stance
     soleus_, gastrocnemius_ start : constant from landing to lift-off
     soleus_, gastrocnemius_ length, offset : k max(l − l_0, 0) in stance and lift-off
 
@@ -70,7 +70,7 @@ class Gains(NamedTuple):
     tibialis_swing: int = 28
     hamstrings_swing: int = 29
     vasti_swing: int = 30
-    tibialis_stance: int = 31
+    tibialis_loading: int = 31
     soleus_start: int = 32
     soleus_length: int = 33
     soleus_offset: int = 34
@@ -159,7 +159,8 @@ def excitations(state: int, g: Any, i: int, s: Any, out: Any, o: int, stride: in
         gas += g[i + REFLEX.gastrocnemius_length] * _beyond(
             s[NERVE.gastrocnemius_length], g[i + REFLEX.gastrocnemius_offset]
         )
-        tibialis += g[i + REFLEX.tibialis_stance]
+    if state == EARLY_STANCE:
+        tibialis += g[i + REFLEX.tibialis_loading]
     if state != SWING:
         sol += g[i + REFLEX.soleus_start]
         gas += g[i + REFLEX.gastrocnemius_start]

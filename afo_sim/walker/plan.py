@@ -87,8 +87,9 @@ def _bodies(
         hinge, joint = hinges[k] - hinges[before(k)], 2 + k
         yield SegmentPlan(
             hinge_x=hinge[0], hinge_z=hinge[2], mass=mass.sum(), x=(centre - hinges[k])[0],
-            z=(centre - hinges[k])[2], inertia=inertia.sum(), stiffness=model.jnt_stiffness[joint].item(),
-            rest=model.qpos_spring[joint], damping=model.dof_damping[joint].item(), armature=model.dof_armature[joint],
+            z=(centre - hinges[k])[2], inertia=inertia.sum(), stiffness=model.jnt_stiffness[joint],
+            rest=model.qpos_spring[joint], damping=model.dof_damping[joint],
+            armature=model.dof_armature[joint],
         )  # fmt: skip
 
 

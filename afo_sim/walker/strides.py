@@ -54,6 +54,7 @@ class Strides:
         return np.asarray(self.curves[name].mean(axis=0))
 
 
+@functools.lru_cache(maxsize=8)
 def strides_of(walked: Walked, side: str) -> Strides:
     """The strides of a leg, "right" with the device or "left", without the first two and the last."""
     load, time = walked[f"{side}/load"], walked["time"]
@@ -71,17 +72,14 @@ def strides_of(walked: Walked, side: str) -> Strides:
         "torque": walked["device/torque"],
         **{name: walked[f"{side}/{name}/activation"] for name in LEG_MUSCLES},
     }
-    grid = np.linspace(0.0, 1.0, SAMPLES)
-    pairs = list(itertools.pairwise(kept))
-    curves = {
-        name: np.array(
-            [
-                np.interp(grid, (time[a : b + 1] - time[a]) / (time[b] - time[a]), column[a : b + 1])
-                for a, b in pairs
-            ]
-        ).reshape(-1, SAMPLES)
-        for name, column in columns.items()
-    }
+    table, pairs = np.column_stack(list(columns.values())), list(itertools.pairwise(kept))
+    found = np.empty((len(pairs), SAMPLES, len(columns)))
+    for k, (first, last) in enumerate(pairs):  # rows are equally apart
+        place = np.linspace(first, last, SAMPLES)
+        row = np.minimum(place.astype(int), last - 1)
+        share = (place - row)[:, None]
+        found[k] = (1.0 - share) * table[row] + share * table[row + 1]
+    curves = {name: found[:, :, k] for k, name in enumerate(columns)}
     return Strides(kept, curves, np.diff(time[kept]), np.diff(walked["trunk/forward"][kept]))
 
 
