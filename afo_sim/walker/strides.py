@@ -10,9 +10,9 @@ import numpy as np
 
 from afo_sim.common import GRAVITY, find_gait
 from afo_sim.gait import at_speed
-from afo_sim.model import ANKLE
+from afo_sim.model import ANKLE, SOLE
 from afo_sim.physics import EARLY_STANCE, LEG_MUSCLES
-from afo_sim.walker.body import HIP, KNEE, Body
+from afo_sim.walker.body import HIP, KNEE, SIDES, Body
 from afo_sim.walker.walking import Walked
 
 STANDS = 20.0  # load from which on a foot is on the floor [N]
@@ -30,11 +30,12 @@ EMG = {
     "soleus": (1, 2, 21, 32, 32, 33, 47, 63, 84, 70, 14, 1, 1, 1, 1, 1, 1, 1, 1, 1),
     "gastrocnemius": (1, 1, 14, 23, 38, 42, 54, 67, 77, 44, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1),
 }
-_OF_WALK = ("speed", "stride_time", "stride_length", "muscle_power", "cost_of_transport")
+HEEL_FIRST, FLAT = 8.0, 5.0  # pitch above which the heel lands first, below which the sole is flat [deg]
+_OF_WALK = ("speed", "stride_time", "stride_length", "muscle_power", "cost_of_transport", "trunk_forward")
 _OF_DEVICE = ("air_per_stride", "device_torque_swing")
 _OF_LEG = (
     "ankle_swing", "force_peak", "force_high", "clearance", "scuffs", "push_off_work", "push_off_peak",
-    "moment_peak",
+    "moment_peak", "ankle_stance_max", "ankle_mid_stance", "knee_mid_stance", "pitch_contact", "foot_fall",
 )  # fmt: skip
 
 
@@ -58,7 +59,7 @@ class Strides:
 def strides_of(walked: Walked, side: str) -> Strides:
     """The strides of a leg, "right" with the device or "left", without the first two and the last."""
     load, time = walked[f"{side}/load"], walked["time"]
-    kept = _contacts(walked, side)[FIRST:]
+    kept = contacts(walked, side)[FIRST:]
     mass = walked.body.weight / GRAVITY
     moment, velocity = walked[f"{side}/{ANKLE}_moment"], walked[f"{side}/{ANKLE}_velocity"]
     columns = {
@@ -83,7 +84,7 @@ def strides_of(walked: Walked, side: str) -> Strides:
     return Strides(kept, curves, np.diff(time[kept]), np.diff(walked["trunk/forward"][kept]))
 
 
-def _contacts(walked: Walked, side: str) -> np.ndarray:
+def contacts(walked: Walked, side: str) -> np.ndarray:
     """Rows at which a foot comes down to stand: its last touch before its reflexes begin to stand."""
     load, time, phase = walked[f"{side}/load"], walked["time"], walked[f"{side}/phase"]
     stands = np.flatnonzero((phase[1:] == EARLY_STANCE) & (phase[:-1] != EARLY_STANCE)) + 1
@@ -117,6 +118,7 @@ def numbers(walked: Walked) -> dict[str, float]:
             "cost_of_transport": (energy / took + BASAL * mass) / (mass * speed),
             "air_per_stride": float(sum(air)) / count if air else math.nan,
             "device_torque_swing": np.mean(right.curves["torque"][:, 65:95]),
+            "trunk_forward": -math.degrees(np.mean(walked["trunk/pitch"][counted])),
         }
     found = {"duration": time[-1], "fell": walked.fell is not None}
     found["strides"] = (count + len(left.duration)) / 2.0
@@ -131,16 +133,14 @@ def _of_leg(walked: Walked, strides: Strides, side: str) -> dict[str, float]:
     if not len(strides.duration):
         names = (*(f"{a}_{e}" for a in ANGLES for e in ("max", "min")), *_OF_LEG)
         return dict.fromkeys(names, math.nan)
-    found = {}
-    for name in ANGLES:
-        curve = np.degrees(strides.mean(name))
-        found[f"{name}_max"], found[f"{name}_min"] = float(curve.max()), float(curve.min())
+    sole = [walked.body.model.site(f"{SIDES[side == 'left']}{SOLE}{end}").pos for end in ("heel", "ball")]
+    drop = math.degrees(math.atan2(sole[1][2] - sole[0][2], sole[1][0] - sole[0][0]))
+    found = shape({name: strides.mean(name) for name in strides.curves}, float(strides.duration.mean()), drop)
     load, power = strides.curves["load"], strides.curves["power"]
     clearance = swing_clearance(walked, strides, side)
     step = strides.duration[:, None] / (SAMPLES - 1)
     late = slice(40, 70)
     found |= {
-        "ankle_swing": float(np.degrees(strides.mean("ankle")[75:90].mean())),
         "force_peak": float(load.max(axis=1).mean()),
         "force_high": float(np.percentile(load[load > 0.05], 95.0)),
         "clearance": float(np.median(clearance)),
@@ -150,6 +150,25 @@ def _of_leg(walked: Walked, strides: Strides, side: str) -> dict[str, float]:
         "moment_peak": float(strides.curves["moment"].max(axis=1).mean()),
     }
     return found
+
+
+def shape(curves: Mapping[str, np.ndarray], duration: float, drop: float = 0.0) -> dict[str, float]:
+    """Numbers of a leg's mean curves [deg], fall to flat of a sole that a shoe's drop tilts [deg/s]."""
+    angles = {name: np.degrees(curves[name]) for name in ANGLES}
+    thigh, knee, ankle = angles.values()
+    pitch = thigh - knee + ankle + drop
+    off = 30 + int(np.argmax(curves["load"][30:] < 0.05))  # when stance is over
+    flat = int(np.argmax(pitch < FLAT)) if pitch[0] > HEEL_FIRST else 0
+    found = {f"{n}_{end}": getattr(x, end)() for n, x in angles.items() for end in ("max", "min")}
+    return found | {
+        "ankle_swing": ankle[75:90].mean(),
+        "ankle_stance_max": ankle[10:off].max(),
+        "ankle_mid_stance": ankle[round(0.6 * off)] - ankle[round(0.25 * off)],
+        "knee_mid_stance": knee[round(0.4 * off) : round(0.6 * off) + 1].mean(),
+        "pitch_contact": pitch[0],
+        "foot_fall": 100.0 * (pitch[0] - pitch[flat]) / (flat * duration) if flat else math.nan,
+        "push_off_peak": curves["power"][40:70].max(),
+    }
 
 
 def swing_clearance(walked: Walked, strides: Strides, side: str) -> np.ndarray:
@@ -167,15 +186,17 @@ def norm_at(speed: float, taller: float = 1.0) -> dict[str, np.ndarray]:
     """Healthy adults' mean curves, "duration" [s], "length" [m]: Bovi et al. 2011, Gait Posture 33(1)."""
     cycle = at_speed(find_gait(NORM), min(max(speed, 0.85), 1.95), taller)
     phase = np.linspace(0.0, 1.0, SAMPLES)
-    knee, shank = (
-        np.interp(phase, cycle.phase, a, period=1.0) for a in (cycle.knee_angle, cycle.shank_angle)
+    knee, shank, moment = (
+        np.interp(phase, cycle.phase, curve, period=1.0)
+        for curve in (cycle.knee_angle, cycle.shank_angle, cycle.ankle_moment)
     )
     return {
         "thigh": knee - shank,
         "knee": knee,
         "ankle": np.interp(phase, cycle.phase, cycle.ankle_angle, period=1.0),
         "load": cycle.ground(phase % 1.0)[1],
-        "moment": -np.interp(phase, cycle.phase, cycle.ankle_moment, period=1.0),
+        "moment": -moment,
+        "power": moment * cycle.signal("ankle_angle", phase, 1),
         "duration": np.array(cycle.stride_time),
         "length": np.array(cycle.stride_time * speed),
     }
