@@ -137,16 +137,14 @@ def _varied(text: str | None) -> tuple[str, list[Any]]:
 
 def _print(found: Any, written: str, view: str) -> None:
     from afo_sim.metrics import NO_DEVICE
-    from afo_sim.walker import EXPERIMENTAL, table, verdict
+    from afo_sim.walker import EXPERIMENTAL, asked_in_words, in_words, table, verdict
 
-    common.print_table(f"{found.scenario.name}: a walker that responds", *table(found), whole_names=True)
-    for case, (low, middle, high) in found.asked.get("drawn", {}).get("falls_5_50_95", {}).items():
-        words = f"falls over drawn patients: {middle:.0%}, 5 to 95 %: {low:.0%} to {high:.0%}"
-        print_line(f"{case}: {words} of {DRAWN_STARTS} perturbed starts each")
     replies = verdict(found)
-    for reply in replies:
-        print_line(f"{reply.question} {reply.text}")
-    for each in dict.fromkeys(text for reply in replies for text in reply.assumptions):
-        print_line(f"assumed: {each}", hang=2)
+    for line in (*in_words(found), *(f"{reply.question} {reply.text}" for reply in replies)):
+        print_line(line, hang=2)
+    common.print_table(f"{found.scenario.name}: a walker that responds", *table(found), whole_names=True)
+    assumed = dict.fromkeys(f"assumed: {text}" for reply in replies for text in reply.assumptions)
+    for line in (*assumed, *asked_in_words(found)):
+        print_line(line, hang=2)
     print_line(f"{EXPERIMENTAL} {NO_DEVICE}")
     print(f"{written}: walk.html, walk.png, walk.gif, walk.json{view}")

@@ -8,7 +8,7 @@ from afo_sim.metrics import NO_DEVICE
 from afo_sim.show.report import rendered
 from afo_sim.show.walker_figure import draw_response
 from afo_sim.show.walker_film import draw_film
-from afo_sim.walker import EXPERIMENTAL, PICTURES, Response, table, verdict
+from afo_sim.walker import EXPERIMENTAL, PICTURES, Response, asked_in_words, in_words, table, verdict
 
 
 def write_pictures(response: Response, folder: pathlib.Path, *, rrd: bool) -> None:
@@ -20,10 +20,12 @@ def write_pictures(response: Response, folder: pathlib.Path, *, rrd: bool) -> No
         "walk.html.j2",
         title=f"{response.scenario.name}: a walker that responds",
         no_device=f"{EXPERIMENTAL} {NO_DEVICE}",
+        words=in_words(response),
         replies=verdict(response),
         table=table(response),
         figure=base64.b64encode(figure.read_bytes()).decode(),
-        asked=response.asked,
+        film=base64.b64encode(film.read_bytes()).decode(),
+        asked=asked_in_words(response),
     )
     write_text(html, page)
     if rrd:

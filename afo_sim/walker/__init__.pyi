@@ -1,8 +1,10 @@
 from .answer import CASES as CASES
 from .answer import EXPERIMENTAL as EXPERIMENTAL
 from .answer import LEGS as LEGS
+from .answer import asked_in_words as asked_in_words
 from .answer import difference as difference
 from .answer import in_brief as in_brief
+from .answer import in_words as in_words
 from .answer import table as table
 from .answer import verdict as verdict
 from .answer import walk_in_words as walk_in_words
@@ -30,6 +32,7 @@ from .search import Free as Free
 from .search import search as search
 from .strides import SAMPLES as SAMPLES
 from .strides import Strides as Strides
+from .strides import contacts as contacts
 from .strides import norm_at as norm_at
 from .strides import numbers as numbers
 from .strides import off_norm as off_norm

@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
+from afo_sim.walker.gait_signs import signs_of
 from afo_sim.walker.respond import Case, Falls, Response
 
 CASES = {
@@ -16,6 +17,8 @@ CASES = {
 LEGS = {"right": "device's leg", "left": "other leg"}
 EXPERIMENTAL = "Experimental: these gaits are not yet people's; compare cases, take no number for a patient."
 
+NOT_SEEN = "Circumduction, hip hiking: not in a plane. Hyperextension: the knee has a stop at 5° of flexion."
+NORM_OF = "Norm: Bovi et al. 2011 at each walker's own speed, from 0.85 m/s on."
 LEAST = 0.10  # relative difference of a cost of transport from which on it is claimed [-]
 NONE = "–"
 _FALLS = (
@@ -46,10 +49,14 @@ class _Row:
 
     def of(self, name: str, case: Case, side: str = "right") -> str:
         """The cell of a case; a dash where there is no such number."""
-        value = self.factor * case.numbers.get(f"{side}/{name}" if self.both else name, math.nan)
-        if not math.isfinite(value) or (name == "device_torque_swing" and "device" not in case.name):
+        value = case.numbers.get(f"{side}/{name}" if self.both else name, math.nan)
+        return NONE if name == "device_torque_swing" and "device" not in case.name else self.text(value)
+
+    def text(self, value: float | None) -> str:
+        """A number in this row's unit; a dash where there is none."""
+        if value is None or not math.isfinite(value):
             return NONE
-        return f"{round(value, self.digits) + 0.0:.{self.digits}f}".replace("-", "−")
+        return f"{round(self.factor * value, self.digits) + 0.0:.{self.digits}f}".replace("-", "−")
 
 
 _ROWS = {
@@ -61,6 +68,13 @@ _ROWS = {
     "ankle_swing": _Row("ankle in mid-swing", "°", 1, both=True),
     "thigh_max": _Row("thigh's greatest flexion", "°", 1, both=True),
     "knee_max": _Row("knee's greatest flexion", "°", 1, both=True),
+    "ankle_stance_max": _Row("ankle's greatest dorsiflexion in stance", "°", 1, both=True),
+    "ankle_mid_stance": _Row("ankle's change from 25 to 60 % of stance", "°", 1, both=True),
+    "knee_mid_stance": _Row("knee in mid-stance", "°", 1, both=True),
+    "pitch_contact": _Row("sole at contact, toe up positive", "°", 1, both=True),
+    "foot_fall": _Row("sole's fall from heel strike to flat", "°/s", 0, both=True),
+    "push_off_peak": _Row("push-off power of the ankle", "W/kg", 2, both=True),
+    "trunk_forward": _Row("trunk's forward lean", "°", 1),
     "force_peak": _Row("greatest vertical force", "body weights", 2, both=True),
     "push_off_work": _Row("push-off work of the ankle", "J/kg", 2, both=True),
     "cost_of_transport": _Row("cost of transport", "J/(kg·m)", 1),
@@ -69,6 +83,43 @@ _ROWS = {
 }
 _BRIEF = ("speed", "clearance", "ankle_swing", "cost_of_transport", "air_per_stride")
 _CHANGED = ("speed", "stride_length", "clearance", "ankle_swing", "knee_max", "thigh_max", "push_off_work")
+
+
+def in_words(response: Response) -> list[str]:
+    """Signs of each case by the words of a gait scientist, their numbers, and what cannot be seen."""
+    healthy, lines = response["healthy"], []
+    ours = {(each["sign"], each["leg"]) for each in signs_of(healthy) or ()}
+    for case in response.cases.values():
+        signs, alone = signs_of(case), case is healthy
+        who = CASES[case.name].capitalize() + (f" ({walk_in_words(case)})" if case.numbers["fell"] else "")
+        if not signs:
+            lines.append(f"{who}: {'too few strides to be classified' if signs is None else 'no sign'}.")
+        for leg, whose in (LEGS | {"trunk": "trunk"}).items():
+            names, told = list[str](), dict[str, str]()
+            for each in (sign for sign in signs or () if sign["leg"] == leg):
+                names.append(each["sign"] + " (as healthy)" * (not alone and (each["sign"], leg) in ours))
+                for name, values in each["numbers"].items():
+                    row = _ROWS[name]
+                    beside = "" if alone else f", healthy {row.of(name, healthy, leg)}"
+                    own = f"{row.label} {row.of(name, case, leg)} {row.unit}"
+                    told[name] = f"{own} (norm {row.text(values['norm'])}{beside})"
+            lines += [f"{who}, {whose}: {', '.join(names)}; {', '.join(told.values())}."] * bool(told)
+    return [line.replace(" °", "°") for line in (*lines, NOT_SEEN, NORM_OF)]
+
+
+def asked_in_words(response: Response) -> list[str]:
+    """What a response was asked for, falls over drawn patients among it."""
+    asked, drawn = response.asked, response.asked.get("drawn", {})
+    weak = ", ".join(f"{name} {share:g}" for name, share in asked["strength"].items()) or "whole"
+    lines = [
+        f"Asked for: healthy gait {asked['gait']}; strength left: {weak}; {asked['starts']} starts, "
+        f"pushed by {asked['push']:g} N; {asked['generations']} generations of search over {asked['subset']} "
+        f"gains; seed {asked['seed']}; steps of {1e3 * asked['timestep']:g} ms."
+    ]
+    for name, (low, middle, high) in drawn.get("falls_5_50_95", {}).items():
+        fall = f"of {drawn['starts']} starts of each {middle:.0%} fall, 5 to 95 %: {low:.0%} to {high:.0%}"
+        lines.append(f"{name.capitalize()}, {drawn['draws']} drawn: {fall}.")
+    return lines + [f"Drawn: {key}, {how}." for key, how in drawn.get("over", {}).items()]
 
 
 def table(response: Response) -> tuple[list[str], list[list[str]]]:
@@ -89,6 +140,8 @@ def in_brief(response: Response, rows: Sequence[str] = _BRIEF) -> dict[str, str]
     case = next(response[name] for name in names if name in response.cases)
     found = {"case": CASES[case.name], "undisturbed walk": walk_in_words(case)}
     found["falls, with 95 % interval"] = _falls(case.falls)
+    signs = ", ".join(each["sign"] for each in signs_of(case) or () if each["leg"] == "right")
+    found["signs, device's leg"] = signs or (NONE if signs_of(case) is None else "none")
     return found | {f"{row.label} [{row.unit}]": row.of(n, case) for n, row in _ROWS.items() if n in rows}
 
 
@@ -165,7 +218,7 @@ def _pairs(response: Response) -> dict[str, tuple[Case, Case]]:
 def _of_falls(response: Response) -> Iterator[str]:
     for case in response.cases.values():
         among = "" if case.falls is None else f"; of perturbed starts {_falls(case.falls)} fall"
-        yield f"{CASES[case.name][0].upper()}{CASES[case.name][1:]}: {walk_in_words(case)}{among}."
+        yield f"{CASES[case.name].capitalize()}: {walk_in_words(case)}{among}."
     for title, (before, after) in list(_pairs(response).items())[1:]:
         if before.falls is None or after.falls is None:
             continue

@@ -19,6 +19,7 @@ from afo_sim.common import (
 from afo_sim.common.versions import versions
 from afo_sim.walker.answer import CASES, verdict
 from afo_sim.walker.gait_file import write_gait
+from afo_sim.walker.gait_signs import signs_of
 from afo_sim.walker.respond import Case, Response
 
 JSON, TABLE = "walk.json", "walk.csv"
@@ -65,6 +66,7 @@ def _numbers(case: Case) -> dict[str, Any]:
         "gait": case.gait.name,
         "search": dict(case.gait.search),
         "fell": case.walked.fell,
+        "signs": signs_of(case),
     }
     found["falls"] = case.falls and dataclasses.asdict(case.falls) | {"interval": list(case.falls.interval)}
     return found | {"numbers": {n: x if math.isfinite(x) else None for n, x in case.numbers.items()}}

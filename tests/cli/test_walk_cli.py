@@ -1,6 +1,7 @@
 """`afo-sim walk`: what it prints and writes, its pictures, and what it refuses."""
 
 import csv
+import html
 import json
 import pathlib
 
@@ -9,8 +10,19 @@ import pyarrow.parquet as pq
 import pytest
 from command import Call
 
-from afo_sim.show.walker_film import poses
-from afo_sim.walker import PICTURES, Response, in_brief, respond, table
+from afo_sim.show.walker_film import _beside, poses
+from afo_sim.walker import (
+    PICTURES,
+    Response,
+    asked_in_words,
+    contacts,
+    in_brief,
+    in_words,
+    respond,
+    strides_of,
+    table,
+)
+from afo_sim.walker.gait_signs import signs_of
 
 SCENARIO = "walk-dropfoot-afo"
 SHORT = ("walk", SCENARIO, "--duration", "4 s", "--starts", "1", "--threads", "1")
@@ -33,6 +45,9 @@ def test_a_walk_is_printed_and_written_whole(
     for words in ("Does the wearer fall (in simulation)?", "What do they change?", "What does it cost them?"):
         assert words in out
     assert "not a patient's risk" in out and "nan" not in out.lower()
+    told, asked = in_words(found), asked_in_words(found)
+    order = [out.index(text) for text in (told[0], told[-1], "Does the wearer", "undisturbed walk", asked[0])]
+    assert order == sorted(order) and all(line in out for line in told)
     columns = {f"{name.replace(' ', '_')}.parquet" for name in found.cases}
     assert {path.name for path in folder.iterdir()} == {"walk.json", *PICTURES, *columns}
     assert (folder / "walk.gif").stat().st_size < 2_000_000
@@ -43,7 +58,14 @@ def test_a_walk_is_printed_and_written_whole(
     written = json.loads((folder / "walk.json").read_text(encoding="utf-8"))
     assert written["cases"]["patient"]["fell"] == found["patient"].walked.fell
     assert written["cases"]["healthy"]["falls"]["of"] == 1 and "mujoco" in written["versions"]
+    assert {n: each["signs"] for n, each in written["cases"].items()} == {
+        n: signs_of(case) for n, case in found.cases.items()
+    }
     page = (folder / "walk.html").read_text(encoding="utf-8")
+    plain = html.unescape(page)
+    order = [plain.index(text) for text in (told[0], told[-1], "Does the wearer", "<table", asked[0])]
+    assert order == sorted(order) and all(line in plain for line in told) and "{" not in plain[order[-1] :]
+    assert page.count('src="data:image/') == 2  # film and figure
     assert "https://" not in page and "<script" not in page
     assert all(f">{cell}<" in page for row in table(found)[1] for cell in row[1:])
     before = (folder / "walk.json").read_bytes()
@@ -59,6 +81,33 @@ def test_a_walk_is_printed_and_written_whole(
     own = {name: cell.replace("−", "-") for name, cell in in_brief(bare).items()}
     assert rows[1] == {"supply.pressure": "4 bar"} | own  # the scenario's own pressure
     assert rows[0] != {"supply.pressure": "2 bar"} | own
+
+
+@pytest.mark.slow
+def test_the_pitch_at_contact_is_that_of_the_sole_in_the_model(found: Response) -> None:
+    for case in found.cases.values():
+        for side in ("right", "left"):
+            strides = strides_of(case.walked, side)
+            if len(strides.duration):
+                heel, ball = poses(case, strides.begins[:-1])[side][:, 3:5].transpose(1, 0, 2)
+                slopes = np.degrees(np.arctan2(*(ball - heel)[:, [2, 0]].T))
+                assert case.numbers[f"{side}/pitch_contact"] == pytest.approx(slopes.mean(), abs=0.3)
+
+
+@pytest.mark.slow
+def test_the_healthy_walker_of_the_film_is_at_the_phase_of_the_case(found: Response) -> None:
+    healthy = found["healthy"]
+    theirs = contacts(healthy.walked, "right")
+    for name in ("patient adapted", "device"):
+        case = found[name]
+        rows = np.append(0, contacts(case.walked, "right")[: len(theirs)])
+        hips = poses(case, rows)["trunk"][:, 0, 0]
+        behind = _beside(case, healthy, rows, hips)
+        own = poses(healthy, np.append(0, theirs[: len(rows) - 1]))
+        assert np.allclose(behind["healthy trunk"][:, 0, 0], hips)
+        for limb in ("left", "trunk", "right"):
+            assert np.allclose(np.diff(behind[f"healthy {limb}"], axis=1), np.diff(own[limb], axis=1))
+            assert np.allclose(behind[f"healthy {limb}"][:, :, 2], own[limb][:, :, 2])
 
 
 @pytest.mark.slow

@@ -14,7 +14,7 @@ from afo_sim.show.rerun.recording_file import recording
 from afo_sim.show.rerun.run_rows import send
 from afo_sim.show.rerun.texts import document
 from afo_sim.show.walker_film import coordinates, poses
-from afo_sim.walker import Case, Response, verdict
+from afo_sim.walker import Case, Response, in_words, verdict
 
 _APART, _MARKS = 1.5, 0.5  # between walkers, between marks on the floor [m]
 _EVERY = 2  # rows of a walk, of 10 ms
@@ -47,7 +47,7 @@ def write_response(response: Response, path: pathlib.Path) -> None:
                 rows, curve = {"time": case.walked["time"]}, factor * case.walked[column]
                 log_line(stream, entity, rows, curve, case.name, colours.of_run(place))
         words = [f"**{r.question}** {r.text} {' '.join(r.assumptions)}" for r in verdict(response)]
-        document(stream, "summary", "\n\n".join(words))
+        document(stream, "summary", "\n\n".join([*in_words(response), *words]))
 
 
 def _log_walker(stream: rr.RecordingStream, case: Case, place: int) -> None:
