@@ -13,12 +13,15 @@ from afo_sim.show.moving_parts import Mountings, joint_columns, padded
 from afo_sim.show.style import BLUE, ink, styled
 from afo_sim.show.walker_figure import look_of
 from afo_sim.show.walking_figure import HEAD, TRUNK
-from afo_sim.walker import CASES, ROOT, SIDES, Case, Response, walk_in_words
+from afo_sim.walker import CASES, ROOT, SIDES, Case, Response, contacts, walk_in_words
 
 _PICTURES, _EVERY = 75, 0.08  # of the film, and time between them [s]
 _WIDE, _BEHIND, _TALL = 8.0, 0.6, 1.95  # walkway, its part behind the first place, height that is seen [m]
 _DOTS, _SHADES = 80, 32  # per metre, colours
 _LIMBS = {"left": ("0.72", 3.5), "trunk": ("0.2", 9.0), "right": ("0.2", 4.0)}
+_LIMBS |= {
+    f"healthy {limb}": ("#fc8" if limb == "left" else "#e80", 1.4) for limb in _LIMBS
+}  # beside another
 _SIDES = dict(zip(("left", "right"), reversed(SIDES), strict=True))  # what the model's names begin with
 
 
@@ -33,7 +36,7 @@ def draw_film(response: Response, path: pathlib.Path) -> None:
         figure = Figure(figsize=(_WIDE, _TALL * len(cases)), dpi=_DOTS, facecolor="white")
         canvas, share = FigureCanvasAgg(figure), 1.0 / len(cases)
         places = (figure.add_axes((0.0, 1.0 - (k + 1) * share, 1.0, share)) for k in range(len(cases)))
-        movers = [_filmed(axis, case) for axis, case in zip(places, cases, strict=True)]
+        movers = [_filmed(axis, case, cases[0]) for axis, case in zip(places, cases, strict=True)]
         for number in range(_PICTURES):
             for move in movers:
                 move(number)
@@ -46,16 +49,30 @@ def draw_film(response: Response, path: pathlib.Path) -> None:
         first.save(temporary, format="GIF", save_all=True, optimize=True, **many)
 
 
-def _filmed(axis: Any, case: Case) -> Callable[[int], None]:
-    """A walker on its walkway; what moves it to the picture of a number."""
+def _beside(case: Case, healthy: Case, rows: np.ndarray, hips: np.ndarray) -> dict[str, np.ndarray]:
+    """The healthy walker's lines at the phases of a case's rows, between contacts of the right foot alike."""
+    steps = [contacts(each.walked, "right") for each in (case, healthy)]
+    count = min(map(len, steps))
+    ours, theirs = (np.r_[0, each[:count], each[:count].max(initial=0) + 1e6] for each in steps)
+    alike = np.interp(rows, ours, theirs).round().astype(int)
+    found = poses(healthy, alike.clip(max=len(healthy.walked["time"]) - 1))
+    ahead = np.c_[hips - found["trunk"][:, 0, 0], np.zeros((len(rows), 2))]
+    return {f"healthy {limb}": found[limb] + ahead[:, None] for limb in ("left", "trunk", "right")}
+
+
+def _filmed(axis: Any, case: Case, healthy: Case) -> Callable[[int], None]:
+    """A walker on its walkway, the healthy one over it; what moves it to the picture of a number."""
     time = case.walked["time"]
-    seen = poses(case, np.searchsorted(time, _EVERY * np.arange(_PICTURES)).clip(max=len(time) - 1))
+    rows = np.searchsorted(time, _EVERY * np.arange(_PICTURES)).clip(max=len(time) - 1)
+    seen = poses(case, rows)
+    seen |= {} if case is healthy else _beside(case, healthy, rows, seen["trunk"][:, 0, 0])
     axis.set(xlim=(-_BEHIND, _WIDE - _BEHIND), ylim=(-0.12, _TALL - 0.12))
     axis.axhline(0.0, color="0.3", lw=1.2)
     axis.vlines(np.arange(round(_WIDE)), -0.04, 0.0, color="0.3", lw=1.2)
     axis.set_axis_off()
     look: dict[str, Any] = {"transform": axis.transAxes, "weight": "bold", "va": "top"}
-    axis.text(0.01, 0.97, CASES[case.name], color=ink(look_of(case)["color"]), **look)
+    title = CASES[case.name] + "; thin lines: healthy, at the same phase" * (case is not healthy)
+    axis.text(0.01, 0.97, title, color=ink(look_of(case)["color"]), **look)
     words = axis.text(0.99, 0.97, "", color="#b3261e", ha="right", **look)
     lines = {}
     for name in seen:
