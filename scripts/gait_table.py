@@ -5,7 +5,8 @@ python scripts/gait_table.py
 
 import math
 
-from afo_sim.walker.measured import GAITS, TABLE, Held, healthy
+from afo_sim.walker.likeness import TABLE, Held
+from afo_sim.walker.measured import GAITS, healthy
 
 
 def main() -> None:

@@ -13,7 +13,7 @@ STEEP = (1.0 + 1.0 / CURVATURE) / (LENGTHENING - 1.0)  # so that its slope is on
 LEAST_ACTIVATION = 0.01
 ACTIVATION_TIME, DEACTIVATION_TIME = 0.010, 0.040  # [s]
 SHORTEST_FIBRE = 0.2  # projection of the fibre on the tendon from which on it is not shorter [-]
-NEWTON, NEAR = 12, 1e-5  # steps at most; change of the length from which on the rest is of second order [-]
+NEWTON, NEAR = 12, 1e-6  # steps at most; change of the length from which on the rest is of second order [-]
 
 
 @register_jitable

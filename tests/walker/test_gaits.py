@@ -8,7 +8,8 @@ import pytest
 
 from afo_sim.walker import build_body, norm_at, prepared, read_gait
 from afo_sim.walker.body import BARE
-from afo_sim.walker.measured import GAITS, TABLE, _walk, held, in_numbers
+from afo_sim.walker.likeness import TABLE, in_numbers
+from afo_sim.walker.measured import GAITS, _walk, held
 from afo_sim.walker.strides import EMG, emg, sole_tilt
 
 PAGE = pathlib.Path(__file__).parents[2] / "docs" / "walker.md"
