@@ -40,7 +40,7 @@ class _Walk:
     seed: Annotated[int, Option(help="of perturbed starts and search")] = 0
     threads: Threads = 0
     vary: Annotated[
-        str | None, Option(metavar="KEY=V1,V2,…", help='a table over values: supply.pressure="2 bar,3 bar"')
+        str | None, Option(metavar="KEY=V1,V2,…", help='a table: strength.soleus=1,0 supply.pressure="2 bar"')
     ] = None
     out: Annotated[Path | None, Option(help="folder to write to; runs/<scenario>-walk by default")] = None
     rrd: RecordingOption = None
@@ -52,43 +52,53 @@ class _Walk:
 def walk_command(walk: _Walk) -> None:
     """Experimental: a walker that responds. Does the wearer fall, what do they change, what does it cost?"""
     key, values = _varied(walk.vary)
-    sets = [common.read_sets(walk.sets) | ({key: value} if key else {}) for value in values]
+    weak, muscle = key.startswith("strength"), key.removeprefix("strength").removeprefix(".")
+    sets = [common.read_sets(walk.sets) | ({key: value} if key and not weak else {}) for value in values]
     common.check_counts(walk.threads, 0)
     if not 0 <= walk.draws <= 1000 or (walk.draws and key):
         allowed = "0 without --vary" if key else "0 to 1000"
         raise InputError("is out of range", field="--draws", value=walk.draws, allowed=allowed)
     names = ("gait", "starts", "generations", "subset", "adapted", "adapted_device", "seed")
     options = common.picked(walk, *names) | {
-        "strength": common.read_sets(walk.strength, "--strength", "tibialis=0.2"),
         "duration": common.quantity("--duration", walk.duration, "s"),
         "push": common.quantity("--push", walk.push, "N"),
     }
+    left = common.read_sets(walk.strength, "--strength", "tibialis=0.2")
+    strengths = [left | ({muscle: value} if weak else {}) for value in values]
     common.short_lived()
     with common.progress("reading, compiling the muscles") as report:
-        from afo_sim.walker import CASES, JSON, in_brief, prepared, respond, save, save_table
+        from afo_sim.walker import CASES, JSON, in_brief, prepared, respond, save, save_table, strengths_of
 
         described = [prepared(walk.scenario, each) for each in sets]
+        for value in values if weak else []:  # before anybody walks
+            strengths_of(described[0], {muscle: value}, "--vary strength")
         folder = walk.out or Path("runs") / f"{described[0].name}-walk"
-        command = options | {"varied": key, "scenarios": [each.resolved() for each in described]}
+        command = options | {"varied": key, "strength": strengths}
+        command["scenarios"] = [each.resolved() for each in described]
         problem = "holds the responding walk of another description, or with other options"
         check_same(folder, "responding walk", JSON, {"command": command}, problem, force=walk.force)
         rrd = not key and common.drawn(walk.rrd)
-        rows: list[dict[str, str]] = []
-        if not key:
-            optional("matplotlib")  # before minutes of walking
+        rows, responses = list[dict[str, str]](), list[Any]()
+        optional("matplotlib")  # before minutes of walking
 
         def moved(case: str, share: float) -> None:
-            report(round(100.0 * share), 100, f"{len(rows) + 1} of {len(sets)}: {CASES[case]}")
+            report(round(100.0 * share), 100, f"{len(responses) + 1} of {len(sets)}: {CASES[case]}")
 
         threads = walk.threads or os.cpu_count() or 1
-        for value, each in zip(values, sets, strict=True):
+        for value, each, left in zip(values, sets, strengths, strict=True):
+            options["strength"] = left
             found = respond(walk.scenario, each, threads=threads, progress=moved, **options)
-            rows.append({key: str(value)} | in_brief(found))
+            responses.append(found)
+            one = [replace(found, cases={n: case}) for n, case in found.cases.items() if n != "healthy"]
+            rows += [{key: str(value)} | in_brief(each) for each in one]
             if walk.draws and not key:
                 found = _drawn(found, walk, options["push"], threads, report)
         report(0, 0, "drawing")
         if key:
+            from afo_sim.show import draw_doses
+
             save_table(rows, folder, command)
+            draw_doses(key, values, responses, folder / "walk.png")
         else:
             from afo_sim.show import write_pictures
 
@@ -96,7 +106,7 @@ def walk_command(walk: _Walk) -> None:
     if key:
         title = f"{described[0].name}: the wearer at values of {key}"
         common.print_table(title, list(rows[0]), [list(row.values()) for row in rows], whole_names=True)
-        print(f"written to {folder}: walk.csv, walk.json")
+        print(f"written to {folder}: walk.csv, walk.json, walk.png")
     else:
         _print(found, f"written to {folder}", f"; to view: afo-sim view {folder}/walk.rrd" if rrd else "")
 

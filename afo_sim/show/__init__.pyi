@@ -54,4 +54,5 @@ from .verdict_texts import badge as badge
 from .verdict_texts import limit as limit
 from .video import write_video as write_video
 from .walk_panels import INTERNAL as INTERNAL
+from .walker_doses import draw_doses as draw_doses
 from .walker_page import write_pictures as write_pictures

@@ -22,6 +22,7 @@ from .respond import Response as Response
 from .respond import falls_of as falls_of
 from .respond import prepared as prepared
 from .respond import respond as respond
+from .respond import strengths_of as strengths_of
 from .response_files import JSON as JSON
 from .response_files import PICTURES as PICTURES
 from .response_files import save as save

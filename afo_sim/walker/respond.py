@@ -74,7 +74,9 @@ class Response:
         return called(self, {"scenario": self.scenario.name, "cases": list(self.cases)})
 
 
-def strengths_of(scenario: Scenario, given: Mapping[str, float] | None = None) -> dict[str, float]:
+def strengths_of(
+    scenario: Scenario, given: Mapping[str, float] | None = None, field: str = "strength"
+) -> dict[str, float]:
     """Share left of each muscle that is not whole, by name."""
     patient, known = scenario.patient, [f"{side}{name}" for side in SIDES for name in LEG_MUSCLES]
     found: dict[str, float] = {}
@@ -83,9 +85,9 @@ def strengths_of(scenario: Scenario, given: Mapping[str, float] | None = None) -
         found |= dict.fromkeys(PLANTARFLEXORS, patient.plantarflexor_strength)
     for name, share in (given or {}).items():
         if name not in known:
-            raise unknown(name, known, field=f"strength.{name}", problem="is not a muscle of the walker")
+            raise unknown(name, known, field=f"{field}.{name}", problem="is not a muscle of the walker")
         if isinstance(share, bool) or not isinstance(share, int | float) or not 0.0 <= share <= 2.0:
-            raise InputError("is out of range", field=f"strength.{name}", value=share, allowed="0 to 2")
+            raise InputError("is out of range", field=f"{field}.{name}", value=share, allowed="0 to 2")
         found[name] = float(share)
     return {name: share for name, share in found.items() if share != 1.0}
 

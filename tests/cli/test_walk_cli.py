@@ -26,6 +26,7 @@ from afo_sim.walker.gait_signs import signs_of
 
 SCENARIO = "walk-dropfoot-afo"
 SHORT = ("walk", SCENARIO, "--duration", "4 s", "--starts", "1", "--threads", "1")
+LONGER = (*SHORT, "--duration", "8 s")
 
 
 @pytest.fixture(scope="module")
@@ -74,13 +75,43 @@ def test_a_walk_is_printed_and_written_whole(
     code, _, err = call("run", "seated", "--out", folder)
     assert code == 2 and "responding walk" in err
     code, _, _ = call(*SHORT, "--vary", "supply.pressure=2 bar,4 bar", "--out", folder, "--force")
-    assert code == 0 and {path.name for path in folder.iterdir()} == {"walk.json", "walk.csv"}
-    rows = list(csv.DictReader((folder / "walk.csv").read_text(encoding="utf-8").splitlines()[1:]))
-    assert [row["supply.pressure"] for row in rows] == ["2 bar", "4 bar"]
-    bare = Response(found.scenario, {n: c for n, c in found.cases.items() if "adapted" not in n})
-    own = {name: cell.replace("−", "-") for name, cell in in_brief(bare).items()}
-    assert rows[1] == {"supply.pressure": "4 bar"} | own  # the scenario's own pressure
-    assert rows[0] != {"supply.pressure": "2 bar"} | own
+    assert code == 0 and {path.name for path in folder.iterdir()} == {"walk.json", "walk.csv", "walk.png"}
+    rows = _rows(folder)
+    assert [row["supply.pressure"] for row in rows] == ["2 bar", "2 bar", "4 bar", "4 bar"]
+    own = [
+        {
+            name: cell.replace("−", "-")
+            for name, cell in in_brief(Response(found.scenario, {case: found[case]})).items()
+        }
+        for case in ("patient", "device")
+    ]
+    assert rows[2:] == [{"supply.pressure": "4 bar"} | each for each in own]  # the scenario's own pressure
+    assert rows[0] == {"supply.pressure": "2 bar"} | own[0]  # air is nothing to who wears no device
+    assert rows[1] != {"supply.pressure": "2 bar"} | own[1]
+
+
+def _rows(folder: pathlib.Path) -> list[dict[str, str]]:
+    return list(csv.DictReader((folder / "walk.csv").read_text(encoding="utf-8").splitlines()[1:]))
+
+
+@pytest.mark.slow
+def test_strength_is_varied_as_it_is_given(call: Call, tmp_path: pathlib.Path) -> None:
+    folder = tmp_path / "out"
+    code, _, err = call(*LONGER, "--vary", "strength.tibialis=1,0.8,0", "--out", folder)
+    assert code == 0, err
+    rows = _rows(folder)
+    assert [row["strength.tibialis"] for row in rows] == ["1", "1", "0.8", "0.8", "0", "0"]
+    whole, weak, none = rows[::2]
+    given = respond(SCENARIO, strength={"tibialis": 0.0}, duration=8.0, starts=1, threads=1)
+    healthy = {
+        name: cell.replace("−", "-")
+        for name, cell in in_brief(Response(given.scenario, {"patient": given["healthy"]})).items()
+    }
+    assert {name for name in healthy if whole[name] != healthy[name]} <= {"case"}  # it is the healthy walk
+    ankle = "ankle in mid-swing [°]"
+    assert float(weak[ankle]) < float(whole[ankle])  # the weaker, the lower the foot hangs
+    own = in_brief(Response(given.scenario, {"patient": given["patient"]}))
+    assert none == {"strength.tibialis": "0"} | {name: cell.replace("−", "-") for name, cell in own.items()}
 
 
 @pytest.mark.slow
