@@ -92,7 +92,7 @@ def walk_command(walk: _Walk) -> None:
             one = [replace(found, cases={n: case}) for n, case in found.cases.items() if n != "healthy"]
             rows += [{key: str(value)} | in_brief(each) for each in one]
             if walk.draws and not key:
-                found = _drawn(found, walk, options["push"], threads, report)
+                found = _drawn(found, walk.draws, threads, report, left)
         report(0, 0, "drawing")
         if key:
             from afo_sim.show import draw_doses
@@ -111,25 +111,17 @@ def walk_command(walk: _Walk) -> None:
         _print(found, f"written to {folder}", f"; to view: afo-sim view {folder}/walk.rrd" if rrd else "")
 
 
-def _drawn(found: Any, walk: _Walk, push: float, threads: int, report: Any) -> Any:
-    """The response with falls over drawn patients, each case by the gait that it has adapted to, if any."""
+def _drawn(found: Any, draws: int, threads: int, report: Any, strength: dict[str, float]) -> Any:
+    """The response with falls over drawn patients, of each case by the gait that has adapted, if one has."""
     from afo_sim.walker import DRAWN, draw_falls
 
-    names = [name for name in ("patient", "device") if name in found.cases]
-    gaits = {name: found.cases.get(f"{name} adapted", found.cases[name]).gait for name in names}
-    band = draw_falls(
-        found.scenario,
-        gaits,
-        draws=walk.draws,
-        starts=DRAWN_STARTS,
-        push=push,
-        strength=found.asked["strength"],
-        seed=walk.seed,
-        threads=threads,
-        report=lambda share: report(round(100.0 * share), 100, "drawn patients"),
-    )
-    ranges = {name: band.range(name) for name in gaits}
-    drawn = {"draws": walk.draws, "starts": DRAWN_STARTS, "falls_5_50_95": ranges, "over": DRAWN}
+    cases = {name: case for name, case in found.cases.items() if f"{name} adapted" not in found.cases}
+    gaits = {name: case.gait for name, case in cases.items() if name != "healthy"}
+    asked: dict[str, Any] = {name: found.asked[name] for name in ("push", "seed")} | {"threads": threads}
+    asked["report"] = lambda share: report(round(100.0 * share), 100, "drawn patients")
+    band = draw_falls(found.scenario, gaits, draws=draws, starts=DRAWN_STARTS, strength=strength, **asked)
+    drawn = {"draws": draws, "starts": DRAWN_STARTS, "over": DRAWN}
+    drawn |= {"falls_5_50_95": {name: band.range(name) for name in gaits}, "table": band.table()}
     return replace(found, asked=dict(found.asked) | {"drawn": drawn})
 
 
@@ -153,6 +145,8 @@ def _print(found: Any, written: str, view: str) -> None:
     for line in (*in_words(found), *(f"{reply.question} {reply.text}" for reply in replies)):
         print_line(line, hang=2)
     common.print_table(f"{found.scenario.name}: a walker that responds", *table(found), whole_names=True)
+    if drawn := found.asked.get("drawn"):
+        common.print_table(f"{drawn['draws']} drawn patients", *drawn["table"], whole_names=True)
     assumed = dict.fromkeys(f"assumed: {text}" for reply in replies for text in reply.assumptions)
     for line in (*assumed, *asked_in_words(found)):
         print_line(line, hang=2)

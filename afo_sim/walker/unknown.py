@@ -1,4 +1,4 @@
-"""Falls in simulation over what is not known of a patient: drawn, never chosen."""
+"""Falls in simulation over what is not known of a patient: drawn, never chosen; corners stand beside."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -10,35 +10,76 @@ import numpy as np
 from afo_sim.common import InputError
 from afo_sim.description import Scenario
 from afo_sim.model import person_of
+from afo_sim.walker.answer import CASES
 from afo_sim.walker.body import BARE, build_body
 from afo_sim.walker.gait_file import Gait
-from afo_sim.walker.respond import Falls, falls_of, strengths_of
+from afo_sim.walker.respond import PLANTARFLEXORS, Falls, falls_of, strengths_of
 
 MOST_DRAWS = 1000
 TISSUE = math.sqrt(math.log(1.0 + 0.57**2))  # of ln of the passive stiffness, from a variation of 57 %
+NEAR = 0.1  # to either side of a share that is stated [-]
 DRAWN = {
-    "patient.passive_scale": "lognormal, 57 % between people (Chung et al. 2004)",
-    "strength": "each dead or weak muscle 0 to 0.1 stronger, plantarflexors 0.8 to 1 (assumed)",
-    "patient.body_mass": "10 % to either side (assumed)",
-    "orthosis.anchor.shank.stiffness": "2 to 8 kN/m (assumed; no calf cuff was measured)",
+    "tissue": "passive stiffness over the stated: lognormal, 57 % between people (Chung et al. 2004)",
+    "plantarflexors": "0.8 to 1 of the stated share (assumed)",
+    "tibialis": "and each weak muscle: 0.1 to either side of the stated share, within 0 to 1 (assumed)",
+    "mass": "10 % to either side (assumed); without a device only the push tells a mass from another",
+    "height": "5 % to either side (assumed)",
+    "cuff": "2 to 8 kN/m along the shank (assumed; no calf cuff was measured)",
 }
 
 
 @dataclass(frozen=True, eq=False)
 class Band:
-    """Falls of each draw, by case."""
+    """Falls of each draw and of each corner, by case."""
 
-    draws: Mapping[str, np.ndarray]
-    falls: Mapping[str, tuple[Falls, ...]]
+    draws: Mapping[str, np.ndarray]  # (n,)
+    corners: Mapping[str, Mapping[str, float]]  # their numbers, by name
+    falls: Mapping[str, tuple[Falls, ...]]  # of the draws
+    at_corners: Mapping[str, tuple[Falls, ...]]
 
     def shares(self, case: str) -> np.ndarray:
         """Share of starts that fell in each draw (n,)."""
         return np.array([each.count / each.of for each in self.falls[case]])
 
-    def range(self, case: str) -> tuple[float, float, float]:
+    def range(self, case: str) -> list[float]:
         """5, 50 and 95 % of the draws' shares [-]."""
-        low, middle, high = np.percentile(self.shares(case), (5.0, 50.0, 95.0))
-        return float(low), float(middle), float(high)
+        return [float(share) for share in np.percentile(self.shares(case), (5.0, 50.0, 95.0))]
+
+    def halves(self, case: str, name: str) -> tuple[float, float]:
+        """Share that falls in the draws with the lower half of a number, and with the upper one [-]."""
+        shares = self.shares(case)[np.argsort(self.draws[name], kind="stable")]
+        half = (len(shares) + 1) // 2
+        return float(shares[:half].mean()), float(shares[-half:].mean())
+
+    def acting(self, case: str) -> list[str]:
+        """The drawn numbers that a case has: no cuff without a device."""
+        return [name for name in self.draws if name != "cuff" or case.startswith("device")]
+
+    def deciding(self, case: str) -> dict[str, float]:
+        """Numbers that falls follow beyond chance (5 % for all of them), by Spearman's rank correlation."""
+        from scipy.stats import spearmanr  # slow to import
+
+        shares = self.shares(case)
+        acting = self.acting(case) if len(shares) > 2 and np.ptp(shares) else []
+        ranks = {name: spearmanr(self.draws[name], shares) for name in acting}
+        found = {n: float(rank.statistic) for n, rank in ranks.items() if rank.pvalue < 0.05 / len(acting)}
+        return dict(sorted(found.items(), key=lambda each: -abs(each[1])))
+
+    def table(self) -> tuple[list[str], list[list[str]]]:
+        """Header and rows of text, a column for each case."""
+        ranges = map(self.range, self.falls)
+        rows = [["drawn: median (5 to 95 %)", *(f"{b:.0%} ({a:.0%} to {c:.0%})" for a, b, c in ranges)]]
+        for k, corner in enumerate(self.corners):
+            rows.append([corner, *(f"{of[k].count} of {of[k].of}" for of in self.at_corners.values())])
+        for name, drawn in self.draws.items():
+            ends = " to ".join(f"{round(float(end), 2):.4g}" for end in (drawn.min(), drawn.max()))
+            halves = ["{:.0%} → {:.0%}".format(*self.halves(case, name)) for case in self.falls]
+            cells = [h if name in self.acting(c) else "–" for h, c in zip(halves, self.falls, strict=True)]
+            rows.append([f"{name} {ends}: lower → upper half", *cells])
+        ranks = map(self.deciding, self.falls)
+        told = (", ".join(f"{n} {r:+.2f}" for n, r in each.items()).replace("-", "−") for each in ranks)
+        rows.append(["what decides beyond chance, rank correlation", *(each or "–" for each in told)])
+        return ["perturbed starts that fall", *(CASES[case] for case in self.falls)], rows
 
 
 def draw_falls(
@@ -53,34 +94,51 @@ def draw_falls(
     threads: int = 2,
     report: Callable[[float], None] | None = None,
 ) -> Band:
-    """Falls among perturbed starts, over drawn patients; both cases have the same draws and starts."""
+    """Falls among perturbed starts of drawn patients and of corners, who are the same in all cases."""
     if not 1 <= draws <= MOST_DRAWS:
         raise InputError("is out of range", field="draws", value=draws, allowed=f"1 to {MOST_DRAWS}")
-    rng, own = np.random.default_rng([seed, 7]), strengths_of(scenario, strength)
-    assert scenario.patient is not None
-    mass = person_of(scenario).body_mass
-    drawn = {
-        "tissue": rng.lognormal(-0.5 * TISSUE**2, TISSUE, draws),
-        "stronger": rng.uniform(0.0, 0.1, draws),
-        "plantarflexors": rng.uniform(0.8, 1.0, draws),
-        "mass": rng.uniform(0.9, 1.1, draws),
-        "cuff": rng.uniform(2e3, 8e3, draws),
-    }
-    bare = scenario.set(BARE)
-    falls: dict[str, list[Falls]] = {case: [] for case in gaits}
-    for k in range(draws):
-        sets: dict[str, Any] = {
-            "patient.passive_scale": float(scenario.patient.passive_scale * drawn["tissue"][k]),
-            "patient.body_mass": f"{float(mass * drawn['mass'][k])!r} kg",
-        }
-        cuff = {"orthosis.anchor.shank.stiffness": f"{float(drawn['cuff'][k])!r} N/m"}
-        shares = {name: min(share + float(drawn["stronger"][k]), 1.0) for name, share in own.items()}
-        for name in ("soleus", "gastrocnemius"):
-            shares[name] = shares.get(name, 1.0) * float(drawn["plantarflexors"][k])
+    own = {"tibialis": 1.0} | strengths_of(scenario, strength)
+    stated = {name: share for name, share in own.items() if name not in PLANTARFLEXORS}
+    ranges = {name: (max(x - NEAR, 0.0), max(min(x + NEAR, 1.0), x)) for name, x in stated.items()}
+    stated["plantarflexors"], ranges["plantarflexors"] = 1.0, (0.8, 1.0)
+    rng = np.random.default_rng([seed, 7])
+    drawn = {name: rng.uniform(*ends, draws) for name, ends in ranges.items()}
+    drawn["tissue"] = rng.lognormal(-0.5 * TISSUE**2, TISSUE, draws)
+    drawn["mass"], drawn["height"] = rng.uniform(0.9, 1.1, draws), rng.uniform(0.95, 1.05, draws)
+    if "shank" in scenario.orthosis.anchor and any(case.startswith("device") for case in gaits):
+        drawn["cuff"] = rng.uniform(2e3, 8e3, draws)
+    words = ", ".join(f"{name} {share:.3g}" for name, share in stated.items())
+    stated |= {"tissue": 1.0, "mass": 1.0, "height": 1.0}
+    corners = {f"as stated: {words}": stated}
+    for name, ends in ranges.items():
+        for end in sorted({*ends, 0.0 if stated[name] < 1.0 else ends[0]} - {stated[name]}):
+            corners[f"{name} {end:.3g}"] = stated | {name: end}
+    patients = [*corners.values(), *({n: float(x[k]) for n, x in drawn.items()} for k in range(draws))]
+    found: dict[str, tuple[Falls, ...]] = dict.fromkeys(gaits, ())
+    for k, patient in enumerate(patients):
         for case, gait in gaits.items():
-            wearing = bare.set(sets) if case == "patient" else scenario.set(sets | cuff)
-            body = build_body(wearing, shares)
-            falls[case].append(falls_of(body, gait, starts=starts, push=push, seed=seed, threads=threads))
+            body = build_body(*_drawn(scenario, own, patient, worn=case.startswith("device")))
+            falls = falls_of(body, gait, starts=starts, push=push, seed=seed, threads=threads)
+            found[case] += (falls,)
         if report is not None:
-            report((k + 1) / draws)
-    return Band(drawn, {case: tuple(found) for case, found in falls.items()})
+            report((k + 1) / len(patients))
+    n = len(corners)
+    after, first = ({c: of[part] for c, of in found.items()} for part in (slice(n, None), slice(n)))
+    return Band(drawn, corners, after, first)
+
+
+def _drawn(
+    scenario: Scenario, own: Mapping[str, float], numbers: Mapping[str, float], *, worn: bool
+) -> tuple[Scenario, dict[str, float]]:
+    """A scenario, and the share left of each muscle, of a patient with some numbers."""
+    person, patient = person_of(scenario), scenario.patient
+    assert patient is not None
+    sets: dict[str, Any] = {
+        "patient.passive_scale": patient.passive_scale * numbers["tissue"],
+        "patient.body_mass": f"{person.body_mass * numbers['mass']!r} kg",
+        "patient.body_height": f"{person.body_height * numbers['height']!r} m",
+    }
+    if worn and "cuff" in numbers:
+        sets["orthosis.anchor.shank.stiffness"] = f"{numbers['cuff']!r} N/m"
+    left = {name: own.get(name, 1.0) * numbers["plantarflexors"] for name in PLANTARFLEXORS}
+    return (scenario if worn else scenario.set(BARE)).set(sets), {n: numbers.get(n, 1.0) for n in own} | left

@@ -1,7 +1,6 @@
 """The search for gains, strides' numbers, and what they are held against."""
 
 from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -13,17 +12,15 @@ from afo_sim.walker import (
     Found,
     Free,
     build_body,
-    draw_falls,
     falls_of,
     norm_at,
     prepared,
     read_gait,
     respond,
     search,
-    unknown,
+    strengths_of,
 )
 from afo_sim.walker.measured import _same_way
-from afo_sim.walker.respond import strengths_of
 from afo_sim.walker.search import pushes_at
 
 
@@ -105,33 +102,6 @@ def test_a_search_that_still_gains_did_not_converge(medians: list[float], conver
     history = np.array([medians, medians]).T
     found = Found(read_gait("natural").vector, history, 16, {}, SimpleNamespace(fell=None))  # type: ignore[arg-type]
     assert found.converged is converged
-
-
-@pytest.mark.slow
-def test_drawn_patients_are_those_of_the_seed_and_stay_within_what_is_stated(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    scenario, gait = prepared("walk-dropfoot-afo", {"timestep": "1 ms"}), read_gait("natural")
-    gaits = {"patient": gait, "device": gait}
-    one, other = (draw_falls(scenario, gaits, draws=2, starts=1, threads=threads) for threads in (1, 2))
-    assert one.falls == other.falls and set(one.falls) == set(gaits)
-    bodies = []
-
-    def build(*of: Any) -> Any:
-        bodies.append(build_body(*of))
-        return bodies[-1]
-
-    monkeypatch.setattr(unknown, "build_body", build)
-    draw_falls(scenario, {"patient": gait}, draws=2, starts=1)
-    assert bodies[0].weight != pytest.approx(
-        bodies[1].weight, rel=1e-3
-    )  # a patient whose mass is the gait's own is drawn, too
-    many = draw_falls(scenario, {}, draws=400, starts=1).draws
-    assert many["tissue"].mean() == pytest.approx(1.0, abs=0.1)  # the mean stays that of the patient
-    assert many["tissue"].std() == pytest.approx(0.57, abs=0.1)
-    assert many["cuff"].min() >= 2e3 and many["cuff"].max() <= 8e3
-    with pytest.raises(InputError, match="draws"):
-        draw_falls(scenario, gaits, draws=0, starts=1)
 
 
 def test_a_response_agrees_within_half_and_twice_and_in_its_direction() -> None:
