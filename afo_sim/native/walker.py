@@ -165,10 +165,10 @@ def reflexes_of(
         signals[nerve] = carried(m, d, j, nerve, LONG - step, now)
     for nerve in (NERVE.iliopsoas_length, NERVE.hamstrings_length):
         signals[nerve] = carried(m, d, j, nerve, SHORT - step, now)
-    for nerve in (NERVE.knee, NERVE.knee_rate):
-        signals[nerve] = carried(m, d, j, nerve, MIDDLE, now)
-    for nerve in (NERVE.pitch, NERVE.pitch_rate):
-        signals[nerve] = carried(m, d, j, nerve, SHORT, now)
+    for nerve, rate, delay in ((NERVE.knee, NERVE.knee_rate, MIDDLE), (NERVE.pitch, NERVE.pitch_rate, SHORT)):
+        signals[nerve] = carried(m, d, j, nerve, delay, now)
+        both = carried(m, d, j, rate, delay, now) + carried(m, d, j, rate, delay - step, now)
+        signals[rate] = 0.5 * both  # each is of half a step before
     own = m.nuser_actuator * first
     out = int(u[own + LEG_MUSCLE_ROW.userdata]) + LEG_MUSCLE_DATA.excitation
     excitations(state, u, j + REFLEX_ROW.gains, signals, d.userdata, out, len(LEG_MUSCLE_DATA))
