@@ -35,8 +35,8 @@ Three numerical matters:
   gain of −1 × tendon velocity carries it, with the coefficient in the muscle's own `ctrl`. The network's
   dyn sets that velocity to zero, so that the gain adds no force at all. Friction at a path's guides is
   carried by the same gain (`guides.py`): what the joint feels is then not the muscle's tension.
-* Half of a joint's damping is MuJoCo's, which takes it at the end of a step, and half the passive ankle's, or
-  that of the leg's support, which takes it at the start: the trapezoidal rule.
+* Half of a joint's damping is MuJoCo's, which takes it at the end of a step, and half that of the passive
+  ankle, the toes' reflex or the leg's support, which takes it at the start: the trapezoidal rule.
 * A pad under the sole, a grip, and a reflex carry half their damping by such a gain, by the same rule, a pad
   and a grip their spring's too, as a tension's. The input of the gain is a state that the step takes early
   (`actearly`): the dyn gives its rate. What the gain adds to the force the bias takes away.
@@ -52,7 +52,7 @@ from afo_sim.native.error_codes import FINE, NO_NUMBER
 from afo_sim.native.guides import behind_guides
 from afo_sim.native.muscle import beside_gain, friction_dyn, sole_pad_force
 from afo_sim.native.network import network_dyn
-from afo_sim.native.walker import grip_bias, grip_dyn, leg_muscle_dyn, reflex_dyn, toe_extension
+from afo_sim.native.walker import grip_bias, grip_dyn, leg_muscle_dyn, reflex_dyn, toe_moment
 from afo_sim.physics import passive_moment, register_jitable, spastic_moment
 
 
@@ -80,7 +80,7 @@ def force_of(m: Any, d: Any, i: int) -> tuple[int, float]:
     elif kind == slots.KIND_LEG_MUSCLE:
         force = 0.0 - d.userdata[int(u[j + slots.LEG_MUSCLE_ROW.userdata]) + slots.LEG_MUSCLE_DATA.tension]
     elif kind == slots.KIND_REFLEX:
-        force = toe_extension(m, d, j)
+        force = toe_moment(m, d, i, j)
     elif kind == slots.KIND_GRIP:
         force = grip_bias(m, d, i, j)
     elif kind == slots.KIND_MOTOR:

@@ -60,7 +60,7 @@ def _flat(m: Any) -> Any:
         nuser_actuator=m.nuser_actuator, actuator_user=m.actuator_user.reshape(-1),
         actuator_actadr=m.actuator_actadr, actuator_trnid=m.actuator_trnid.reshape(-1),
         tendon_adr=m.tendon_adr, wrap_type=m.wrap_type, wrap_objid=m.wrap_objid, site_bodyid=m.site_bodyid,
-        geom_bodyid=m.geom_bodyid, opt=m.opt, signature=m.signature,
+        geom_bodyid=m.geom_bodyid, opt=m.opt, signature=m.signature, dof_damping=m.dof_damping,
     )  # fmt: skip
 
 

@@ -24,7 +24,7 @@ from afo_sim.native.slots import (
     REFLEX_ROW,
     places,
 )
-from afo_sim.native.walker import held_by_floor, leg_muscle_dyn, reflexes_of, toe_extension
+from afo_sim.native.walker import held_by_floor, leg_muscle_dyn, reflexes_of, toe_moment
 from afo_sim.physics import SOLE_PADS, register_jitable
 
 SEGMENTS, LEG, ROOT, DOFS = 9, 4, 3, 11
@@ -445,7 +445,7 @@ def take_step(m: Any, d: Any, p: Any, s: Any, push: float) -> int:
     ask_reflexes(m, d, p, s)
     paths(m, d, p, s, False)
     for side in range(2):
-        force = toe_extension(m, d, m.nuser_actuator * side)
+        force = toe_moment(m, d, side, m.nuser_actuator * side)
         d.actuator_force[side] = force
         s[JOINT + ROOT + LEG * (side + 1) - 1] += force
     complaint = others(m, d, p, s)

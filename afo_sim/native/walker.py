@@ -82,12 +82,13 @@ def leg_muscle_dyn(m: Any, d: Any, i: int, j: int) -> None:
 
 
 @register_jitable
-def toe_extension(m: Any, d: Any, j: int) -> float:
-    """Moment of the toes' extensors [N·m], which have the tibialis' nerve and strength."""
-    tibialis = int(m.actuator_user[j + REFLEX_ROW.muscle]) + TIBIALIS
-    strength = m.actuator_user[m.nuser_actuator * tibialis + LEG_MUSCLE_ROW.strength]
-    activation = d.act[m.actuator_actadr[tibialis] + LEG_MUSCLE_ACT.activation]
-    return m.actuator_user[j + REFLEX_ROW.extension] * min(strength * activation / TOE_ACTIVATION, 1.0)
+def toe_moment(m: Any, d: Any, i: int, j: int) -> float:
+    """Moment of the toes' damper and extensors [N·m]; these have the tibialis' nerve and strength."""
+    u, k = m.actuator_user, int(m.actuator_user[j + REFLEX_ROW.muscle]) + TIBIALIS
+    at, toe = m.actuator_actadr[k] + LEG_MUSCLE_ACT.activation, m.actuator_trnid[2 * i]
+    strong = u[m.nuser_actuator * k + LEG_MUSCLE_ROW.strength] * (d.act[at] + m.opt.timestep * d.act_dot[at])
+    extension = u[j + REFLEX_ROW.extension] * min(strong / TOE_ACTIVATION, 1.0)
+    return extension - m.dof_damping[toe] * d.qvel[toe]  # MuJoCo takes as much at the end of a step
 
 
 @register_jitable

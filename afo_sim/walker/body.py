@@ -242,6 +242,7 @@ def _fill_leg(body: Body, k: int, strength: dict[str, float]) -> None:
         at = own * k + len(native.LEG_MUSCLE_DATA) * place
         rows[i] = muscle_row(MUSCLES[name], body.size, strength.get(f"{side}{name}", 1.0), at)
     knee, pitch = model.joint(f"{side}{KNEE}"), model.joint(PITCH)
+    model.joint(f"{side}{TOE}").damping *= 0.5  # the reflex takes the other half
     rows[body.reflexes[k]] = native.row(
         native.KIND_REFLEX,
         other=body.reflexes[1 - k],

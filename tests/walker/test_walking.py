@@ -26,7 +26,8 @@ def limp(body):  # type: ignore[no-untyped-def]
     rows = body.model.actuator_user
     rows[body.muscles.ravel(), native.LEG_MUSCLE_ROW.force] = 0.0
     for side in ("", "left_"):
-        rows[body.model.actuator(f"{side}tissue").id, 2] = 0.0
+        tissue = body.model.actuator(f"{side}tissue").id
+        rows[tissue, native.slots.PASSIVE_ROW.scale] = rows[tissue, native.slots.PASSIVE_ROW.damping] = 0.0
         toe = body.model.joint(f"{side}toe")
         body.model.jnt_stiffness[toe.id] = 0.0
         body.model.dof_damping[int(toe.dofadr[0])] = 0.0
@@ -41,8 +42,6 @@ def test_a_limp_walker_in_the_air_keeps_energy_and_falls_as_a_stone() -> None:
     model.opt.enableflags |= mujoco.mjtEnableBit.mjENBL_ENERGY
     data = start(body, read_gait("natural").vector)
     data.qpos[1] += 2.0
-    model.actuator_user[model.actuator("tissue").id, native.slots.PASSIVE_ROW.damping] = 0.0
-    model.actuator_user[model.actuator("left_tissue").id, native.slots.PASSIVE_ROW.damping] = 0.0
     with native.installed():
         mujoco.mj_forward(model, data)
         energy, centre = data.energy.sum(), data.subtree_com[0].copy()
