@@ -60,19 +60,21 @@ def _flat(m: Any) -> Any:
         nuser_actuator=m.nuser_actuator, actuator_user=m.actuator_user.reshape(-1),
         actuator_actadr=m.actuator_actadr, actuator_trnid=m.actuator_trnid.reshape(-1),
         tendon_adr=m.tendon_adr, wrap_type=m.wrap_type, wrap_objid=m.wrap_objid, site_bodyid=m.site_bodyid,
-        geom_bodyid=m.geom_bodyid, opt=m.opt, signature=m.signature, dof_damping=m.dof_damping,
+        geom_bodyid=m.geom_bodyid, opt=m.opt, signature=m.signature, nv=m.nv,
+        body_subtreemass=m.body_subtreemass, dof_bodyid=m.dof_bodyid, dof_damping=m.dof_damping,
+        dof_parentid=m.dof_parentid,
     )  # fmt: skip
 
 
 class _FlatData:
-    """An MjData whose points of paths stand end to end, as compiled code sees them; all else is its own."""
+    """An MjData whose rows stand end to end, as compiled code sees them; all else is its own."""
 
     def __init__(self, d: Any):
         self._data = d
 
     def __getattr__(self, name: str) -> Any:
         found = getattr(self._data, name)
-        return found.reshape(-1) if name in ("wrap_xpos", "wrap_obj", "xipos") else found
+        return found.reshape(-1) if np.ndim(found) == 2 else found
 
 
 def _current() -> tuple[Any, Any]:

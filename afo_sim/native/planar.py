@@ -24,7 +24,7 @@ from afo_sim.native.slots import (
     REFLEX_ROW,
     places,
 )
-from afo_sim.native.walker import held_by_floor, leg_muscle_dyn, reflexes_of, toe_moment
+from afo_sim.native.walker import held_by_floor, leg_muscle_dyn, rate_now, reflexes_of, toe_moment
 from afo_sim.physics import SOLE_PADS, register_jitable
 
 SEGMENTS, LEG, ROOT, DOFS = 9, 4, 3, 11
@@ -302,18 +302,20 @@ def others(m: Any, d: Any, p: Any, s: Any) -> int:
 
 
 @register_jitable
-def balance(d: Any, p: Any, s: Any, push: float) -> None:
+def balance(d: Any, p: Any, s: Any, push: float, odd: int) -> None:
     """The right side: forces at the hinges less what moves, weighs and presses; composite masses on the way."""
     for k in range(SEGMENTS):
         a = SEGMENT_PLANS + k * len(SEGMENT)
-        mass, spin = p[a + SEGMENT.mass], s[W + k] * s[W + k]
+        s[W + k] = rate_now(d, 2 + k, odd)
         if k == 0:
             s[CX], s[CZ] = 0.0, p[HEAD.gravity]
         else:
             up = before(k)
+            s[W + k] += s[W + up]
             turning = s[W + up] * s[W + up]
             s[CX + k] = s[CX + up] - turning * (s[X + k] - s[X + up])
             s[CZ + k] = s[CZ + up] - turning * (s[Z + k] - s[Z + up])
+        mass, spin = p[a + SEGMENT.mass], s[W + k] * s[W + k]
         x, z = s[GX + k] - s[X + k], s[GZ + k] - s[Z + k]
         s[FX + k], s[FZ + k] = mass * (s[CX + k] - spin * x), mass * (s[CZ + k] - spin * z)
         s[N + k] = x * s[FZ + k] - z * s[FX + k]
@@ -452,7 +454,7 @@ def take_step(m: Any, d: Any, p: Any, s: Any, push: float) -> int:
     if complaint != FINE:
         return complaint
     paths(m, d, p, s, True)
-    balance(d, p, s, push)
+    balance(d, p, s, push, int(d.time / step + 0.5) % 2)
     inertia(p, s, step)
     floor_losses(p, s, step)
     solve(s)

@@ -64,10 +64,10 @@ def declarations(name: str) -> dict[str, Any]:
 
 # What compiled code reads. It finds the places in a table, and so serves every layout with these types.
 _READ = {
-    "mjModel": "actuator_actadr actuator_trnid actuator_user dof_damping geom_bodyid nuser_actuator opt "
-    "signature site_bodyid tendon_adr wrap_objid wrap_type",
-    "mjData": "act act_dot actuator_force actuator_length actuator_velocity ctrl qpos qvel ten_velocity ten_wrapadr "
-    "ten_wrapnum time userdata wrap_obj wrap_xpos xipos",
+    "mjModel": "actuator_actadr actuator_trnid actuator_user body_subtreemass dof_bodyid dof_damping "
+    "dof_parentid geom_bodyid nuser_actuator nv opt signature site_bodyid tendon_adr wrap_objid wrap_type",
+    "mjData": "act act_dot actuator_force actuator_length actuator_velocity ctrl qfrc_bias qpos qvel "
+    "subtree_com ten_velocity ten_wrapadr ten_wrapnum time userdata wrap_obj wrap_xpos xanchor xaxis xipos",
     "mjOption": "timestep",
 }
 READ = [(struct, name) for struct, names in _READ.items() for name in names.split()]

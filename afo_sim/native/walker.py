@@ -117,9 +117,40 @@ def carried(m: Any, d: Any, j: int, nerve: int, delay: float, now: int) -> float
 
 
 @register_jitable
+def rate_now(d: Any, k: int, odd: int) -> float:
+    """Rate of the joint k at the positions' own instant, from those half a step and one and a half before."""
+    before, d.userdata[2 * k + odd] = d.userdata[2 * k + 1 - odd], d.qvel[k]
+    return 1.5 * d.qvel[k] - 0.5 * before if d.time > 0.0 else before  # the first is known
+
+
+@register_jitable
+def add_centrifugal(m: Any, d: Any) -> None:
+    """Add to the bias what rates of now ask beyond those of half a step ago."""
+    # Where a hinge's rate squared grows by s beyond its parent's, all that it carries is pulled to it by s r.
+    r, odd = block(), int(d.time / m.opt.timestep + 0.5) % 2
+    r[1] = r[m.nv + 1] = 0.0
+    for k in range(2, m.nv):  # hinges, behind two slides
+        parent, body, turned = m.dof_parentid[k], m.dof_bodyid[k], -d.xaxis[3 * k + 1]
+        r[k] = r[parent] + turned * d.qvel[k]
+        r[m.nv + k] = r[m.nv + parent] + turned * rate_now(d, k, odd)
+        growth = r[2 * m.nv + k] = r[m.nv + k] ** 2 - r[k] ** 2 - r[m.nv + parent] ** 2 + r[parent] ** 2
+        x, z, mass = d.xanchor[3 * k], d.xanchor[3 * k + 2], m.body_subtreemass[body]
+        moment_x, moment_z = mass * (d.subtree_com[3 * body] - x), mass * (d.subtree_com[3 * body + 2] - z)
+        d.qfrc_bias[0] -= growth * moment_x
+        d.qfrc_bias[1] -= growth * moment_z
+        while parent > 1:
+            crossed = (x - d.xanchor[3 * parent]) * moment_z - (z - d.xanchor[3 * parent + 2]) * moment_x
+            d.qfrc_bias[k] += turned * r[2 * m.nv + parent] * crossed
+            d.qfrc_bias[parent] += d.xaxis[3 * parent + 1] * growth * crossed
+            parent = m.dof_parentid[parent]
+
+
+@register_jitable
 def reflex_dyn(m: Any, d: Any, i: int, j: int) -> None:
     """Let the reflexes whose row starts at j ask, by what the soles bear and which foot is ahead."""
     other = m.nuser_actuator * int(m.actuator_user[j + REFLEX_ROW.other])
+    if j == 0:  # once for the body
+        add_centrifugal(m, d)
     reflexes_of(
         m, d, i, j, load_on(m, d, j), load_on(m, d, other), ahead_of_trunk(m, d, j),
         ahead_of_trunk(m, d, other),

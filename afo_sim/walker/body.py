@@ -41,6 +41,7 @@ HIP, KNEE, TOE = "hip", "knee", "toe"
 FORWARD, UP, PITCH = "forward", "up", "pitch"
 ROOT = (FORWARD, UP, PITCH)
 JOINTS = (HIP, KNEE, ANKLE, TOE)
+RATES = 2 * (len(ROOT) + len(SIDES) * len(JOINTS))  # places of `userdata`, the first: two steps' of each
 REFLEX, TISSUE, SPASM = "reflex", "tissue", "spasm"
 FLOOR = "floor"
 BARE = {**UNDRIVEN, "orthosis": "none"}  # what is set of a scenario in which no device is worn
@@ -222,7 +223,7 @@ def _add_own(spec: mujoco.MjSpec) -> int:
             add_motor(spec, f"{side}{name}", f"{side}{joint}", (0.0, 0.0, -1.0), callback=True)
             spec.actuators[-1].gear = [sign, 0.0, 0.0, 0.0, 0.0, 0.0]
     memory = NERVES * _slots(spec.option.timestep)
-    spec.nuserdata = len(SIDES) * (memory + len(native.LEG_MUSCLE_DATA) * len(LEG_MUSCLES))
+    spec.nuserdata = RATES + len(SIDES) * (memory + len(native.LEG_MUSCLE_DATA) * len(LEG_MUSCLES))
     return spec.nuserdata
 
 
@@ -239,7 +240,7 @@ def _fill_leg(body: Body, k: int, strength: dict[str, float]) -> None:
         raise InputError("has no toes, which a responding walker needs", file=leg.file, field="toes")
     own, slots = len(native.LEG_MUSCLE_DATA) * len(LEG_MUSCLES), _slots(body.scenario.timestep)
     for place, (i, name) in enumerate(zip(body.muscles[k], LEG_MUSCLES, strict=True)):
-        at = own * k + len(native.LEG_MUSCLE_DATA) * place
+        at = RATES + own * k + len(native.LEG_MUSCLE_DATA) * place
         rows[i] = muscle_row(MUSCLES[name], body.size, strength.get(f"{side}{name}", 1.0), at)
     knee, pitch = model.joint(f"{side}{KNEE}"), model.joint(PITCH)
     model.joint(f"{side}{TOE}").damping *= 0.5  # the reflex takes the other half
@@ -256,7 +257,7 @@ def _fill_leg(body: Body, k: int, strength: dict[str, float]) -> None:
         knee_rate=int(knee.dofadr[0]),
         pitch=int(pitch.qposadr[0]),
         pitch_rate=int(pitch.dofadr[0]),
-        userdata=2 * own + NERVES * slots * k,
+        userdata=RATES + 2 * own + NERVES * slots * k,
         slots=slots,
         weight=body.weight,
         gains=[0.0] * len(GAINS),

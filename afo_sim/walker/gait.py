@@ -116,5 +116,6 @@ def _rest(body: Body, data: mujoco.MjData, side: int) -> None:
     signals[NERVE.pitch_rate] = data.qvel[int(reflex[place.pitch_rate])]
     first, slots = int(reflex[place.userdata]), int(reflex[place.slots])
     data.userdata[first : first + NERVES * slots] = np.tile(signals, slots)
+    data.userdata[: 2 * model.nv] = np.repeat(data.qvel, 2)
     # the first leg stands, the other swings
     data.act[int(model.actuator_actadr[body.reflexes[side]])] = 0.0 if side == 0 else 3.0

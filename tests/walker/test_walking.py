@@ -1,5 +1,6 @@
 """The walker in MuJoCo's step: against laws of nature, against its reflexes computed anew, and itself."""
 
+import copy
 import dataclasses
 
 import mujoco
@@ -12,7 +13,7 @@ from afo_sim.physics import GAINS, LEG_MUSCLES
 from afo_sim.walker import Push, build_body, prepared, read_gait, strides_of, walk
 from afo_sim.walker.gait import start
 from afo_sim.walker.strides import swing_clearance
-from afo_sim.walker.walking import _Board
+from afo_sim.walker.walking import _Board, _fill
 
 ANKLE_MUSCLES = ("gastrocnemius", "soleus", "tibialis")
 
@@ -36,6 +37,19 @@ def limp(body):  # type: ignore[no-untyped-def]
     return body
 
 
+def angles_in_the_air(body) -> np.ndarray:  # type: ignore[no-untyped-def]
+    """All angles 0.1 s after a start high in the air, in landing and late stance, which only loads end."""
+    model, data = body.model, start(body, read_gait("natural").vector)
+    data.qpos[1] += 2.0
+    data.act[model.actuator_actadr[body.reflexes]] = 4.0, 1.0
+    with native.installed():
+        mujoco.mj_forward(model, data)
+        data.qvel -= 0.5 * model.opt.timestep * data.qacc
+        mujoco.mj_step(model, data, nstep=round(0.1 / model.opt.timestep))
+    assert (np.round(data.act[model.actuator_actadr[body.reflexes]]) == (4.0, 1.0)).all()
+    return data.qpos[2:]
+
+
 def test_a_limp_walker_in_the_air_keeps_energy_and_falls_as_a_stone() -> None:
     body = limp(body_of(step="0.25 ms"))
     model = body.model
@@ -52,6 +66,29 @@ def test_a_limp_walker_in_the_air_keeps_energy_and_falls_as_a_stone() -> None:
     assert data.energy.sum() == pytest.approx(energy, rel=2e-4)
     fallen = centre + 0.1 * velocity - [0.0, 0.0, 0.5 * GRAVITY * 0.01]
     assert np.abs(data.subtree_com[0] - fallen).max() < 2e-4
+
+
+@pytest.mark.parametrize("made", [body_of, lambda step: limp(body_of(step=step))])
+def test_free_swing_is_of_second_order(made) -> None:  # type: ignore[no-untyped-def]
+    coarse, middle, fine = (angles_in_the_air(made(step=step)) for step in ("0.5 ms", "0.25 ms", "0.125 ms"))
+    assert np.log2(np.linalg.norm(coarse - middle) / np.linalg.norm(middle - fine)) > 1.8
+
+
+def test_bias_is_of_rates_half_a_step_on() -> None:
+    """As MuJoCo's own recursion has it for rates that go on as over the last step."""
+    body, rng = body_of("walk-dropfoot-afo"), np.random.default_rng(0)
+    model, data = body.model, start(body, read_gait("natural").vector)
+    data.time, data.qvel[:], before = 1.0, rng.normal(size=model.nv), rng.normal(size=model.nv)
+    data.userdata[: 2 * model.nv] = np.repeat(before, 2)
+    other, expected = copy.copy(data), np.empty(model.nv)
+    other.qvel[:] = 1.5 * data.qvel - 0.5 * before
+    mujoco.mj_fwdPosition(model, other)
+    mujoco.mj_comVel(model, other)
+    mujoco.mj_rne(model, other, 0, expected)
+    with native.installed():
+        _fill(body, data)
+        mujoco.mj_forward(model, data)
+    assert np.abs(data.qfrc_bias - expected).max() < 1e-9 * np.abs(expected).max()
 
 
 def test_the_floor_carries_the_body_on_average() -> None:
