@@ -45,6 +45,7 @@ from .install import assert_rows as assert_rows
 from .install import installed as installed
 from .planar import HEAD as HEAD
 from .planar import ROW as ROW
+from .planar_plan import plan_of as plan_of
 from .rows import row as row
 from .scratch_data import jacobian as jacobian
 from .scratch_data import scratch as scratch
@@ -53,7 +54,6 @@ from .slots import BANG_BANG as BANG_BANG
 from .slots import KIND_GRIP as KIND_GRIP
 from .slots import KIND_LEG_MUSCLE as KIND_LEG_MUSCLE
 from .slots import KIND_MOTOR as KIND_MOTOR
-from .slots import KIND_MUSCLE as KIND_MUSCLE
 from .slots import KIND_PAD as KIND_PAD
 from .slots import KIND_PASSIVE as KIND_PASSIVE
 from .slots import KIND_REFLEX as KIND_REFLEX
@@ -63,7 +63,6 @@ from .slots import LEG_MUSCLE_DATA as LEG_MUSCLE_DATA
 from .slots import LEG_MUSCLE_ROW as LEG_MUSCLE_ROW
 from .slots import MUSCLE_CHAMBER as MUSCLE_CHAMBER
 from .slots import MUSCLE_NOMINAL_LENGTH as MUSCLE_NOMINAL_LENGTH
-from .slots import MUSCLE_ROW as MUSCLE_ROW
 from .slots import MUSCLE_SERIES_LENGTH as MUSCLE_SERIES_LENGTH
 from .slots import N_USER as N_USER
 from .slots import PWM as PWM

@@ -33,7 +33,6 @@ from afo_sim.model import (
 )
 from afo_sim.physics import GAINS, LEG_MUSCLES, LONG, NERVES
 from afo_sim.walker.leg_muscles import MUSCLES, PATHS, THIGH, TRUNK, Muscle, Segment
-from afo_sim.walker.plan import plan_of
 
 SIDES = ("", "left_")
 OWN = "own_"
@@ -105,7 +104,7 @@ def build_body(scenario: Scenario, strength: dict[str, float] | None = None, spr
         native.fill_circuit(model, circuit, ids, userdata=first)
         native.fill_inverse_masses(model)
     feet = tuple(model.body(f"{side}{scenario.leg.foot}").id for side in SIDES)
-    return dataclasses.replace(body, ids=ids, plan=plan_of(model, pads, model.body("trunk").id, feet))
+    return dataclasses.replace(body, ids=ids, plan=native.plan_of(model, pads, model.body("trunk").id, feet))
 
 
 def _whole(scenario: Scenario, size: Size) -> mujoco.MjSpec:

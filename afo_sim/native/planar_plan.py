@@ -1,4 +1,4 @@
-"""What a walker's model is to the steps of `native.planar`; None where those cannot take it."""
+"""What a walker's compiled model is to the planar steps; None where those cannot take it."""
 
 import itertools
 from collections.abc import Iterator
@@ -6,7 +6,6 @@ from collections.abc import Iterator
 import mujoco
 import numpy as np
 
-from afo_sim import native
 from afo_sim.common import GRAVITY
 from afo_sim.native.planar import (
     DOFS,
@@ -18,6 +17,7 @@ from afo_sim.native.planar import (
     SegmentPlan,
     before,
 )
+from afo_sim.native.slots import KIND_GRIP, KIND_MUSCLE, KIND_REFLEX, MUSCLE_ROW
 
 SITE = int(mujoco.mjtWrap.mjWRAP_SITE)
 
@@ -34,7 +34,7 @@ def plan_of(model: mujoco.MjModel, pads: np.ndarray, trunk: int, feet: tuple[int
     pieces = [
         each for tendon in range(model.ntendon) for each in _path(model, data, tendon, segments, hinges)
     ]
-    others = list(_others(model, pads))
+    others = list(_others(model))
     centres = [
         (segments[body], *(data.xipos[body] - hinges[segments[body]])[[0, 2]]) for body in (trunk, *feet)
     ]
@@ -48,7 +48,7 @@ def plan_of(model: mujoco.MjModel, pads: np.ndarray, trunk: int, feet: tuple[int
 def _planar(model: mujoco.MjModel) -> bool:
     """Whether all joints and paths are such as the steps know."""
     slides, hinges = np.split(model.jnt_axis, [2])
-    muscles = model.actuator_user[model.actuator_user[:, 1] == native.KIND_MUSCLE]
+    muscles = model.actuator_user[model.actuator_user[:, 1] == KIND_MUSCLE]
     kinds = [mujoco.mjtJoint.mjJNT_SLIDE] * 2 + [mujoco.mjtJoint.mjJNT_HINGE] * SEGMENTS
     return bool(
         model.nv == DOFS
@@ -60,7 +60,7 @@ def _planar(model: mujoco.MjModel) -> bool:
             model.tendon_stiffness.any() or model.tendon_damping.any() or model.tendon_frictionloss.any()
         )
         and (model.wrap_type == SITE).all()
-        and not muscles[:, native.MUSCLE_ROW.wrap_friction].any()
+        and not muscles[:, MUSCLE_ROW.wrap_friction].any()
     )
 
 
@@ -101,7 +101,7 @@ def _points(
         k = segments[model.site_bodyid[site]]
         x, _, z = data.site_xpos[site] - hinges[k]
         alike = np.flatnonzero(model.actuator_trnid[:, 0] == site)
-        (grip,) = (i for i in alike if model.actuator_user[i, 1] == native.KIND_GRIP)
+        (grip,) = (i for i in alike if model.actuator_user[i, 1] == KIND_GRIP)
         yield PointPlan(segment=k, x=x, z=z, pad=pad, grip=grip)
 
 
@@ -113,28 +113,26 @@ def _path(
     sites = model.wrap_objid[first : first + model.tendon_num[tendon]]
     of_tendon = model.actuator_trntype == mujoco.mjtTrn.mjTRN_TENDON
     (actuator,) = np.flatnonzero(of_tendon & (model.actuator_trnid[:, 0] == tendon))
-    found, fixed = [], 0.0
+    moving, fixed = [], 0.0
     for site, following in itertools.pairwise(sites):
         ends = [(segments[model.site_bodyid[each]], data.site_xpos[each]) for each in (site, following)]
-        (near, a), (far, b) = sorted(ends, key=lambda end: end[0])
+        (near, a), (far, b) = sorted(ends, key=lambda end: int(end[0]))
         if near == far:
             fixed += float(np.linalg.norm(b - a))
-            continue
-        (near_x, _, near_z), (far_x, _, far_z) = a - hinges[near], b - hinges[far]
-        across = (b - a)[1] ** 2
-        found.append(PathPlan(actuator, near, near_x, near_z, far, far_x, far_z, across, 0.0, 0, 0, 0.0, 0.0))
-    top, bottom = min(each.near for each in found), max(each.far for each in found)
-    found = [each._replace(fixed=fixed, top=top, bottom=bottom) for each in found]
-    found[0] = found[0]._replace(first=1.0)
-    found[-1] = found[-1]._replace(last=1.0)
-    return found
+        else:
+            places = (a - hinges[near])[[0, 2]], (b - hinges[far])[[0, 2]]
+            moving.append((near, *places[0], far, *places[1], (b - a)[1] ** 2))
+    top, bottom = min(each[0] for each in moving), max(each[3] for each in moving)
+    last = len(moving) - 1
+    whole = (fixed, top, bottom)
+    return [PathPlan._make((actuator, *each, *whole, k == 0, k == last)) for k, each in enumerate(moving)]
 
 
-def _others(model: mujoco.MjModel, pads: np.ndarray) -> Iterator[OtherPlan]:
+def _others(model: mujoco.MjModel) -> Iterator[OtherPlan]:
     """What acts at a joint, in the order of the actuators, but the reflexes, which come first."""
-    early = model.actuator_actearly.astype(bool)
+    early = model.actuator_actearly
     for i in np.flatnonzero(model.actuator_trntype == mujoco.mjtTrn.mjTRN_JOINT):
-        if model.actuator_user[i, 1] != native.KIND_REFLEX:
+        if model.actuator_user[i, 1] != KIND_REFLEX:
             state = model.actuator_actadr[i] if model.actuator_actnum[i] == 1 else -1
             gear = model.actuator_gear[i, 0]
-            yield OtherPlan(i, model.actuator_trnid[i, 0], gear, state, float(early[i]))
+            yield OtherPlan._make((i, model.actuator_trnid[i, 0], gear, state, early[i]))
