@@ -183,7 +183,7 @@ def place_points(m: Any, d: Any, p: Any, s: Any) -> None:
 
 @register_jitable
 def piece(p: Any, a: int, s: Any) -> float:
-    """Length of the piece of a path whose plan starts at a; its slopes by the hinges are added to the arms."""
+    """Length of the piece of a path whose plan is at a; its slopes by the hinges are added to the arms."""
     i, j = int(p[a + PATH.near]), int(p[a + PATH.far])
     far_x = s[X + j] + s[C + j] * p[a + PATH.far_x] - s[S + j] * p[a + PATH.far_z]
     far_z = s[Z + j] + s[S + j] * p[a + PATH.far_x] + s[C + j] * p[a + PATH.far_z]
@@ -218,7 +218,7 @@ def ask_reflexes(m: Any, d: Any, p: Any, s: Any) -> None:
 
 @register_jitable
 def act_on(p: Any, a: int, s: Any, force: float, loss: float) -> None:
-    """A path's force at the hinges, and what it loses by speed, with its arms and its last piece's plan at a."""
+    """A path's force at the hinges, and what it loses by speed; its last piece's plan is at a."""
     i, j = int(p[a + PATH.top]), int(p[a + PATH.bottom])
     while j != i:
         s[JOINT + 2 + j] += force * s[ARM + j]
@@ -303,7 +303,7 @@ def others(m: Any, d: Any, p: Any, s: Any) -> int:
 
 @register_jitable
 def balance(d: Any, p: Any, s: Any, push: float, odd: int) -> None:
-    """The right side: forces at the hinges less what moves, weighs and presses; composite masses on the way."""
+    """The right side: forces at the hinges less what moves, weighs and presses; on the way composites."""
     for k in range(SEGMENTS):
         a = SEGMENT_PLANS + k * len(SEGMENT)
         s[W + k] = rate_now(d, 2 + k, odd)

@@ -9,8 +9,8 @@ import numpy as np
 from afo_sim.common import GRAVITY
 from afo_sim.native.planar import (
     DOFS,
-    HEAD,
     SEGMENTS,
+    Head,
     OtherPlan,
     PathPlan,
     PointPlan,
@@ -38,10 +38,8 @@ def plan_of(model: mujoco.MjModel, pads: np.ndarray, trunk: int, feet: tuple[int
     centres = [
         (segments[body], *(data.xipos[body] - hinges[segments[body]])[[0, 2]]) for body in (trunk, *feet)
     ]
-    head = HEAD._replace(
-        gravity=GRAVITY, fallen=0.0, pieces=len(pieces), others=len(others), states=model.na,
-        actuators=model.nu,
-    )  # fmt: skip
+    counts = (len(pieces), len(others), model.na, model.nu)
+    head = Head._make((GRAVITY, 0.0, *counts))
     return np.concatenate([np.array(each, dtype=float) for each in (head, *centres, *rows, *pieces, *others)])
 
 
@@ -102,7 +100,7 @@ def _points(
         x, _, z = data.site_xpos[site] - hinges[k]
         alike = np.flatnonzero(model.actuator_trnid[:, 0] == site)
         (grip,) = (i for i in alike if model.actuator_user[i, 1] == KIND_GRIP)
-        yield PointPlan(segment=k, x=x, z=z, pad=pad, grip=grip)
+        yield PointPlan._make((k, x, z, pad, grip))
 
 
 def _path(
