@@ -1,7 +1,6 @@
 """A gait as a file: first pose and gains by their names, and how they were found."""
 
 import dataclasses
-import math
 import os
 import pathlib
 from collections.abc import Mapping
@@ -13,10 +12,10 @@ import tomli_w
 
 from afo_sim.common import InputError, assets, parse_quantity, unknown, write_sealed
 from afo_sim.physics import GAINS
+from afo_sim.walker.bounds import BOUNDS
 from afo_sim.walker.gait import OFFSETS, Vector
 
-LARGEST_GAIN = 20.0
-FASTEST_START = 2.0  # over the first speed of all gaits [-]
+STARTS = {"speed": (0.0, 2.0)}  # over the first speed of all gaits [-]
 TABLES = ("description", "speed", "start", "pose", "gains", "left", "search")
 
 
@@ -48,11 +47,13 @@ def read_gait(name: str | os.PathLike[str]) -> Gait:
         raise InputError(str(error), file=file, field="speed", value=value, allowed='"1.25 m/s"') from None
     if not 0.3 <= speed <= 2.5:
         raise InputError("is out of range", file=file, field="speed", value=value, allowed="0.3 to 2.5 m/s")
-    pose = _table(file, "pose", tables["pose"], OFFSETS, math.pi)
-    gains = _table(file, "gains", tables["gains"], GAINS, LARGEST_GAIN)
-    begun = _table(file, "start", tables.get("start", {}), ("speed",), FASTEST_START)
-    left = gains | _table(file, "left", tables.get("left", {}), GAINS, LARGEST_GAIN)
-    legs = np.array([[leg.get(name, 0.0) for name in GAINS] for leg in (gains, left)])
+    spans = {name: BOUNDS[name] for name in GAINS}
+    pose = _table(file, "pose", tables["pose"], {name: BOUNDS[name] for name in OFFSETS})
+    gains = _table(file, "gains", tables["gains"], spans)
+    begun = _table(file, "start", tables.get("start", {}), STARTS)
+    left = gains | _table(file, "left", tables.get("left", {}), spans)
+    none = {name: min(max(0.0, low), high) for name, (low, high) in spans.items()}
+    legs = np.array([list((none | leg).values()) for leg in (gains, left)])
     return Gait(
         name=file.stem,
         description=str(tables.get("description", "")),
@@ -63,15 +64,17 @@ def read_gait(name: str | os.PathLike[str]) -> Gait:
 
 
 def _table(
-    file: pathlib.Path, key: str, table: object, names: tuple[str, ...], most: float
+    file: pathlib.Path, key: str, table: object, spans: Mapping[str, tuple[float, float]]
 ) -> dict[str, float]:
     if not isinstance(table, Mapping):
         raise InputError("is not a table", file=file, field=key)
     for name, value in table.items():
-        field, span = f"{key}.{name}", f"-{most:g} to {most:g}"
-        if name not in names:
-            raise unknown(name, names, file=file, field=field, problem="is not a number of a gait")
-        if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= most:
+        field = f"{key}.{name}"
+        if name not in spans:
+            raise unknown(name, spans, file=file, field=field, problem="is not a number of a gait")
+        low, high = spans[name]
+        if isinstance(value, bool) or not isinstance(value, int | float) or not low <= value <= high:
+            span = f"{low:g} to {high:g}"
             raise InputError("is not a number in range", file=file, field=field, value=value, allowed=span)
     return {name: float(value) for name, value in table.items()}
 
