@@ -59,7 +59,17 @@ Files = dict[str, tuple[pathlib.Path, Callable[[], Any]]]  # kind: the file, and
 # Files whose digest stands in another file, and one that is of this machine.
 BESIDE = ("picture", "worn model's file", "leg's file", "copied by a search", "copied by the studio", "cache")
 VARIANT = "variant"  # a scenario too, which the studio alone reads
-NUMBERS = ("both legs", "answer", "stand summary", "law fit", "torque fit", "run fit", "walk", "electronics")
+NUMBERS = (
+    "both legs",
+    "answer",
+    "stand summary",
+    "law fit",
+    "torque fit",
+    "run fit",
+    "gait search",
+    "walk",
+    "electronics",
+)
 TIME = np.arange(0.0, 1.5, 0.01)
 
 

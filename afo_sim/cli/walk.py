@@ -2,6 +2,7 @@
 
 import functools
 import os
+import shutil
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any
@@ -84,9 +85,9 @@ def walk_command(walk: _Walk) -> None:
         def moved(case: str, share: float) -> None:
             report(round(100.0 * share), 100, f"{len(responses) + 1} of {len(sets)}: {CASES[case]}")
 
-        threads = walk.threads or os.cpu_count() or 1
+        threads, searches = walk.threads or os.cpu_count() or 1, folder / "walk.searches"
         for value, each, left in zip(values, sets, strengths, strict=True):
-            options["strength"] = left
+            options |= {"strength": left, "kept": searches / str(len(responses) + 1)}
             found = respond(walk.scenario, each, threads=threads, progress=moved, **options)
             responses.append(found)
             one = [replace(found, cases={n: case}) for n, case in found.cases.items() if n != "healthy"]
@@ -103,6 +104,7 @@ def walk_command(walk: _Walk) -> None:
             from afo_sim.show import write_pictures
 
             save(found, folder, command=command, draw=functools.partial(write_pictures, rrd=rrd))
+    shutil.rmtree(searches, ignore_errors=True)
     if key:
         title = f"{described[0].name}: the wearer at values of {key}"
         common.print_table(title, list(rows[0]), [list(row.values()) for row in rows], whole_names=True)

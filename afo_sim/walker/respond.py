@@ -4,6 +4,7 @@ import dataclasses
 import functools
 import math
 import os
+import pathlib
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
@@ -137,6 +138,7 @@ def respond(
     seed: int = 0,
     threads: int = 2,
     progress: Callable[[str, float], None] | None = None,
+    kept: str | os.PathLike[str] | None = None,
 ) -> Response:
     """Let a scenario's patient walk by reflexes, without and with its device.
 
@@ -156,11 +158,12 @@ def respond(
     seed : of starts and search
     threads : the result does not depend on them
     progress : called with a case's name and the share that is done
+    kept : folder in which searches keep where they are; the same call goes on there after a kill
 
     Raises
     ------
     InputError
-        As `prepared`, `strengths_of`, `read_gait`; a number is out of range.
+        As `prepared`, `strengths_of`, `read_gait`; a number is out of range; `kept` is of other searches.
 
     Examples
     --------
@@ -221,7 +224,7 @@ def respond(
                 for share in STRONGER
             ]
             found = adapt(
-                [*(build_body(wearing, left) for left in stronger), body],
+                [*([build_body(wearing, left)] for left in stronger), [body]],
                 healthy.vector,
                 target,
                 Free(alive, pose=subset == "all"),
@@ -229,6 +232,7 @@ def respond(
                 seed=seed + 1,
                 threads=threads,
                 progress=lambda k, n, _: report(after, k / n),  # noqa: B023 - called before the loop goes on
+                kept=pathlib.Path(kept) / after if kept else None,
             )
             price = round(sum(found.parts.values()), 4)
             how = {"evaluations": found.evaluations, "cost": price, "converged": found.converged}

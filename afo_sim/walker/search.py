@@ -1,17 +1,35 @@
 """Gains by search: a gait that walks at a speed, and how a patient would walk, by CMA-ES on a stated cost."""
 
+import contextlib
 import dataclasses
+import functools
+import json
 import math
-from collections.abc import Callable, Sequence
+import pathlib
+import time
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any
 
+import mujoco
 import numpy as np
 
-from afo_sim.common import GRAVITY, SimulationError, optional
+from afo_sim import native
+from afo_sim.common import (
+    GRAVITY,
+    InputError,
+    SimulationError,
+    as_stored,
+    digest,
+    optional,
+    read_json,
+    write_json,
+)
+from afo_sim.common.versions import CORE, PACKAGE, digest_of_sources, versions
 from afo_sim.physics import GAINS, LEG_MUSCLES
 from afo_sim.walker.body import Body
+from afo_sim.walker.bounds import LEAST, MOST
 from afo_sim.walker.gait import OFFSETS, Vector
 from afo_sim.walker.strides import norm_at, off_norm, strides_of
 from afo_sim.walker.walking import Push, Walked, own_copy, walk
@@ -31,6 +49,9 @@ SWING = (
 STANCE = tuple(name for name in GAINS if name not in SWING)
 LEAST_GENERATIONS = 30  # of a search that can have converged
 SUBSETS = {"swing": SWING, "stance": STANCE, "all": GAINS}
+CODE = digest_of_sources(PACKAGE, (*CORE, "walker"))  # that runs: now, with the import
+LIBRARIES = ("afo-sim", "mujoco", "numpy", "numba", "cma")
+ANEW = "the search that wrote it, or no such file: then it begins anew"
 # How much stronger than the patient the first ones are, through whom their gait is searched for.
 STRONGER = (0.3, 0.15, 0.07)
 
@@ -94,9 +115,10 @@ class Found:
 
     vector: Vector  # mean of the last population
     history: np.ndarray  # of each generation, the cost of its best and its median
-    evaluations: int  # walks
+    evaluations: int  # gaits that were tried
     parts: dict[str, float]  # of the vector's cost, in a walk whose pushes no generation had
-    walked: Walked  # that walk
+    walked: Walked  # that walk, of the first body
+    seconds: float = 0.0  # of a processor, walking
 
     @property
     def converged(self) -> bool:
@@ -139,8 +161,33 @@ def pushes_at(duration: float, seed: int) -> tuple[Push, ...]:
     return tuple(Push(float(t), float(force)) for t, force in zip(times, forces, strict=True))
 
 
+def told_in(file: pathlib.Path, of: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """What the search `of` this was told by generation until it was killed; nothing without a file."""
+    try:
+        found = read_json(file)
+        before, told = dict(found["of"]), list(found["told"])
+    except FileNotFoundError:
+        return []
+    except (InputError, OSError, ValueError, KeyError, TypeError) as error:
+        raise InputError(f"is no search that could go on: {error}", file=file, allowed=ANEW) from None
+    other = [key for key, value in json.loads(json.dumps(of)).items() if before.get(key) != value]
+    if other:
+        raise InputError(f"began with another {', another '.join(other)}", file=file, allowed=ANEW)
+    return told
+
+
+def identity(body: Body) -> str:
+    """A digest of all that a body is, whatever gait it has walked with."""
+    model = own_copy(body).model
+    model.actuator_user[body.reflexes, native.REFLEX_ROW.gains :] = 0.0
+    content = np.zeros(mujoco.mj_sizeModel(model), np.uint8)
+    mujoco.mj_saveModel(model, None, content)
+    described = json.dumps(as_stored(body.scenario.resolved(), PACKAGE), sort_keys=True)
+    return digest(content.tobytes() + described.encode())
+
+
 def adapt(
-    stages: Sequence[Body],
+    stages: Sequence[Sequence[Body]],
     vector: Vector,
     cost: Cost,
     free: Free,
@@ -149,31 +196,21 @@ def adapt(
     seed: int = 1,
     threads: int = 2,
     progress: Callable[[int, int, float], None] | None = None,
+    kept: pathlib.Path | None = None,
 ) -> Found:
-    """Search gains of a body by way of stronger ones, since a gait that falls at once teaches nothing."""
-    quarter = max(generations // 4, 1)
-    all_of, before, found = quarter * (len(stages) - 1) + generations, 0, None
-    for body in stages:
-        count = generations if body is stages[-1] else quarter
+    """Search gains of bodies by way of stronger ones, since a gait that falls at once teaches nothing."""
+    quarter, seconds = max(generations // 4, 1), 0.0
+    counts = [quarter] * (len(stages) - 1) + [generations]
+    one = functools.partial(search, cost=cost, free=free, seed=seed, threads=threads, spread=ADAPTING)
+    for k, (bodies, count) in enumerate(zip(stages, counts, strict=True)):
 
-        def told(k: int, _: int, best: float, before: int = before) -> None:
+        def told(at: int, _: int, best: float, before: int = quarter * k) -> None:
             if progress is not None:
-                progress(before + k, all_of, best)
+                progress(before + at, sum(counts), best)
 
-        found = search(
-            [body],
-            vector if found is None else found.vector,
-            cost,
-            free,
-            generations=count,
-            seed=seed,
-            threads=threads,
-            spread=ADAPTING,
-            progress=told,
-        )
-        before += count
-    assert found is not None
-    return dataclasses.replace(found, evaluations=POPULATION * all_of)
+        found = one(bodies, vector, generations=count, progress=told, kept=kept and kept / f"{k + 1}.json")
+        vector, seconds = found.vector, seconds + found.seconds
+    return dataclasses.replace(found, evaluations=POPULATION * sum(counts), seconds=seconds)
 
 
 def search(
@@ -182,49 +219,68 @@ def search(
     cost: Cost,
     free: Free,
     *,
+    drawn: Sequence[Body] = (),
     generations: int,
     duration: float = WALKED,
     seed: int = 1,
     threads: int = 2,
     spread: float = SIGMA,
     progress: Callable[[int, int, float], None] | None = None,
+    kept: pathlib.Path | None = None,
 ) -> Found:
-    """Search the free numbers of a gait for the least cost."""
-    cma = optional("cma")
-    first = free.pack(vector)
+    """Search the free numbers of a gait for the least mean cost of bodies, and a drawn one's survival."""
+    cma, generator = optional("cma"), np.random.default_rng(seed)
+    lower, upper = free.pack(LEAST), free.pack(MOST)
+    first = np.clip(free.pack(vector), lower, upper)
     scale = np.maximum(np.abs(first) * spread, LEAST_SIGMA * spread / SIGMA)
-    options = {"popsize": POPULATION, "seed": seed, "verbose": -9, "verb_log": 0}
+    options = {"popsize": POPULATION, "bounds": [(lower - first) / scale, (upper - first) / scale]}
+    options |= {"randn": lambda *shape: generator.standard_normal(shape), "seed": math.nan}  # NumPy's stays
+    options |= {"verbose": -9, "verb_log": 0, "signals_filename": ""}  # no options from a file that lies here
     evolution = cma.CMAEvolutionStrategy(np.zeros(len(first)), 1.0, options)
-    history = []
+    of: dict[str, Any] = {"body": [[identity(body) for body in each] for each in (bodies, drawn)]}
+    of |= {"gait": [vector.offsets.tolist(), vector.gains.tolist(), vector.speed], "seed": seed}
+    of |= {"cost": dataclasses.asdict(cost), "choice of numbers": free.__dict__, "population": POPULATION}
+    of |= {"duration": duration, "spread": spread, "version": versions(LIBRARIES), "code": CODE}
+    told = told_in(kept, of) if kept else []
 
     def parts(values: np.ndarray, draw: int) -> tuple[dict[str, float], Walked]:
         gait = free.unpack(vector, values)
         pushed = pushes_at(duration, draw) if cost.pushed else ()
-        noises = np.random.default_rng([draw, 1]).normal(0.0, NOISE, (len(bodies), len(OFFSETS)))
-        noises *= float(cost.pushed)
-        walked = walk(own_copy(bodies[0]), gait, duration, pushed, noises[0])
-        found = cost.of(walked, duration)
-        for other, noise in zip(bodies[1:], noises[1:], strict=True):
-            lost = 1.0
-            if walked.fell is None:
-                lost -= walk(own_copy(other), gait, WEAK, (), noise)["time"][-1] / WEAK
-            found["weak"] = found.get("weak", 0.0) + 20.0 * float(lost)
-        return found, walked
+        noises = np.random.default_rng([draw, 1]).normal(0.0, NOISE, (2, len(OFFSETS))) * float(cost.pushed)
+        walks = [walk(own_copy(body), gait, duration, pushed, noises[0]) for body in bodies]
+        each = [cost.of(walked, duration) for walked in walks]
+        found = {name: float(np.mean([one[name] for one in each])) for name in each[0]}
+        if drawn:
+            other, lost = int(np.random.default_rng([draw, 2]).integers(len(drawn))), 1.0
+            if walks[0].fell is None:
+                lost -= walk(own_copy(drawn[other]), gait, WEAK, (), noises[1])["time"][-1] / WEAK
+            found["weak"] = 20.0 * float(lost)
+        return found, walks[0]
 
-    def safe(task: tuple[np.ndarray, int]) -> float:
-        try:
-            return sum(parts(*task)[0].values())
-        except SimulationError:
-            return 2.0 * cost.fall
+    def safe(task: tuple[np.ndarray, int]) -> tuple[float, float]:
+        begun, found = time.thread_time(), math.nan
+        with contextlib.suppress(SimulationError):
+            found = sum(parts(*task)[0].values())
+        return found if math.isfinite(found) else 2.0 * cost.fall, time.thread_time() - begun
 
     with ThreadPoolExecutor(threads) as pool:
         for generation in range(generations):
             asked = evolution.ask()
-            costs = list(pool.map(safe, [(first + scale * values, generation) for values in asked]))
-            evolution.tell(asked, costs)
-            history.append((min(costs), float(np.median(costs))))
+            gaits = np.clip(first + scale * np.array(asked), lower, upper)
+            mark = digest(gaits.tobytes())
+            if generation == len(told):
+                costs, seconds = np.array(list(pool.map(safe, [(each, generation) for each in gaits]))).T
+                told.append({"asked": mark, "costs": costs.tolist(), "seconds": float(seconds.sum())})
+                if kept is not None:
+                    write_json(kept, {"of": of, "told": told}, "gait search")
+            elif told[generation]["asked"] != mark and kept is not None:
+                problem = f"generation {generation + 1} has other gaits than come here: another processor?"
+                raise InputError(problem, file=kept, allowed=ANEW)
+            evolution.tell(asked, told[generation]["costs"])
             if progress is not None:
-                progress(generation + 1, generations, min(costs))
-    mean: Any = first + scale * evolution.mean
+                progress(generation + 1, generations, min(told[generation]["costs"]))
+    mean = np.clip(first + scale * np.array(evolution.result.xfavorite), lower, upper)
     found, walked = parts(mean, -1 % 2**31)
-    return Found(free.unpack(vector, mean), np.array(history), POPULATION * generations, found, walked)
+    history = np.array([(min(each["costs"]), float(np.median(each["costs"]))) for each in told[:generations]])
+    used = sum(each["seconds"] for each in told[:generations])
+    return Found(free.unpack(vector, mean), history, POPULATION * generations, found, walked, used)

@@ -4,6 +4,8 @@ import csv
 import html
 import json
 import pathlib
+import sys
+from typing import Any
 
 import numpy as np
 import pyarrow.parquet as pq
@@ -21,8 +23,10 @@ from afo_sim.walker import (
     respond,
     strides_of,
     table,
+    walk,
 )
 from afo_sim.walker.gait_signs import signs_of
+from afo_sim.walker.search import pushes_at
 
 SCENARIO = "walk-dropfoot-afo"
 SHORT = ("walk", SCENARIO, "--duration", "4 s", "--starts", "1", "--threads", "1")
@@ -179,3 +183,45 @@ def test_poses_are_those_of_the_walk(found: Response) -> None:
         assert set(seen) - {"left", "trunk", "right"} == (
             {*case.walked.body.ids.muscles} if case.walked.body.ids else set()
         )
+
+
+@pytest.mark.slow
+def test_a_killed_adaptation_goes_on_in_its_folder(
+    call: Call, tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It is killed at the second value; nothing of its searches stays where there is an answer."""
+    left = [10**6]
+
+    def brief(*of: Any) -> Any:
+        left[0] -= 1
+        if left[0] < 0:
+            raise KeyboardInterrupt
+        body, vector, _, *more = of
+        return walk(body, vector, 0.3, *more)
+
+    monkeypatch.setattr(sys.modules[pushes_at.__module__], "walk", brief)
+    asked = (
+        *SHORT[:4],
+        "--starts",
+        "0",
+        "--adapt",
+        "1",
+        "--vary",
+        "supply.pressure=2 bar,4 bar",
+        "--threads",
+    )
+    code, _, err = call(*asked, "1", "--out", tmp_path / "whole")
+    assert code == 0, err
+    count = 10**6 - left[0]
+    left[0] = count * 3 // 4
+    code, _, _ = call(*asked, "1", "--out", tmp_path / "killed")
+    assert code != 0 and {path.name for path in (tmp_path / "killed").iterdir()} == {"walk.searches"}
+    left[0] = 10**6
+    code, _, err = call(*asked, "2", "--seed", "1", "--out", tmp_path / "killed")
+    assert code == 2 and "1.json: began with another seed" in err
+    code, _, err = call(*asked, "2", "--out", tmp_path / "killed")
+    assert code == 0 and 10**6 - left[0] < count * 2 // 3, err
+    names = {path.name for path in (tmp_path / "killed").iterdir()}
+    assert names == {"walk.json", "walk.csv", "walk.png"}
+    for name in ("walk.json", "walk.csv"):
+        assert (tmp_path / "killed" / name).read_bytes() == (tmp_path / "whole" / name).read_bytes()

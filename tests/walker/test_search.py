@@ -1,13 +1,24 @@
 """The search for gains, strides' numbers, and what they are held against."""
 
+import csv
+import dataclasses
+import os
+import pathlib
+import signal
+import subprocess
+import sys
+import time
 from types import SimpleNamespace
+from typing import Any
 
+import documents
 import numpy as np
 import pytest
 
 from afo_sim.common import InputError
 from afo_sim.physics import GAINS
 from afo_sim.walker import (
+    Body,
     Cost,
     Found,
     Free,
@@ -19,9 +30,25 @@ from afo_sim.walker import (
     respond,
     search,
     strengths_of,
+    walk,
 )
+from afo_sim.walker.bounds import BOUNDS, LEAST, MOST
+from afo_sim.walker.gait import OFFSETS
 from afo_sim.walker.measured import _same_way
-from afo_sim.walker.search import pushes_at
+from afo_sim.walker.search import adapt, pushes_at
+
+MODULE = sys.modules["afo_sim.walker.search"]  # its name in the room is the function's
+SHORT: dict[str, Any] = {"generations": 3, "duration": 0.5, "seed": 3}
+FEW, CHEAP = Free(("lean", "vasti_force"), pose=False), Cost(1.2, pushed=False)
+# A search in a process of its own, which is killed.
+SEARCH = """
+import pathlib, sys
+from afo_sim.walker import Cost, Free, build_body, prepared, read_gait, search
+body = build_body(prepared("walk-healthy", {"timestep": "1 ms"}))
+free, kept = Free(("lean", "vasti_force"), pose=False), pathlib.Path(sys.argv[1])
+vector = read_gait("natural").vector
+search([body], vector, Cost(1.2, pushed=False), free, generations=1000, duration=0.5, seed=3, kept=kept)
+"""
 
 
 def test_free_numbers_go_in_and_out() -> None:
@@ -38,19 +65,225 @@ def test_free_numbers_go_in_and_out() -> None:
     assert (vector.gains == read_gait("natural").vector.gains).all()  # the given one stays
 
 
-@pytest.mark.slow
-def test_a_search_does_not_depend_on_threads_and_keeps_what_is_not_free() -> None:
-    body, vector = build_body(prepared("walk-healthy", {"timestep": "1 ms"})), read_gait("natural").vector
-    free, cost = Free(("lean", "vasti_force"), pose=False), Cost(1.2, pushed=False)
-    found = [
-        search([body], vector, cost, free, generations=2, duration=1.0, threads=threads, seed=3)
-        for threads in (1, 2)
-    ]
-    assert (found[0].vector.gains == found[1].vector.gains).all()
-    changed = np.flatnonzero((found[0].vector.gains != vector.gains).any(axis=0))
+@pytest.fixture(scope="module")
+def body() -> Body:
+    return build_body(prepared("walk-healthy", {"timestep": "1 ms"}))
+
+
+@pytest.fixture(scope="module")
+def whole(body: Body) -> Found:
+    """A search that nobody has killed."""
+    return search([body], read_gait("natural").vector, CHEAP, FEW, threads=1, **SHORT)
+
+
+def assert_same(found: Found, whole: Found) -> None:
+    """Each bit is."""
+    assert found.vector.gains.tobytes() == whole.vector.gains.tobytes()
+    assert found.vector.offsets.tobytes() == whole.vector.offsets.tobytes()
+    assert found.history.tobytes() == whole.history.tobytes()
+    assert (found.parts, found.evaluations) == (whole.parts, whole.evaluations)
+
+
+def test_a_search_does_not_depend_on_threads_and_keeps_what_is_not_free(body: Body, whole: Found) -> None:
+    vector = read_gait("natural").vector
+    np.random.seed(7)  # whoever uses NumPy's own generator beside it changes nothing
+    assert_same(search([body], vector, CHEAP, FEW, threads=2, **SHORT), whole)
+    changed = np.flatnonzero((whole.vector.gains != vector.gains).any(axis=0))
     assert {GAINS[k] for k in changed} == {"lean", "vasti_force"}
-    assert isinstance(found[0].converged, bool)  # a file of the gait holds it
-    assert found[0].evaluations == 32 and found[0].history.shape == (2, 2)
+    assert isinstance(whole.converged, bool)  # a file of the gait holds it
+    assert whole.evaluations == 48 and whole.history.shape == (3, 2)
+    assert 0.0 < whole.seconds < 60.0
+
+
+@pytest.mark.parametrize("walks", [0, 20, 47])
+def test_a_killed_search_goes_on_bit_by_bit(
+    walks: int, body: Body, whole: Found, tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It is killed in the midst of a generation: none, one or two are whole."""
+    kept, count, vector = tmp_path / "kept.json", [0], read_gait("natural").vector
+
+    def counted(*of: Any, **more: Any) -> Any:
+        count[0] += 1
+        if count[0] > walks:
+            raise KeyboardInterrupt
+        return walk(*of, **more)
+
+    with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
+        patch.setattr(MODULE, "walk", counted)
+        search([body], vector, CHEAP, FEW, threads=1, kept=kept, **SHORT)
+    assert kept.exists() == (walks >= 16)
+    count[0] = -100
+    monkeypatch.setattr(MODULE, "walk", counted)
+    assert_same(search([body], vector, CHEAP, FEW, threads=2, kept=kept, **SHORT), whole)
+    assert count[0] + 100 == 48 - walks // 16 * 16 + 1  # those of whole generations are not walked again
+    longer = search([body], vector, CHEAP, FEW, kept=kept, **SHORT | {"generations": 4})
+    assert longer.history[:3].tobytes() == whole.history.tobytes()
+    shorter = search([body], vector, CHEAP, FEW, kept=kept, **SHORT | {"generations": 2})
+    assert shorter.history.tobytes() == whole.history[:2].tobytes()
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no SIGKILL")
+def test_a_process_that_is_killed_leaves_a_search_that_goes_on(
+    body: Body, whole: Found, tmp_path: pathlib.Path
+) -> None:
+    kept = tmp_path / "kept.json"
+    child = subprocess.Popen([sys.executable, "-c", SEARCH, str(kept)])
+    try:
+        until = time.monotonic() + 120.0
+        while not kept.exists() and child.poll() is None and time.monotonic() < until:
+            time.sleep(0.02)
+    finally:
+        child.send_signal(signal.SIGKILL)
+        child.wait()
+    assert kept.exists()
+    assert_same(search([body], read_gait("natural").vector, CHEAP, FEW, kept=kept, **SHORT), whole)
+
+
+def test_another_searchs_beginning_is_refused(body: Body, tmp_path: pathlib.Path) -> None:
+    kept, natural = tmp_path / "kept.json", read_gait("natural").vector
+    short = SHORT | {"generations": 1, "kept": kept}
+    search([body], natural, CHEAP, FEW, **short)
+    walk(body, natural, 0.1)  # leaves the gait's gains in the body's model, which is no other body
+    search([body], natural, CHEAP, FEW, **short)
+    weak = build_body(prepared("walk-healthy", {"timestep": "1 ms"}), {"left_soleus": 0.999})
+    brisk = dataclasses.replace(natural, speed=1.01)
+    for other, call in {
+        "cost": lambda: search([body], natural, Cost(1.3, pushed=False), FEW, **short),
+        "body": lambda: search([weak], natural, CHEAP, FEW, **short),
+        "gait": lambda: search([body], brisk, CHEAP, FEW, **short),
+        "choice": lambda: search([body], natural, CHEAP, Free(("lean",), pose=False), **short),
+        "seed": lambda: search([body], natural, CHEAP, FEW, **short | {"seed": 4}),
+        "duration": lambda: search([body], natural, CHEAP, FEW, **short | {"duration": 0.6}),
+    }.items():
+        with pytest.raises(InputError, match=rf"kept\.json: began with another {other}[^,]*; allowed"):
+            call()
+    with pytest.MonkeyPatch.context() as patch, pytest.raises(InputError, match="another code"):
+        patch.setattr(MODULE, "CODE", "other")
+        search([body], natural, CHEAP, FEW, **short)
+    whole = kept.read_bytes()
+    for content in (
+        whole.replace(b"costs", b"coats"),
+        whole[:-20],
+        b"[1]",
+        b'{"told": [], "of": 3}',
+        b"\xff",
+    ):
+        kept.write_bytes(content)
+        with pytest.raises(InputError, match=r"kept\.json: is no search that could go on"):
+            search([body], natural, CHEAP, FEW, **short)
+
+
+def test_a_search_stays_within_bounds_and_begins_there(body: Body) -> None:
+    """On the bound at first, and from beyond it; the legs are alike."""
+    natural = read_gait("natural").vector
+    gains = natural.gains.copy()
+    gains[:, GAINS.index("tibialis_soleus")], gains[:, GAINS.index("soleus_force")] = 0.0, -1.0
+    begun, free = (
+        dataclasses.replace(natural, gains=gains),
+        Free(("tibialis_soleus", "soleus_force"), alike=True),
+    )
+    tried: list[np.ndarray] = []
+
+    def seen(body: Body, vector: Any, *of: Any) -> Any:
+        tried.append(free.pack(vector))
+        return walk(body, vector, *of)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(MODULE, "walk", seen)
+        found = search([body], begun, CHEAP, free, spread=0.5, threads=1, **SHORT)
+    assert (found.vector.gains[0] == found.vector.gains[1])[[3, 4]].all()
+    assert (np.array(tried) >= free.pack(LEAST)).all() and (np.array(tried) <= free.pack(MOST)).all()
+    assert len({tuple(each) for each in tried[:16]}) == 16  # and does not stick to them
+
+
+def test_every_number_of_a_gait_has_bounds_and_every_shipped_one_lies_within() -> None:
+    assert {*GAINS, *OFFSETS} == set(BOUNDS)
+    assert all(low < high and low <= 0.5 for low, high in BOUNDS.values())
+    for name in ("slow", "natural", "fast", "drop-foot", "drop-foot-s1"):
+        vector = read_gait(name).vector
+        for values, least, most in zip(
+            (vector.offsets, vector.gains),
+            (LEAST.offsets, LEAST.gains),
+            (MOST.offsets, MOST.gains),
+            strict=True,
+        ):
+            assert (least <= values).all() and (values <= most).all(), name
+    assert BOUNDS["tibialis_offset"] == (0.3, 2.0)  # too wide: see there
+
+
+def test_several_bodies_share_a_cost_and_one_of_those_drawn_walks_beside(
+    body: Body, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scenario, natural = prepared("walk-healthy", {"timestep": "1 ms"}), read_gait("natural").vector
+    weak = build_body(scenario, {"soleus": 0.6})
+    one, other, both, drawn = (
+        search(bodies, natural, CHEAP, FEW, drawn=more, generations=0, duration=1.0)
+        for bodies, more in (([body], ()), ([weak], ()), ([body, weak], ()), ([body], [weak]))
+    )
+    assert one.parts != other.parts
+    for name, value in both.parts.items():
+        assert value == pytest.approx((one.parts[name] + other.parts[name]) / 2.0, rel=1e-12)
+    lasted = walk(weak, natural, 5.0)["time"][-1]
+    assert drawn.parts == one.parts | {"weak": pytest.approx(20.0 * (1.0 - lasted / 5.0))}
+    seen = []
+
+    def walked(which: Body, *of: Any) -> Any:
+        seen.append((which.weight, of[1]))
+        return walk(which, *of)
+
+    monkeypatch.setattr(MODULE, "walk", walked)
+    several = [dataclasses.replace(body, weight=float(k)) for k in range(1, 9)]
+    search([body], natural, CHEAP, FEW, drawn=several, threads=1, **SHORT)
+    beside = [weight for weight, lasts in seen if lasts == 5.0]
+    assert len({*beside[:16]}) == 1 and len({*beside}) > 1  # one of them in a generation, others in the next
+
+
+def test_who_adapts_goes_by_way_of_the_stronger_and_on_after_a_kill(
+    body: Body, tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(MODULE, "walk", lambda body, vector, _, *of: walk(body, vector, 0.3, *of))
+    natural, told = read_gait("natural").vector, []
+    stages: list[list[Body]] = [[body], [body, body]]
+
+    def stopped(k: int, n: int, _: float) -> None:
+        told.append((k, n))
+        if len(told) == 3:
+            raise KeyboardInterrupt
+
+    whole = adapt(stages, natural, CHEAP, FEW, generations=4, threads=1)
+    with pytest.raises(KeyboardInterrupt):
+        adapt(stages, natural, CHEAP, FEW, generations=4, progress=stopped, kept=tmp_path)
+    assert {path.name for path in tmp_path.iterdir()} == {"1.json", "2.json"}
+    found = adapt(stages, natural, CHEAP, FEW, generations=4, threads=2, progress=stopped, kept=tmp_path)
+    assert_same(found, whole)
+    assert told[3:] == [(1, 5), (2, 5), (3, 5), (4, 5), (5, 5)] and found.evaluations == 80
+    with pytest.raises(InputError, match=r"2\.json: began with another gait"):
+        adapt(stages, natural, CHEAP, FEW, generations=8, kept=tmp_path)
+
+
+@pytest.mark.slow
+def test_one_command_searches_by_several_seeds_and_takes_the_best(tmp_path: pathlib.Path) -> None:
+    """The same command again walks no generation again, and writes the same."""
+    out = tmp_path / "brisk"
+    program = [sys.executable, documents.ROOT / "scripts" / "search_gait.py", "natural", "--speed", "1.3"]
+    before: dict[str, bytes] = {}
+    for jobs in ("2", "1"):
+        command = [*program, "--generations", "1", "--seeds", "2", "--jobs", jobs, "--out", out]
+        said = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+        found = {path.name: path.read_bytes() for path in out.iterdir()}
+        assert set(found) == {f"seed_{k}.{kind}" for k in (1, 2) for kind in ("json", "toml")} | {
+            "seeds.csv",
+            "brisk.toml",
+        }
+        assert found == (before or found)
+        before = found
+    rows = list(csv.DictReader((out / "seeds.csv").read_text(encoding="utf-8").splitlines()))
+    assert [row["seed"] for row in rows] == ["1", "2"] and float(rows[0]["cpu_minutes"]) > 0.0
+    standing = [row for row in rows if (row["fell_pushed"], row["fell_undisturbed"]) == ("False", "False")]
+    best = min(standing, key=lambda row: float(row["cost"]))["seed"]
+    assert f"the best is seed {best}" in said and read_gait(out / "brisk.toml").search["seed"] == int(best)
+    gaits = [read_gait(out / f"seed_{k}.toml") for k in (1, 2)]
+    assert (gaits[0].vector.gains != gaits[1].vector.gains).any() and gaits[0].speed == 1.3
 
 
 def test_pushes_are_as_many_forward_as_backward() -> None:
