@@ -2,8 +2,9 @@
 
     python scripts/search_gait.py natural --speed 1.4 --generations 100 --seeds 5 --out brisk
 
-It walks in the shipped scenario's shoes and is pushed. Beside it walks one that is drawn in each generation:
-with half a tibialis, or with the device on. The folder gets a gait and a file of the search for each seed, a
+It walks in the shipped scenario's shoes and is pushed. Beside it walks one in each generation who is weak on
+one side: 15 to 100 % of the tibialis is left, 80 to 100 % of the plantarflexors, 85 to 100 % of all others.
+The folder gets a gait and a file of the search for each seed, a
 table, and the best gait under the folder's name. The same command goes on after a kill, with more generations
 too.
 
@@ -22,24 +23,37 @@ import sys
 from concurrent.futures import ProcessPoolExecutor
 from typing import Any
 
+import numpy as np
+
 from afo_sim.common import write_text
-from afo_sim.model import UNDRIVEN
+from afo_sim.physics import LEG_MUSCLES
 from afo_sim.walker import Cost, Free, build_body, prepared, read_gait, search, walk, write_gait
 from afo_sim.walker.gait_file import with_vector
 
+LIKENESS, WEAK = 40.0, 24  # weight of the likeness to people, and how many weak ones
 STEP, FINE, UNDISTURBED = {"timestep": "1 ms"}, {"timestep": "0.5 ms"}, 20.0
+
+
+def weakened() -> list[dict[str, float]]:
+    """Strength left of each muscle of the weak ones, most often little of the tibialis."""
+    draw, found = np.random.default_rng(12), []
+    for k in range(WEAK):
+        left = {name: float(draw.uniform(0.85, 1.0)) for name in LEG_MUSCLES}
+        left |= {name: float(draw.uniform(0.8, 1.0)) for name in ("soleus", "gastrocnemius")}
+        found.append(left | {"tibialis": 0.15 + 0.85 * (k / (WEAK - 1)) ** 2})
+    return found
 
 
 def searched(given: argparse.Namespace, seed: int) -> dict[str, Any]:
     """Search with a seed, write its gait, and say what it came to."""
-    device = prepared("walk-dropfoot-afo", STEP | {"patient": "healthy"})
-    shod, begun = device.set({**UNDRIVEN, "orthosis": "none"}), read_gait(given.gait)
+    shod = prepared("walk-dropfoot", STEP | {"patient": "healthy"})
+    begun, weak = read_gait(given.gait), [build_body(shod, each) for each in weakened()]
     found = search(
         [build_body(shod)],
         begun.vector,
-        Cost(given.speed, norm=8.0, cadence=15.0),
+        Cost(given.speed, likeness=LIKENESS),
         Free(alike=True),
-        drawn=[build_body(shod, {"tibialis": 0.5}), build_body(device)],
+        drawn=weak,
         generations=given.generations,
         seed=seed,
         threads=1,

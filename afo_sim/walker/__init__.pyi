@@ -12,6 +12,7 @@ from .body import ROOT as ROOT
 from .body import SIDES as SIDES
 from .body import Body as Body
 from .body import build_body as build_body
+from .cost import Cost as Cost
 from .gait import Vector as Vector
 from .gait_file import Gait as Gait
 from .gait_file import read_gait as read_gait
@@ -27,7 +28,6 @@ from .response_files import JSON as JSON
 from .response_files import PICTURES as PICTURES
 from .response_files import save as save
 from .response_files import save_table as save_table
-from .search import Cost as Cost
 from .search import Found as Found
 from .search import Free as Free
 from .search import search as search

@@ -17,7 +17,6 @@ import numpy as np
 
 from afo_sim import native
 from afo_sim.common import (
-    GRAVITY,
     InputError,
     SimulationError,
     as_stored,
@@ -27,20 +26,19 @@ from afo_sim.common import (
     write_json,
 )
 from afo_sim.common.versions import CORE, PACKAGE, digest_of_sources, versions
-from afo_sim.physics import GAINS, LEG_MUSCLES
+from afo_sim.physics import GAINS
 from afo_sim.walker.body import Body
 from afo_sim.walker.bounds import LEAST, MOST
+from afo_sim.walker.cost import Cost
 from afo_sim.walker.gait import OFFSETS, Vector
-from afo_sim.walker.strides import norm_at, off_norm, strides_of
 from afo_sim.walker.walking import Push, Walked, own_copy, walk
 
 POPULATION = 16
 SIGMA, LEAST_SIGMA = 0.08, 0.02  # first standard deviation over the value, and at least
 ADAPTING = 0.06  # the same of a patient, who begins at a gait that is known
 PUSH, PUSHES_FROM, PUSHES_EVERY = 50.0, 3.6, 1.3  # [N], [s]
-WALKED, WEAK = 10.0, 5.0  # of a walk, and of one of another body [s]
+WALKED, WEAK = 10.0, 8.0  # of a walk, and of one of a drawn body, which is pushed once [s]
 NOISE = 0.02  # standard deviation of each angle of a start [rad]
-LOAD = 0.1  # spread between people of the vertical force (assumed) [body weights]
 # Gains that a patient changes: of swing, and of what holds the trunk and the knee.
 SWING = (
     "iliopsoas_lift", "glutei_lift", "iliopsoas_length", "iliopsoas_offset", "lean_offset", "lean", "stretch",
@@ -54,59 +52,6 @@ LIBRARIES = ("afo-sim", "mujoco", "numpy", "numba", "cma")
 ANEW = "the search that wrote it, or no such file: then it begins anew"
 # How much stronger than the patient the first ones are, through whom their gait is searched for.
 STRONGER = (0.3, 0.15, 0.07)
-
-
-@dataclass(frozen=True)
-class Cost:
-    """What a gait is searched for: the sum of these, each a stated weight times a number."""
-
-    target: float  # speed [m/s]
-    fall: float = 150.0  # of the share of the time that is lost by a fall
-    speed: float = 60.0  # of the distance from the speed beyond 0.02 m/s [1/(m/s)]
-    effort: float = 0.5  # of the muscles' energy per mass and way [J/(kg·m)]
-    activation: float = 20.0  # of the mean cube of all activations
-    force: float = 200.0  # of the mean load beyond 1.25 body weights
-    knee: float = 250.0  # of the mean extension beyond 4° of flexion [1/rad]
-    lean: float = 60.0  # of the mean lean of the trunk beyond 3° backward and 7° forward [1/rad]
-    norm: float = 0.0  # of the distance from the norm's angles, over 6°, and load, over 0.1 weights
-    cadence: float = 0.0  # of the distance of the stride's time from the norm's beyond 4 %
-    pushed: bool = True  # ±50 N push the trunk about every 1.3 s, from a drawn start
-
-    def of(self, walked: Walked, duration: float) -> dict[str, float]:
-        """The parts of the cost of a walk."""
-        time, mass = walked["time"], walked.body.weight / GRAVITY
-        late = time > min(1.0, 0.5 * time[-1])
-        way = walked["trunk/forward"]
-        speed = np.ptp(way[late]) / max(np.ptp(time[late]), 0.1)
-        sides = ("right", "left")
-        energy = sum(walked[f"{s}/{m}/energy"][-1] for s in sides for m in LEG_MUSCLES)
-        activation = np.mean([walked[f"{s}/{m}/activation"] ** 3 for s in sides for m in LEG_MUSCLES])
-        lean = np.abs(walked["trunk/pitch"][late] + 0.03) - 0.09
-        load = np.array([walked[f"{s}/load"][late] for s in sides]) / walked.body.weight
-        straight = np.array([walked[f"{s}/knee"][late] for s in sides]) + math.radians(4.0)
-        found = {
-            "fall": 0.0 if walked.fell is None else self.fall * (1.0 - time[-1] / duration),
-            "speed": self.speed * max(abs(speed - self.target) - 0.02, 0.0),
-            "effort": self.effort * energy / (mass * max(way[-1], 1.0)),
-            "activation": self.activation * activation,
-            "force": self.force * np.mean(np.maximum(load - 1.25, 0.0)),
-            "knee": self.knee * np.mean(np.maximum(straight, 0.0)),
-            "lean": self.lean * np.mean(np.maximum(lean, 0.0)),
-        }
-        if self.norm or self.cadence:
-            off = np.array([_off(walked, side, self.target) for side in sides]).mean(axis=0)
-            found |= {"norm": self.norm * off[0], "cadence": self.cadence * off[1]}
-        return {name: float(value) for name, value in found.items()}
-
-
-def _off(walked: Walked, side: str, speed: float) -> tuple[float, float]:
-    """Mean distance of a leg from the norm at a speed, and of its stride's time beyond 4 % [-]."""
-    strides, norm = strides_of(walked, side), norm_at(speed)
-    if len(strides.duration) < 2:
-        return 5.0, 0.3
-    load = float(np.sqrt(np.mean((strides.mean("load") - norm["load"]) ** 2))) / LOAD
-    time = abs(float(strides.duration.mean() / norm["duration"]) - 1.0)
-    return float(np.mean([*off_norm(strides, speed).values(), load])), max(time - 0.04, 0.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -253,8 +198,10 @@ def search(
         if drawn:
             other, lost = int(np.random.default_rng([draw, 2]).integers(len(drawn))), 1.0
             if walks[0].fell is None:
-                lost -= walk(own_copy(drawn[other]), gait, WEAK, (), noises[1])["time"][-1] / WEAK
-            found["weak"] = 20.0 * float(lost)
+                push = pushes_at(WEAK, draw)[:1]
+                fell = walk(own_copy(drawn[other]), gait, WEAK, push, noises[1], rows=False).fell
+                lost -= (fell or WEAK) / WEAK
+            found["weak"] = cost.weak * lost
         return found, walks[0]
 
     def safe(task: tuple[np.ndarray, int]) -> tuple[float, float]:
