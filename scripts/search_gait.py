@@ -26,6 +26,7 @@ from typing import Any
 import numpy as np
 
 from afo_sim.common import write_text
+from afo_sim.model import UNDRIVEN
 from afo_sim.physics import LEG_MUSCLES
 from afo_sim.walker import Cost, Free, build_body, prepared, read_gait, search, walk, write_gait
 from afo_sim.walker.gait_file import with_vector
@@ -46,7 +47,8 @@ def weakened() -> list[dict[str, float]]:
 
 def searched(given: argparse.Namespace, seed: int) -> dict[str, Any]:
     """Search with a seed, write its gait, and say what it came to."""
-    shod = prepared("walk-dropfoot", STEP | {"patient": "healthy"})
+    device = prepared("walk-dropfoot-afo", STEP | {"patient": "healthy"})
+    shod = device.set({**UNDRIVEN, "orthosis": "none"})
     begun, weak = read_gait(given.gait), [build_body(shod, each) for each in weakened()]
     found = search(
         [build_body(shod)],

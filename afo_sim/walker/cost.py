@@ -12,7 +12,7 @@ from afo_sim.walker.strides import strides_of
 from afo_sim.walker.walking import Walked
 
 SIDES = ("right", "left")
-NEAR = 0.8  # share of a bound from which on a distance from people costs more [-]
+NEAR, BEYOND = 0.8, 12.0  # share of a bound from which on a distance from people costs more, how much [-]
 MOST = 3.0  # distance that counts at most, and of what has no strides to compare [bounds]
 
 
@@ -54,7 +54,7 @@ class Cost:
         }
         if self.likeness:
             off = unlikeness(walked, self.target)
-            found["likeness"] = self.likeness * np.mean(off**2 + 4.0 * np.maximum(off - NEAR, 0.0) ** 2)
+            found["likeness"] = self.likeness * np.mean(off**2 + BEYOND * np.maximum(off - NEAR, 0.0) ** 2)
         return {name: float(value) for name, value in found.items()}
 
 
