@@ -22,7 +22,7 @@ from afo_sim.model import contact, muscle_weakness
 from afo_sim.native import between_strides, compiled, sensing
 from afo_sim.physics import curves, energy, in_series, jitable
 from afo_sim.simulation import settle
-loads = compiled.callbacks, kernel.compiled, *jitable.KERNELS
+loads = compiled.callbacks, compiled.planar_steps, kernel.compiled, *jitable.KERNELS
 for load in loads[:1] if sys.argv[2] == "callbacks" else loads[1:]:  # each takes about half of the time
     load()
 """
