@@ -16,13 +16,17 @@ def write_pictures(response: Response, folder: pathlib.Path, *, rrd: bool) -> No
     figure, film, html, recording = (folder / name for name in PICTURES)
     draw_response(response, figure)
     draw_film(response, film)
+    tables = [("Numbers", "Of undisturbed walks; a dash where a case has no such number.", table(response))]
+    if drawn := response.asked.get("drawn"):
+        falls = "Falls among perturbed starts, of patients drawn over what is not known of this one."
+        tables.append((f"{drawn['draws']} drawn patients", falls, drawn["table"]))
     page = rendered(
         "walk.html.j2",
         title=f"{response.scenario.name}: a walker that responds",
         no_device=f"{EXPERIMENTAL} {NO_DEVICE}",
         words=in_words(response),
         replies=verdict(response),
-        table=table(response),
+        tables=tables,
         figure=base64.b64encode(figure.read_bytes()).decode(),
         film=base64.b64encode(film.read_bytes()).decode(),
         asked=asked_in_words(response),
