@@ -13,6 +13,7 @@ from .body import SIDES as SIDES
 from .body import Body as Body
 from .body import build_body as build_body
 from .cost import Cost as Cost
+from .drawn_patients import DRAWN as DRAWN
 from .gait import Vector as Vector
 from .gait_file import Gait as Gait
 from .gait_file import read_gait as read_gait
@@ -38,7 +39,6 @@ from .strides import norm_at as norm_at
 from .strides import numbers as numbers
 from .strides import off_norm as off_norm
 from .strides import strides_of as strides_of
-from .unknown import DRAWN as DRAWN
 from .unknown import draw_falls as draw_falls
 from .walking import Push as Push
 from .walking import Walked as Walked

@@ -16,6 +16,7 @@ from afo_sim.common import InputError, assets, called, optional, unknown
 from afo_sim.description import Scenario, load
 from afo_sim.physics import LEG_MUSCLES
 from afo_sim.walker.body import BARE, SIDES, Body, build_body
+from afo_sim.walker.drawn_patients import PLANTARFLEXORS, as_drawn, draw_patients
 from afo_sim.walker.gait import OFFSETS
 from afo_sim.walker.gait_file import Gait, read_gait, with_vector
 from afo_sim.walker.search import STRONGER, SUBSETS, Cost, Found, Free, adapt
@@ -27,8 +28,8 @@ LONGEST = 0.002  # time step at which the walker still walks as at a shorter one
 FILLED = 2.0  # time from which on a chamber counts as filled to the supply [s]
 NOISE = 0.02  # standard deviation of each angle of a perturbed start [rad]
 FROM, UNTIL, HORIZON = 2.5, 4.5, 8.0  # between which a perturbed start is pushed, and how long it walks [s]
-PLANTARFLEXORS = ("soleus", "gastrocnemius")
 MOST = 600.0  # longest walk [s]
+DRAWN_WITH = 12  # drawn patients, beside the corners, whom an adapting gait has to carry too
 FIRM = 1.96  # of a 95 % interval
 
 
@@ -212,6 +213,7 @@ def respond(
     target = cost or Cost(healthy.speed, speed=10.0)
     dead = shares.get("tibialis", 1.0) == 0.0  # its gains change nothing, and would end anywhere
     alive = tuple(name for name in SUBSETS[subset] if not (dead and name.startswith("tibialis")))
+    _, _, unlike = draw_patients(described, {"tibialis": 1.0} | shares, DRAWN_WITH, seed + 1)
     for name, wearing in worn.items():
         body = build_body(wearing, shares)
         cases[name] = case(name, body, healthy)
@@ -233,6 +235,9 @@ def respond(
                 threads=threads,
                 progress=lambda k, n, _: report(after, k / n),  # noqa: B023 - called before the loop goes on
                 kept=pathlib.Path(kept) / after if kept else None,
+                drawn=[
+                    build_body(*as_drawn(described, shares, one, worn=name == "device")) for one in unlike
+                ],
             )
             price = round(sum(found.parts.values()), 4)
             how = {"evaluations": found.evaluations, "cost": price, "converged": found.converged}

@@ -142,6 +142,7 @@ def adapt(
     threads: int = 2,
     progress: Callable[[int, int, float], None] | None = None,
     kept: pathlib.Path | None = None,
+    drawn: Sequence[Body] = (),
 ) -> Found:
     """Search gains of bodies by way of stronger ones, since a gait that falls at once teaches nothing."""
     quarter, seconds = max(generations // 4, 1), 0.0
@@ -153,7 +154,9 @@ def adapt(
             if progress is not None:
                 progress(before + at, sum(counts), best)
 
-        found = one(bodies, vector, generations=count, progress=told, kept=kept and kept / f"{k + 1}.json")
+        last = drawn if k == len(stages) - 1 else ()
+        file = kept and kept / f"{k + 1}.json"
+        found = one(bodies, vector, generations=count, progress=told, kept=file, drawn=last)
         vector, seconds = found.vector, seconds + found.seconds
     return dataclasses.replace(found, evaluations=POPULATION * sum(counts), seconds=seconds)
 
@@ -198,8 +201,7 @@ def search(
         if drawn:
             other, lost = int(np.random.default_rng([draw, 2]).integers(len(drawn))), 1.0
             if walks[0].fell is None:
-                push = pushes_at(WEAK, draw)[:1]
-                fell = walk(own_copy(drawn[other]), gait, WEAK, push, noises[1], rows=False).fell
+                fell = walk(own_copy(drawn[other]), gait, WEAK, pushed[:1], noises[1], rows=False).fell
                 lost -= (fell or WEAK) / WEAK
             found["weak"] = cost.weak * lost
         return found, walks[0]

@@ -223,8 +223,8 @@ def test_several_bodies_share_a_cost_and_one_of_those_drawn_walks_beside(
     assert one.parts != other.parts
     for name, value in both.parts.items():
         assert value == pytest.approx((one.parts[name] + other.parts[name]) / 2.0, rel=1e-12)
-    lasted = walk(weak, natural, 5.0)["time"][-1]
-    assert drawn.parts == one.parts | {"weak": pytest.approx(20.0 * (1.0 - lasted / 5.0))}
+    lasted = walk(weak, natural, 8.0).fell or 8.0
+    assert drawn.parts == one.parts | {"weak": pytest.approx(60.0 * (1.0 - lasted / 8.0))}
     seen = []
 
     def walked(which: Body, *of: Any) -> Any:
