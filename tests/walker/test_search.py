@@ -227,21 +227,21 @@ def test_several_bodies_share_a_cost_and_one_of_those_drawn_walks_beside(
     assert drawn.parts == one.parts | {"weak": pytest.approx(60.0 * (1.0 - lasted / 8.0))}
     seen = []
 
-    def walked(which: Body, *of: Any) -> Any:
+    def walked(which: Body, *of: Any, **more: Any) -> Any:
         seen.append((which.weight, of[1]))
-        return walk(which, *of)
+        return walk(which, *of, **more)
 
     monkeypatch.setattr(MODULE, "walk", walked)
     several = [dataclasses.replace(body, weight=float(k)) for k in range(1, 9)]
     search([body], natural, CHEAP, FEW, drawn=several, threads=1, **SHORT)
-    beside = [weight for weight, lasts in seen if lasts == 5.0]
+    beside = [weight for weight, lasts in seen if lasts == 8.0]
     assert len({*beside[:16]}) == 1 and len({*beside}) > 1  # one of them in a generation, others in the next
 
 
 def test_who_adapts_goes_by_way_of_the_stronger_and_on_after_a_kill(
     body: Body, tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(MODULE, "walk", lambda body, vector, _, *of: walk(body, vector, 0.3, *of))
+    monkeypatch.setattr(MODULE, "walk", lambda body, vector, _, *of, **more: walk(body, vector, 0.3, *of, **more))
     natural, told = read_gait("natural").vector, []
     stages: list[list[Body]] = [[body], [body, body]]
 
