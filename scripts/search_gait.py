@@ -8,8 +8,8 @@ The folder gets a gait and a file of the search for each seed, a
 table, and the best gait under the folder's name. The same command goes on after a kill, with more generations
 too.
 
-The best, by a rule older than the searches: of those that neither fall in a walk whose pushes no generation
-had, nor in 20 s undisturbed at 0.5 ms, the one whose cost in that pushed walk is least.
+The best, by a rule older than the searches: of those that fall neither in 12 walks whose pushes no generation
+had, nor in 20 s undisturbed at 0.5 ms, the one whose mean cost in those pushed walks is least.
 """
 
 import argparse

@@ -38,6 +38,7 @@ SIGMA, LEAST_SIGMA = 0.08, 0.02  # first standard deviation over the value, and 
 ADAPTING = 0.06  # the same of a patient, who begins at a gait that is known
 PUSH, PUSHES_FROM, PUSHES_EVERY = 50.0, 3.6, 1.3  # [N], [s]
 WALKED, WEAK = 10.0, 8.0  # of a walk, and of one of a drawn body, which is pushed once [s]
+HELD_OUT = 12  # walks by which a search is judged at its end
 NOISE = 0.02  # standard deviation of each angle of a start [rad]
 # Gains that a patient changes: of swing, and of what holds the trunk and the knee.
 SWING = (
@@ -61,8 +62,8 @@ class Found:
     vector: Vector  # mean of the last population
     history: np.ndarray  # of each generation, the cost of its best and its median
     evaluations: int  # gaits that were tried
-    parts: dict[str, float]  # of the vector's cost, in a walk whose pushes no generation had
-    walked: Walked  # that walk, of the first body
+    parts: dict[str, float]  # of the vector's mean cost, in walks whose pushes no generation had
+    walked: Walked  # the first of them that fell, or the first; of the first body
     seconds: float = 0.0  # of a processor, walking
 
     @property
@@ -229,7 +230,10 @@ def search(
             if progress is not None:
                 progress(generation + 1, generations, min(told[generation]["costs"]))
     mean = np.clip(first + scale * np.array(evolution.result.xfavorite), lower, upper)
-    found, walked = parts(mean, -1 % 2**31)
+    with ThreadPoolExecutor(threads) as pool:  # pushes and drawn bodies that no generation had
+        held = list(pool.map(functools.partial(parts, mean), [-k % 2**31 for k in range(1, HELD_OUT + 1)]))
+    found = {name: float(np.mean([each[name] for each, _ in held])) for name in held[0][0]}
+    walked = next((walked for _, walked in held if walked.fell is not None), held[0][1])
     history = np.array([(min(each["costs"]), float(np.median(each["costs"]))) for each in told[:generations]])
     used = sum(each["seconds"] for each in told[:generations])
     return Found(free.unpack(vector, mean), history, POPULATION * generations, found, walked, used)
