@@ -14,13 +14,10 @@ had, nor in 20 s undisturbed at 0.5 ms, the one whose mean cost in those pushed 
 
 import argparse
 import dataclasses
-import functools
-import multiprocessing
 import os
 import pathlib
 import shutil
 import sys
-from concurrent.futures import ProcessPoolExecutor
 from typing import Any
 
 import numpy as np
@@ -58,7 +55,7 @@ def searched(given: argparse.Namespace, seed: int) -> dict[str, Any]:
         drawn=weak,
         generations=given.generations,
         seed=seed,
-        threads=1,
+        threads=given.threads,
         spread=given.spread,
         progress=lambda k, n, best: print(f"seed {seed}, {k} of {n}: {best:.2f}", file=sys.stderr),
         kept=given.out / f"seed_{seed}.json",
@@ -81,11 +78,10 @@ def main() -> None:
     parser.add_argument("--generations", type=int, default=100, help="of 16 gaits")
     parser.add_argument("--spread", type=float, default=0.05, help="first standard deviation over the value")
     parser.add_argument("--seeds", type=int, default=5, help="searches, from 1 on")
-    parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="processes")
+    parser.add_argument("--threads", type=int, default=os.cpu_count(), help="the gaits do not depend on them")
     parser.add_argument("--out", type=pathlib.Path, required=True, help="folder")
     given = parser.parse_args()
-    with ProcessPoolExecutor(given.jobs, multiprocessing.get_context("spawn")) as pool:
-        rows = list(pool.map(functools.partial(searched, given), range(1, given.seeds + 1)))
+    rows = [searched(given, seed) for seed in range(1, given.seeds + 1)]
     table = "\n".join(",".join(map(str, row)) for row in (rows[0], *(row.values() for row in rows))) + "\n"
     write_text(given.out / "seeds.csv", table)
     standing = [row for row in rows if not (row["fell_pushed"] or row["fell_undisturbed"])]
