@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from afo_sim.show.style import RUN_STYLES, RUNS, new_figure
-from afo_sim.walker import CASES, LEGS, SAMPLES, Case, Response, norm_at, strides_of, walk_in_words
+from afo_sim.walker import CASES, LEGS, SAMPLES, Case, Response, norm_at, sole_tilt, strides_of, walk_in_words
 
 _SIZE = (7.2, 9.4)  # [inch]
 _ROWS = {
@@ -55,6 +55,10 @@ def _curves(axis: Any, response: Response, side: str, name: str) -> None:
     speed = round(healthy.gait.speed, 2)
     norm = factor * norm_at(speed, healthy.walked.body.size.taller)[name]
     axis.plot(cycle, norm, color="0.6", lw=2.2, label=f"healthy norm at {speed} m/s, Bovi et al. 2011")
+    if name == "ankle" and (tilt := np.degrees(sole_tilt(healthy.walked.body))) > 0.1:
+        axis.plot(cycle, norm - tilt, color="0.6", lw=1.2, ls=":")
+        words = f"dotted: the norm in these shoes,\nwhose soles tilt by {tilt:.1f}°"
+        axis.text(0.98, 0.04, words, transform=axis.transAxes, ha="right", fontsize="small", color="0.4")
     for case in response.cases.values():
         strides, label = strides_of(case.walked, side), f"{CASES[case.name]}: {walk_in_words(case)}"
         curve = factor * strides.mean(name) if len(strides.duration) else np.full(SAMPLES, np.nan)

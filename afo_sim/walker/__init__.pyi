@@ -37,7 +37,7 @@ from .strides import Strides as Strides
 from .strides import contacts as contacts
 from .strides import norm_at as norm_at
 from .strides import numbers as numbers
-from .strides import off_norm as off_norm
+from .strides import sole_tilt as sole_tilt
 from .strides import strides_of as strides_of
 from .unknown import draw_falls as draw_falls
 from .walking import Push as Push

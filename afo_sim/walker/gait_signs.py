@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from afo_sim.walker.respond import Case
-from afo_sim.walker.strides import HEEL_FIRST, SPREAD, norm_at, shape
+from afo_sim.walker.strides import HEEL_FIRST, SPREAD, norm_at, shape, sole_tilt
 
 OFF = 1.5 * math.degrees(SPREAD)  # 1.5 SD off the norm, a deviation by the Edinburgh Visual Gait Score [deg]
 FOREFOOT_FIRST = -1.6  # pitch of the sole below which the forefoot lands first [deg]
@@ -44,8 +44,10 @@ def signs_of(case: Case) -> list[dict[str, Any]] | None:
     """Signs of "right", "left" leg, "trunk" with numbers and the norm's, plain data; None without strides."""
     if not math.isfinite(speed := case.numbers["speed"]):
         return None
-    curves, found = norm_at(round(speed, 2), case.walked.body.size.taller), []
-    norm = shape(curves, float(curves["duration"]))
+    body, found = case.walked.body, []
+    curves = norm_at(round(speed, 2), body.size.taller)
+    tilt = sole_tilt(body)  # by which a worn sole's foot points down from the norm's
+    norm = shape(curves | {"ankle": curves["ankle"] - tilt}, float(curves["duration"]), math.degrees(tilt))
     for leg in ("right", "left", "trunk"):
         own = {name.removeprefix(f"{leg}/"): x for name, x in case.numbers.items() if name.startswith(leg)}
         for sign in shown(own, norm):

@@ -202,12 +202,6 @@ def norm_at(speed: float, taller: float = 1.0) -> dict[str, np.ndarray]:
     }
 
 
-def off_norm(strides: Strides, speed: float, taller: float = 1.0) -> dict[str, float]:
-    """RMS distance of mean angles from the norm at a speed, over 6°, the spread between people [-]."""
-    norm = norm_at(round(speed, 2), taller)
-    return {name: float(np.sqrt(np.mean((strides.mean(name) - norm[name]) ** 2))) / SPREAD for name in ANGLES}
-
-
 def emg() -> dict[str, np.ndarray]:
     """Activity over the stride (101,) that measured EMG makes."""
     late, each = np.arange(101.0) - LATE, np.arange(0.0, 100.0, 5.0)
