@@ -21,6 +21,8 @@ NUMBERS = (
 )
 OF_LEG = ("clearance", "scuffs", "ankle_swing", "thigh_max", "knee_max", "force_peak", "push_off_work")
 
+LEVEL = SimpleNamespace(site=lambda name: SimpleNamespace(pos=np.zeros(3)))  # no shoe's drop
+
 
 def case(
     name: str, falls: tuple[int, int] | None = None, converged: bool | None = True, **own: float
@@ -34,7 +36,7 @@ def case(
     gait = with_vector(
         natural, natural.vector, name, "", {} if converged is None else {"converged": converged}
     )
-    walked = cast(Any, SimpleNamespace(body=SimpleNamespace(size=SimpleNamespace(taller=1.0))))
+    walked = cast(Any, SimpleNamespace(body=SimpleNamespace(size=SimpleNamespace(taller=1.0), model=LEVEL)))
     return Case(
         name,
         gait,

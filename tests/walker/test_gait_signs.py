@@ -15,6 +15,8 @@ SPEED = 1.25
 DEGREE = np.pi / 180.0
 EVGS = 1.5 * 6.0  # a deviation is 1.5 SD or more: Read et al. 2003; 6° between people: Bovi et al. 2011
 
+LEVEL = SimpleNamespace(site=lambda name: SimpleNamespace(pos=np.zeros(3)))  # no shoe's drop
+
 
 def norm(speed: float = SPEED) -> dict[str, float]:
     curves = norm_at(speed)
@@ -131,7 +133,7 @@ def test_an_ankle_that_sinks_in_mid_stance_vaults() -> None:
 def case(name: str, right: dict[str, float], left: dict[str, float], speed: float = SPEED) -> Case:
     numbers = {f"right/{key}": x for key, x in right.items()} | {f"left/{key}": x for key, x in left.items()}
     numbers |= {"speed": speed, "fell": float(np.isnan(speed)), "duration": 1.5 if np.isnan(speed) else 20.0}
-    walked = SimpleNamespace(body=SimpleNamespace(size=SimpleNamespace(taller=1.0)))
+    walked = SimpleNamespace(body=SimpleNamespace(size=SimpleNamespace(taller=1.0), model=LEVEL))
     return Case(name, read_gait("natural"), cast(Any, walked), numbers)
 
 

@@ -241,7 +241,9 @@ def test_several_bodies_share_a_cost_and_one_of_those_drawn_walks_beside(
 def test_who_adapts_goes_by_way_of_the_stronger_and_on_after_a_kill(
     body: Body, tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(MODULE, "walk", lambda body, vector, _, *of, **more: walk(body, vector, 0.3, *of, **more))
+    monkeypatch.setattr(
+        MODULE, "walk", lambda body, vector, _, *of, **more: walk(body, vector, 0.3, *of, **more)
+    )
     natural, told = read_gait("natural").vector, []
     stages: list[list[Body]] = [[body], [body, body]]
 
