@@ -238,6 +238,10 @@ def test_several_bodies_share_a_cost_and_one_of_those_drawn_walks_beside(
     assert len({*beside[:16]}) == 1 and len({*beside}) > 1  # one of them in a generation, others in the next
 
 
+def _walked_shortly(body: Body, vector: Any, _: float, *of: Any, **more: Any) -> Any:
+    return walk(body, vector, 0.3, *of, **more)
+
+
 def test_who_adapts_goes_by_way_of_the_stronger_and_on_after_a_kill(
     body: Body, tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
