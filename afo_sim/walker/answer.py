@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 from afo_sim.walker.gait_signs import signs_of
+from afo_sim.walker.likeness import measured_cost
 from afo_sim.walker.respond import Case, Falls, Response
 
 CASES = {
@@ -273,6 +274,11 @@ def _of_cost(response: Response) -> Iterator[str]:
         claimed = "; a longer search may find less" if open_ends else ""
         return f"{more} ({values}{claimed})"
 
+    healthy = response["healthy"].numbers
+    if math.isfinite(own := healthy["cost_of_transport"]):
+        known = measured_cost(healthy["speed"])
+        beside = f"where people take {known:.1f} at its speed (Looney et al. 2019)"
+        yield f"The healthy walker takes {own:.1f} J/(kg·m) {beside}: {own / known:.1f} times as much."
     yield from _compared(response, words)
     air = in_brief(response)["air per stride [g]"]
     if air != NONE:

@@ -66,7 +66,7 @@ def beside_people(walked: Walked, speed: float) -> Iterator[tuple[Held, float, f
     """Each row of `TABLE` beside people at a speed: measured, the walk's, centre and half of its bound."""
     people: dict[str, Any] = dict(norm_at(round(speed, 2), walked.body.size.taller)) | emg()
     people |= {"barefoot": people["ankle"], "ankle": people["ankle"] - sole_tilt(walked.body)}
-    people |= {"clearance": 13.0, "cost": (1.44 + 1.94 * speed**0.43 + 0.24 * speed**4) / speed}
+    people |= {"clearance": 13.0, "cost": measured_cost(speed)}
     theirs, whole, legs = in_numbers(people, people), numbers(walked), []
     for side in ("right", "left"):
         strides = strides_of(walked, side)
@@ -78,6 +78,11 @@ def beside_people(walked: Walked, speed: float) -> Iterator[tuple[Held, float, f
         known, own = theirs[row.quantity], float(np.mean([leg[row.quantity] for leg in legs]))
         half = row.half * (known if row.share else 1.0)
         yield row, known, own, known if row.centre is None else row.centre, half
+
+
+def measured_cost(speed: float) -> float:
+    """Healthy adults' cost of transport at a speed, standing included, 48 studies [J/(kg·m)] (`LOONEY`)."""
+    return (1.44 + 1.94 * speed**0.43 + 0.24 * speed**4) / speed
 
 
 def in_numbers(walk: Mapping[str, Any], people: Mapping[str, Any]) -> dict[str, float]:
