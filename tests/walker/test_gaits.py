@@ -6,11 +6,11 @@ import pathlib
 import numpy as np
 import pytest
 
-from afo_sim.walker import build_body, norm_at, prepared, read_gait
+from afo_sim.walker import build_body, norm_at, prepared, read_gait, sole_tilt
 from afo_sim.walker.body import BARE
 from afo_sim.walker.likeness import TABLE, in_numbers
 from afo_sim.walker.measured import GAITS, _walk, held
-from afo_sim.walker.strides import EMG, emg, sole_tilt
+from afo_sim.walker.strides import EMG, emg
 
 PAGE = pathlib.Path(__file__).parents[2] / "docs" / "walker.md"
 EACH = np.arange(101.0)
