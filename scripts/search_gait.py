@@ -28,7 +28,7 @@ from afo_sim.physics import LEG_MUSCLES
 from afo_sim.walker import Cost, Free, build_body, prepared, read_gait, search, walk, write_gait
 from afo_sim.walker.gait_file import with_vector
 
-LIKENESS, WEAK = 40.0, 24  # weight of the likeness to people, and how many weak ones
+LIKENESS, WEAK = 80.0, 24  # weight of the likeness to people, and how many weak ones
 STEP, FINE, UNDISTURBED = {"timestep": "1 ms"}, {"timestep": "0.5 ms"}, 20.0
 
 

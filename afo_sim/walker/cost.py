@@ -22,12 +22,12 @@ class Cost:
 
     target: float  # speed [m/s]
     fall: float = 150.0  # of the share of the time that is lost by a fall
-    speed: float = 150.0  # of the distance from the speed beyond 0.02 m/s [1/(m/s)]
+    speed: float = 300.0  # of the distance from the speed beyond 0.02 m/s [1/(m/s)]
     effort: float = 0.5  # of the muscles' energy per mass and way [J/(kg·m)]
     activation: float = 20.0  # of the mean cube of all activations
     force: float = 200.0  # of the mean load beyond 1.25 body weights
     knee: float = 250.0  # of the mean extension beyond 4° of flexion [1/rad]
-    lean: float = 200.0  # of the mean lean of the trunk beyond 3° backward and 7° forward [1/rad]
+    lean: float = 300.0  # of the mean lean of the trunk beyond 3° backward and 7° forward [1/rad]
     likeness: float = 0.0  # of the mean square of `unlikeness`, more beyond 0.8
     weak: float = 60.0  # of the share of the time that is lost by a drawn body's fall
     pushed: bool = True  # ±50 N push the trunk about every 1.3 s, from a drawn start
