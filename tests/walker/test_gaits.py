@@ -1,12 +1,13 @@
 """The shipped gaits against measured adults: what they miss is what docs/walker.md says they miss."""
 
+import itertools
 import math
 import pathlib
 
 import numpy as np
 import pytest
 
-from afo_sim.walker import build_body, norm_at, prepared, read_gait, sole_tilt
+from afo_sim.walker import build_body, falls_of, norm_at, numbers, prepared, read_gait, sole_tilt, walk
 from afo_sim.walker.body import BARE
 from afo_sim.walker.likeness import TABLE, in_numbers
 from afo_sim.walker.measured import GAITS, _walk, held
@@ -119,3 +120,20 @@ def test_a_flat_sole_points_the_foot_down_by_its_drop() -> None:
     drop = math.atan2(0.010 * size, places[1] - places[0] + 0.005 * size)
     assert sole_tilt(trainer) - sole_tilt(bare) == pytest.approx(drop, rel=1e-3)
     assert abs(sole_tilt(bare)) < math.radians(0.2)
+
+
+def test_an_unadapted_weak_foot_answers_by_degrees() -> None:
+    """Strength of the tibialis left, then S1's pressure at a fifth of it: no more falls, no lower ankle."""
+    bare, worn = prepared("walk-dropfoot-afo", {"patient": "healthy"} | BARE), prepared("walk-dropfoot-afo")
+    gait = read_gait("natural")
+    doses = [(bare, share) for share in (0.2, 0.4, 0.7, 1.0)]
+    doses += [(worn.set({"supply.pressure": f"{bar} bar"}), 0.2) for bar in (1, 4)]
+    falls, ankles = [], []
+    for scenario, share in doses:
+        body = build_body(scenario, {"tibialis": share})
+        falls.append(falls_of(body, gait, starts=16))
+        ankles.append(numbers(walk(body, gait.vector, 12.0))["right/ankle_swing"])
+    assert (np.diff(ankles[:4]) > 1.0).all() and ankles[5] - ankles[4] > 4.0
+    for weaker, stronger in itertools.pairwise(falls[:4]):
+        assert stronger.interval[0] <= weaker.interval[1]
+    assert max(each.count for each in falls[1:4]) <= 2  # no cliff above 0.2
