@@ -20,6 +20,11 @@ from afo_sim.native.planar import (
 from afo_sim.native.slots import KIND_GRIP, KIND_MUSCLE, KIND_REFLEX, MUSCLE_ROW
 
 SITE = int(mujoco.mjtWrap.mjWRAP_SITE)
+# what a leg's file may ask of MuJoCo's steps that these do not know
+ELSE = (
+    "body_gravcomp", "jnt_limited", "jnt_stiffnesspoly", "jnt_actfrclimited", "dof_dampingpoly",
+    "dof_frictionloss", "tendon_stiffness", "tendon_damping", "tendon_frictionloss",
+)  # fmt: skip
 
 
 def plan_of(model: mujoco.MjModel, pads: np.ndarray, trunk: int, feet: tuple[int, ...]) -> np.ndarray | None:
@@ -53,10 +58,7 @@ def _planar(model: mujoco.MjModel) -> bool:
         and (model.jnt_type == kinds).all()
         and np.allclose(slides, [[1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
         and np.allclose(hinges, [0.0, -1.0, 0.0])
-        and not model.dof_frictionloss.any()
-        and not (
-            model.tendon_stiffness.any() or model.tendon_damping.any() or model.tendon_frictionloss.any()
-        )
+        and not any(getattr(model, each).any() for each in ELSE)
         and (model.wrap_type == SITE).all()
         and not muscles[:, MUSCLE_ROW.wrap_friction].any()
     )

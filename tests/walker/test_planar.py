@@ -105,6 +105,18 @@ def test_a_body_that_is_not_planar_is_left_to_mujoco() -> None:
     assert len(own["time"]) == 30 and (own["right/ankle"] == judge["right/ankle"]).all()
 
 
+@pytest.mark.parametrize(
+    "asked", ["body_gravcomp", "jnt_stiffnesspoly", "jnt_actfrclimited", "dof_dampingpoly"]
+)
+def test_what_a_legs_file_asks_beyond_the_steps_is_left_to_mujoco(asked: str) -> None:
+    body = body_of(BODIES["bare"], "1 ms")
+    feet = tuple(body.model.body(f"{side}foot").id for side in ("", "left_"))
+    rest = body.pads, body.model.body("trunk").id, feet
+    assert native.plan_of(body.model, *rest) is not None
+    getattr(body.model, asked)[-1] = 1
+    assert native.plan_of(body.model, *rest) is None
+
+
 def test_a_walk_that_is_no_number_is_an_error() -> None:
     vector = read_gait("natural").vector
     gains = vector.gains.copy()
