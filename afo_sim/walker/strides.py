@@ -184,8 +184,8 @@ def swing_clearance(walked: Walked, strides: Strides, side: str) -> np.ndarray:
 @functools.lru_cache(maxsize=8)
 def norm_at(speed: float, taller: float = 1.0) -> dict[str, np.ndarray]:
     """Healthy adults' mean curves, "duration" [s], "length" [m]: Bovi et al. 2011, Gait Posture 33(1)."""
-    cycle = at_speed(find_gait(NORM), min(max(speed, 0.85), 1.95), taller)
-    phase = np.linspace(0.0, 1.0, SAMPLES)
+    quicker, phase = math.sqrt(taller), np.linspace(0.0, 1.0, SAMPLES)  # by dynamic similarity
+    cycle = at_speed(find_gait(NORM), quicker * min(max(speed / quicker, 0.85), 1.95), taller)
     knee, shank, moment = (
         np.interp(phase, cycle.phase, curve, period=1.0)
         for curve in (cycle.knee_angle, cycle.shank_angle, cycle.ankle_moment)
@@ -195,10 +195,10 @@ def norm_at(speed: float, taller: float = 1.0) -> dict[str, np.ndarray]:
         "knee": knee,
         "ankle": np.interp(phase, cycle.phase, cycle.ankle_angle, period=1.0),
         "load": cycle.ground(phase % 1.0)[1],
-        "moment": -moment,
-        "power": moment * cycle.signal("ankle_angle", phase, 1),
-        "duration": np.array(cycle.stride_time),
-        "length": np.array(cycle.stride_time * speed),
+        "moment": -moment * taller,
+        "power": moment * cycle.signal("ankle_angle", phase, 1) * quicker,
+        "duration": np.array(cycle.stride_time * quicker),
+        "length": np.array(cycle.stride_time * quicker * speed),
     }
 
 

@@ -314,6 +314,15 @@ def test_the_norm_is_the_published_walkers() -> None:
     assert np.degrees(norm["thigh"][0]) == pytest.approx(15.1 + 8.0, abs=1.0)
 
 
+@pytest.mark.parametrize("taller", [0.7, 1.1, 1.2])
+@pytest.mark.parametrize("speed", [0.3, 1.22, 2.5])
+def test_the_norm_of_another_height_is_dynamically_similar(taller: float, speed: float) -> None:
+    similar = {"duration": 0.5, "length": 1.0, "moment": 1.0, "power": 0.5}  # powers of the height
+    norm, other = norm_at(speed), norm_at(speed * taller**0.5, taller)
+    for name, values in norm.items():
+        assert other[name] == pytest.approx(values * taller ** similar.get(name, 0.0), rel=1e-9), name
+
+
 @pytest.mark.parametrize(
     ("call", "words"),
     [
