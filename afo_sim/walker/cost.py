@@ -32,6 +32,11 @@ class Cost:
     weak: float = 60.0  # of the share of the time that is lost by a drawn body's fall
     pushed: bool = True  # ±50 N push the trunk about every 1.3 s, from a drawn start
 
+    @property
+    def most(self) -> float:
+        """Of a walk that ends in an error: twice what a fall at once and no strides cost."""
+        return 2.0 * (self.fall + self.likeness * (MOST**2 + BEYOND * (MOST - NEAR) ** 2))
+
     def of(self, walked: Walked, duration: float) -> dict[str, float]:
         """The parts of the cost of a walk."""
         time, mass = walked["time"], walked.body.weight / GRAVITY

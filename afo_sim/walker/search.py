@@ -111,7 +111,7 @@ def told_in(file: pathlib.Path, of: Mapping[str, Any]) -> list[dict[str, Any]]:
     """What the search `of` this was told by generation until it was killed; nothing without a file."""
     try:
         found = read_json(file)
-        before, told = dict(found["of"]), list(found["told"])
+        before, told = dict(found["of"]), [_told(each) for each in found["told"]]
     except FileNotFoundError:
         return []
     except (InputError, OSError, ValueError, KeyError, TypeError) as error:
@@ -120,6 +120,12 @@ def told_in(file: pathlib.Path, of: Mapping[str, Any]) -> list[dict[str, Any]]:
     if other:
         raise InputError(f"began with another {', another '.join(other)}", file=file, allowed=ANEW)
     return told
+
+
+def _told(found: Mapping[str, Any]) -> dict[str, Any]:
+    """What a search was told of a generation."""
+    costs = np.array([float(each) for each in found["costs"]]).reshape(POPULATION)
+    return {"asked": found["asked"], "costs": costs.tolist(), "seconds": float(found["seconds"])}
 
 
 def identity(body: Body) -> str:
@@ -211,7 +217,7 @@ def search(
         begun, found = time.thread_time(), math.nan
         with contextlib.suppress(SimulationError):
             found = sum(parts(*task)[0].values())
-        return found if math.isfinite(found) else 2.0 * cost.fall, time.thread_time() - begun
+        return found if math.isfinite(found) else cost.most, time.thread_time() - begun
 
     with ThreadPoolExecutor(threads) as pool:
         for generation in range(generations):

@@ -15,7 +15,7 @@ import documents
 import numpy as np
 import pytest
 
-from afo_sim.common import InputError
+from afo_sim.common import InputError, SimulationError
 from afo_sim.physics import GAINS
 from afo_sim.walker import (
     Body,
@@ -122,6 +122,25 @@ def test_a_killed_search_goes_on_bit_by_bit(
     assert shorter.history.tobytes() == whole.history[:2].tobytes()
 
 
+def test_a_walk_that_ends_in_an_error_costs_more_than_one_that_falls_at_once(
+    body: Body, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    natural, like = read_gait("natural").vector, dataclasses.replace(CHEAP, likeness=40.0)
+    limp = walk(body, dataclasses.replace(natural, gains=np.zeros_like(natural.gains)), 2.0)
+    limp_cost, count = sum(like.of(limp, 2.0).values()), [0]
+    assert limp.fell is not None and limp_cost > 2000.0
+
+    def erring(*of: Any, **more: Any) -> Any:
+        count[0] += 1
+        if count[0] <= 16:
+            raise SimulationError("no number")
+        return walk(*of, **more)
+
+    monkeypatch.setattr(MODULE, "walk", erring)
+    found = search([body], natural, like, FEW, threads=1, **SHORT | {"generations": 1})
+    assert found.history[0, 0] > limp_cost
+
+
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no SIGKILL")
 def test_a_process_that_is_killed_leaves_a_search_that_goes_on(
     body: Body, whole: Found, tmp_path: pathlib.Path
@@ -166,6 +185,8 @@ def test_another_searchs_beginning_is_refused(body: Body, tmp_path: pathlib.Path
         whole[:-20],
         b"[1]",
         b'{"told": [], "of": 3}',
+        b'{"told": [{"asked": "", "costs": [1.0], "seconds": 0.0}], "of": {}}',
+        b'{"told": [3], "of": {}}',
         b"\xff",
     ):
         kept.write_bytes(content)
