@@ -157,14 +157,16 @@ def shape(curves: Mapping[str, np.ndarray], duration: float, drop: float = 0.0) 
     angles = {name: np.degrees(curves[name]) for name in ANGLES}
     thigh, knee, ankle = angles.values()
     pitch = thigh - knee + ankle + drop
-    off = 30 + int(np.argmax(curves["load"][30:] < 0.05))  # when stance is over
+    free = curves["load"][30:] < 0.05
+    off = 30 + int(np.argmax(free))  # when stance is over
+    known = 1.0 if free.any() else math.nan  # a foot that never leaves the floor has no end of stance
     flat = int(np.argmax(pitch < FLAT)) if pitch[0] > HEEL_FIRST else 0
     found = {f"{n}_{end}": getattr(x, end)() for n, x in angles.items() for end in ("max", "min")}
     return found | {
         "ankle_swing": ankle[75:90].mean(),
-        "ankle_stance_max": ankle[10:off].max(),
-        "ankle_mid_stance": ankle[round(0.6 * off)] - ankle[round(0.25 * off)],
-        "knee_mid_stance": knee[round(0.4 * off) : round(0.6 * off) + 1].mean(),
+        "ankle_stance_max": known * ankle[10:off].max(),
+        "ankle_mid_stance": known * (ankle[round(0.6 * off)] - ankle[round(0.25 * off)]),
+        "knee_mid_stance": known * knee[round(0.4 * off) : round(0.6 * off) + 1].mean(),
         "pitch_contact": pitch[0],
         "foot_fall": 100.0 * (pitch[0] - pitch[flat]) / (flat * duration) if flat else math.nan,
         "push_off_peak": curves["power"][40:70].max(),

@@ -121,6 +121,15 @@ def test_the_fall_of_the_sole_is_that_of_a_straight_line() -> None:
     assert shod["ankle_swing"] == plain["ankle_swing"]
 
 
+def test_a_foot_that_never_leaves_the_floor_has_no_sign_of_stance() -> None:
+    drags = dict(norm_at(SPEED)) | {"ankle": np.full(101, -10.0 * DEGREE)}
+    assert "equinus" in shown(shape(drags, 1.0), N)
+    drags["load"] = np.maximum(drags["load"], 0.06)
+    found = shape(drags, 1.0)
+    assert np.isnan([found["ankle_stance_max"], found["ankle_mid_stance"], found["knee_mid_stance"]]).all()
+    assert not {"equinus", "crouch"} & set(shown(found, N))
+
+
 def test_an_ankle_that_sinks_in_mid_stance_vaults() -> None:
     risen = N["ankle_mid_stance"]
     assert risen > 0.0  # people's shank leans forward over a foot that stands
