@@ -12,6 +12,7 @@ from afo_sim.physics import LEG_MUSCLES
 from afo_sim.walker import Walked, measured, numbers
 
 MASS, SPEED, HEIGHT = 80.0, 1.2, (0.03, 0.03, -0.02, 0.03)  # HEIGHT: of the foot in mid-swing, by stride [m]
+DROP = 0.006  # of the sole from heel to ball [m]
 
 
 def walked(rows: int = 110, **changed: float) -> Walked:
@@ -46,8 +47,8 @@ def walked(rows: int = 110, **changed: float) -> Walked:
             columns[f"{side}/{name}/energy"] = of["power"] * 0.01 * n
         if side == "right":
             columns |= {"device/torque": 10.0 * x, "dorsiflexor/mass": 9e-5 * (1.0 - np.abs(2.0 * x - 1.0))}
-    sole = {"sole_heel": np.array([-0.06, 0.0, -0.1]), "sole_ball": np.array([0.12, 0.0, -0.09])}
-    model = SimpleNamespace(site=lambda name: SimpleNamespace(pos=sole[name]))
+    sole = {"sole_heel": np.array([-0.06, 0.0, -0.1]), "sole_ball": np.array([0.12, 0.0, -0.1 + DROP])}
+    model = SimpleNamespace(site=lambda name: SimpleNamespace(pos=sole[name.removeprefix("left_")]))
     body: Any = SimpleNamespace(weight=MASS * GRAVITY, size=SimpleNamespace(taller=1.0), model=model)
     return Walked(body, columns, None)
 
@@ -83,7 +84,7 @@ def test_numbers_of_a_walk_by_hand() -> None:
                 "ankle_stance_max": math.degrees(0.2),
                 "ankle_mid_stance": math.degrees(0.2 * (math.sin(0.72 * math.pi) - math.sin(0.3 * math.pi))),
                 "knee_mid_stance": math.degrees(0.5 - 0.5 * np.cos(2.0 * math.pi * middle).mean()),
-                "pitch_contact": math.degrees(0.1),
+                "pitch_contact": math.degrees(0.1 + math.atan(DROP / 0.18)),
                 "foot_fall": math.nan,  # of a foot that lands flat
                 "force_peak": 1.2,
                 "force_high": 0.1 + 1.1 * math.sin(0.475 * math.pi),
