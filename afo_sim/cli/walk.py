@@ -104,7 +104,8 @@ def walk_command(walk: _Walk) -> None:
             from afo_sim.show import write_pictures
 
             save(found, folder, command=command, draw=functools.partial(write_pictures, rrd=rrd))
-    shutil.rmtree(searches, ignore_errors=True)
+    if walk.generations:
+        shutil.rmtree(searches, ignore_errors=True)
     if key:
         title = f"{described[0].name}: the wearer at values of {key}"
         common.print_table(title, list(rows[0]), [list(row.values()) for row in rows], whole_names=True)
