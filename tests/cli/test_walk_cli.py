@@ -193,12 +193,12 @@ def test_a_killed_adaptation_goes_on_in_its_folder(
     """It is killed at the second value; nothing of its searches stays where there is an answer."""
     left = [10**6]
 
-    def brief(*of: Any) -> Any:
+    def brief(*of: Any, **kinds: Any) -> Any:
         left[0] -= 1
         if left[0] < 0:
             raise KeyboardInterrupt
         body, vector, _, *more = of
-        return walk(body, vector, 0.3, *more)
+        return walk(body, vector, 0.3, *more, **kinds)
 
     monkeypatch.setattr(sys.modules[pushes_at.__module__], "walk", brief)
     asked = (
