@@ -46,9 +46,11 @@ def signs_of(case: Case) -> list[dict[str, Any]] | None:
         return None
     body, found = case.walked.body, []
     curves = norm_at(round(speed, 2), body.size.taller)
-    tilt = sole_tilt(body)  # by which a worn sole's foot points down from the norm's
-    norm = shape(curves | {"ankle": curves["ankle"] - tilt}, float(curves["duration"]), math.degrees(tilt))
     for leg in ("right", "left", "trunk"):
+        tilt = sole_tilt(body, leg)  # by which a worn sole's foot points down from the norm's
+        norm = shape(
+            curves | {"ankle": curves["ankle"] - tilt}, float(curves["duration"]), math.degrees(tilt)
+        )
         own = {name.removeprefix(f"{leg}/"): x for name, x in case.numbers.items() if name.startswith(leg)}
         for sign in shown(own, norm):
             pairs = {name: {"own": own[name], "norm": norm.get(name)} for name, *_ in SIGNS[sign]}

@@ -133,8 +133,7 @@ def _of_leg(walked: Walked, strides: Strides, side: str) -> dict[str, float]:
     if not len(strides.duration):
         names = (*(f"{a}_{e}" for a in ANGLES for e in ("max", "min")), *_OF_LEG)
         return dict.fromkeys(names, math.nan)
-    sole = [walked.body.model.site(f"{SIDES[side == 'left']}{SOLE}{end}").pos for end in ("heel", "ball")]
-    drop = math.degrees(math.atan2(sole[1][2] - sole[0][2], sole[1][0] - sole[0][0]))
+    drop = math.degrees(sole_tilt(walked.body, side))
     found = shape({name: strides.mean(name) for name in strides.curves}, float(strides.duration.mean()), drop)
     load, power = strides.curves["load"], strides.curves["power"]
     clearance = swing_clearance(walked, strides, side)
@@ -210,7 +209,7 @@ def emg() -> dict[str, np.ndarray]:
     return {name: np.interp(late, each, row, period=100.0) / 100.0 for name, row in EMG.items()}
 
 
-def sole_tilt(body: Body) -> float:
-    """By how much the foot points down where the worn sole is flat [rad]."""
-    ahead = body.model.site("sole_ball").pos - body.model.site("sole_heel").pos
-    return math.atan2(ahead[2], ahead[0])
+def sole_tilt(body: Body, side: str = "right") -> float:
+    """By how much a foot points down where its worn sole is flat [rad]."""
+    heel, ball = (body.model.site(f"{SIDES[side == 'left']}{SOLE}{end}").pos for end in ("heel", "ball"))
+    return math.atan2(ball[2] - heel[2], ball[0] - heel[0])

@@ -15,7 +15,6 @@ SPEED = 1.25
 DEGREE = np.pi / 180.0
 EVGS = 1.5 * 6.0  # a deviation is 1.5 SD or more: Read et al. 2003; 6° between people: Bovi et al. 2011
 
-LEVEL = SimpleNamespace(site=lambda name: SimpleNamespace(pos=np.zeros(3)))  # no shoe's drop
 
 
 def norm(speed: float = SPEED) -> dict[str, float]:
@@ -139,11 +138,26 @@ def test_an_ankle_that_sinks_in_mid_stance_vaults() -> None:
         assert shown(changed(ankle=ramp), N) == signs
 
 
-def case(name: str, right: dict[str, float], left: dict[str, float], speed: float = SPEED) -> Case:
+def case(
+    name: str, right: dict[str, float], left: dict[str, float], speed: float = SPEED, tilt: float = 0.0
+) -> Case:
+    """The left sole tilts [rad], as of a shoe beside a device; the right one is flat."""
     numbers = {f"right/{key}": x for key, x in right.items()} | {f"left/{key}": x for key, x in left.items()}
     numbers |= {"speed": speed, "fell": float(np.isnan(speed)), "duration": 1.5 if np.isnan(speed) else 20.0}
-    walked = SimpleNamespace(body=SimpleNamespace(size=SimpleNamespace(taller=1.0), model=LEVEL))
+
+    def site(name: str) -> SimpleNamespace:
+        ahead = 0.2 * name.endswith("ball")
+        return SimpleNamespace(pos=(ahead, 0.0, ahead * np.tan(tilt) * name.startswith("left_")))
+
+    body = SimpleNamespace(size=SimpleNamespace(taller=1.0), model=SimpleNamespace(site=site))
+    walked = SimpleNamespace(body=body)
     return Case(name, read_gait("natural"), cast(Any, walked), numbers)
+
+
+def test_the_norm_of_a_leg_stands_on_its_own_sole() -> None:
+    numbers = changed(ankle=-10.0)  # beyond 9° of a bare foot's, not of one that a sole tilts by 3°
+    found = signs_of(case("device", numbers, numbers, tilt=3.0 * DEGREE)) or []
+    assert [each["leg"] for each in found if each["sign"] == "foot drop"] == ["right"]
 
 
 def test_words_have_the_case_the_leg_and_each_number_beside_the_norm_and_healthy() -> None:
