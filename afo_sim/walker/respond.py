@@ -213,7 +213,8 @@ def respond(
     target = cost or Cost(healthy.speed, speed=10.0)
     dead = shares.get("tibialis", 1.0) == 0.0  # its gains change nothing, and would end anywhere
     alive = tuple(name for name in SUBSETS[subset] if not (dead and name.startswith("tibialis")))
-    _, _, unlike = draw_patients(described, {"tibialis": 1.0} | shares, DRAWN_WITH, seed + 1)
+    stated = {"tibialis": 1.0} | shares
+    _, _, unlike = draw_patients(described, stated, DRAWN_WITH, seed + 1)
     for name, wearing in worn.items():
         body = build_body(wearing, shares)
         cases[name] = case(name, body, healthy)
@@ -236,7 +237,7 @@ def respond(
                 progress=lambda k, n, _: report(after, k / n),  # noqa: B023 - called before the loop goes on
                 kept=pathlib.Path(kept) / after if kept else None,
                 drawn=[
-                    build_body(*as_drawn(described, shares, one, worn=name == "device")) for one in unlike
+                    build_body(*as_drawn(described, stated, one, worn=name == "device")) for one in unlike
                 ],
             )
             price = round(sum(found.parts.values()), 4)
