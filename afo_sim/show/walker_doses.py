@@ -38,7 +38,9 @@ def draw_doses(key: str, values: Sequence[Any], responses: Sequence[Response], p
 
 def axis_of(values: Sequence[Any]) -> tuple[list[float], str | None]:
     """Numbers and their common unit, as written; places in order and None where they have none."""
-    found = [re.fullmatch(r"([-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*(.*)", str(value)) for value in values]
+    found = [
+        re.fullmatch(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*)", str(value)) for value in values
+    ]
     units = {match[2] if match else None for match in found}
     if len(units) > 1 or None in units:
         return [float(k) for k in range(len(values))], None

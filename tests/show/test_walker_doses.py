@@ -14,6 +14,7 @@ from afo_sim.show.walker_doses import axis_of
         (["slow", "fast"], ([0.0, 1.0], None)),
         ([1, "slow"], ([0.0, 1.0], None)),
         ([True, False], ([0.0, 1.0], None)),
+        (["../a.toml", "./b.toml", "1.2.3"], ([0.0, 1.0, 2.0], None)),
     ],
 )
 def test_numbers_of_one_unit_are_an_axis_and_others_stand_in_order(values: list, axis: tuple) -> None:

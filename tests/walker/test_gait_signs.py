@@ -16,7 +16,6 @@ DEGREE = np.pi / 180.0
 EVGS = 1.5 * 6.0  # a deviation is 1.5 SD or more: Read et al. 2003; 6° between people: Bovi et al. 2011
 
 
-
 def norm(speed: float = SPEED) -> dict[str, float]:
     curves = norm_at(speed)
     return shape(curves, float(curves["duration"]))
