@@ -10,8 +10,8 @@ from afo_sim import native
 from afo_sim.common import SimulationError
 from afo_sim.native import planar
 from afo_sim.physics import GAINS
-from afo_sim.walker import Push, Walked, build_body, numbers, prepared, read_gait, walk
-from afo_sim.walker.body import BARE, Body
+from afo_sim.walker import Body, Push, Walked, build_body, numbers, prepared, read_gait, walk
+from afo_sim.walker.body import BARE
 from afo_sim.walker.gait import start
 
 ANGLES = [f"{side}/{joint}" for side in ("right", "left") for joint in ("hip", "knee", "ankle", "toe")]
