@@ -12,8 +12,8 @@ from campaign import nightly, size
 from test_walls import ROOMS
 
 from afo_sim.common import machine_code, user_cache
-from afo_sim.native import compiled
-from afo_sim.native.error_codes import COMPLAINTS, MJU_ERROR
+from afo_sim.native import COMPLAINTS, compiled
+from afo_sim.native.error_codes import MJU_ERROR
 
 PACKAGE = pathlib.Path(compiled.__file__).parents[1]
 # How many functions numba compiled, and every force of a run, to the bit; then a complaint.

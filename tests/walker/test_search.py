@@ -115,7 +115,8 @@ def test_a_killed_search_goes_on_bit_by_bit(
     count[0] = -100
     monkeypatch.setattr(MODULE, "walk", counted)
     assert_same(search([body], vector, CHEAP, FEW, threads=2, kept=kept, **SHORT), whole)
-    assert count[0] + 100 == 48 - walks // 16 * 16 + MODULE.HELD_OUT  # those of whole generations are not walked again
+    again = 48 - walks // 16 * 16  # those of whole generations are not walked again
+    assert count[0] + 100 == again + MODULE.HELD_OUT
     longer = search([body], vector, CHEAP, FEW, kept=kept, **SHORT | {"generations": 4})
     assert longer.history[:3].tobytes() == whole.history.tobytes()
     shorter = search([body], vector, CHEAP, FEW, kept=kept, **SHORT | {"generations": 2})
