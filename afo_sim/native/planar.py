@@ -397,33 +397,31 @@ def floor_losses(p: Any, s: Any, step: float) -> None:
 
 
 @register_jitable
+def eliminate(s: Any, h: int, leg: int, k: int) -> None:
+    """Eliminate coordinate k from those before it, in a leg's H that starts at h and in the right side."""
+    row, own = h + OWN * k, RIGHT + LEG * leg
+    share = 1.0 / s[row + k]
+    right = (own if k >= ROOT else RIGHT) + k
+    for i in range(k - 1, -1, -1):
+        part = s[row + i] * share
+        for j in range(i + 1):
+            s[h + OWN * i + j] -= part * s[row + j]
+        s[(own if i >= ROOT else RIGHT) + i] -= part * s[right]
+        s[row + i] = part
+    s[right] *= share
+
+
+@register_jitable
 def solve(s: Any) -> None:
     """H a = right, in place: each leg from the toes to the hip, then the trunk, and back."""
     for leg in range(2):
-        h, own = H + OWN * OWN * leg, RIGHT + LEG * leg
         for k in range(OWN - 1, ROOT - 1, -1):
-            row = h + OWN * k
-            share = 1.0 / s[row + k]
-            for i in range(k - 1, -1, -1):
-                part = s[row + i] * share
-                for j in range(i + 1):
-                    s[h + OWN * i + j] -= part * s[row + j]
-                s[(own if i >= ROOT else RIGHT) + i] -= part * s[own + k]
-                s[row + i] = part
-            s[own + k] *= share
+            eliminate(s, H + OWN * OWN * leg, leg, k)
     for k in range(ROOT):
         for i in range(k + 1):
             s[H + OWN * k + i] += s[H + OWN * OWN + OWN * k + i]
     for k in range(ROOT - 1, -1, -1):
-        row = H + OWN * k
-        share = 1.0 / s[row + k]
-        for i in range(k - 1, -1, -1):
-            part = s[row + i] * share
-            for j in range(i + 1):
-                s[H + OWN * i + j] -= part * s[row + j]
-            s[RIGHT + i] -= part * s[RIGHT + k]
-            s[row + i] = part
-        s[RIGHT + k] *= share
+        eliminate(s, H, 0, k)
     for k in range(ROOT):
         for i in range(k):
             s[RIGHT + k] -= s[H + OWN * k + i] * s[RIGHT + i]
