@@ -108,12 +108,10 @@ def ahead_of_trunk(m: Any, d: Any, j: int) -> float:
 
 
 @register_jitable
-def carried(m: Any, d: Any, j: int, nerve: int, delay: float, now: int) -> float:
-    """What a nerve of the leg whose reflexes' row starts at j brought in `delay` [s] before step `now`."""
-    u = m.actuator_user
-    slots = int(u[j + REFLEX_ROW.slots])
-    back = int(delay / m.opt.timestep + 0.5)
-    return d.userdata[int(u[j + REFLEX_ROW.userdata]) + NERVES * ((now - back) % slots) + nerve]
+def sent(m: Any, j: int, delay: float, now: int) -> int:
+    """Where `userdata` holds what a leg's nerves, its row at j, sent `delay` [s] before step `now`."""
+    u, back = m.actuator_user, int(delay / m.opt.timestep + 0.5)
+    return int(u[j + REFLEX_ROW.userdata]) + NERVES * ((now - back) % int(u[j + REFLEX_ROW.slots]))
 
 
 @register_jitable
@@ -189,18 +187,23 @@ def reflexes_of(
     d.act_dot[a + REFLEX_ACT.phase] = (state - d.act[a + REFLEX_ACT.phase]) / step
     d.act_dot[a + REFLEX_ACT.strikes] = came_down / step
 
-    signals = block()
+    signals, data = block(), d.userdata
+    short, middle, long = (  # of forces and lengths, which are of a step before
+        sent(m, j, SHORT - step, now), sent(m, j, MIDDLE - step, now), sent(m, j, LONG - step, now),
+    )  # fmt: skip
     for k in range(MUSCLES):
-        delay = MIDDLE if k == VASTI else LONG if k > VASTI else SHORT
-        signals[NERVE.force + k] = carried(m, d, j, NERVE.force + k, delay - step, now)
+        at = middle if k == VASTI else long if k > VASTI else short
+        signals[NERVE.force + k] = data[at + NERVE.force + k]
     for nerve in (NERVE.tibialis_length, NERVE.soleus_length, NERVE.gastrocnemius_length):
-        signals[nerve] = carried(m, d, j, nerve, LONG - step, now)
+        signals[nerve] = data[long + nerve]
     for nerve in (NERVE.iliopsoas_length, NERVE.hamstrings_length):
-        signals[nerve] = carried(m, d, j, nerve, SHORT - step, now)
-    for nerve, rate, delay in ((NERVE.knee, NERVE.knee_rate, MIDDLE), (NERVE.pitch, NERVE.pitch_rate, SHORT)):
-        signals[nerve] = carried(m, d, j, nerve, delay, now)
-        both = carried(m, d, j, rate, delay, now) + carried(m, d, j, rate, delay - step, now)
-        signals[rate] = 0.5 * both  # each is of half a step before
+        signals[nerve] = data[short + nerve]
+    for nerve, rate, delay, after in (
+        (NERVE.knee, NERVE.knee_rate, MIDDLE, middle), (NERVE.pitch, NERVE.pitch_rate, SHORT, short),
+    ):  # fmt: skip
+        at = sent(m, j, delay, now)
+        signals[nerve] = data[at + nerve]
+        signals[rate] = 0.5 * (data[at + rate] + data[after + rate])  # each is of half a step before
     own = m.nuser_actuator * first
     out = int(u[own + LEG_MUSCLE_ROW.userdata]) + LEG_MUSCLE_DATA.excitation
     excitations(state, u, j + REFLEX_ROW.gains, signals, d.userdata, out, len(LEG_MUSCLE_DATA))
