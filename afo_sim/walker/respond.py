@@ -210,7 +210,7 @@ def respond(
 
     cases = {"healthy": case("healthy", build_body(whole), healthy)}
     worn = {"patient": bare} | ({"device": described} if described.orthosis.muscle else {})
-    target = cost or Cost(healthy.speed, speed=10.0)
+    target = cost or Cost(healthy.speed, speed=60.0, lean=60.0)
     dead = shares.get("tibialis", 1.0) == 0.0  # its gains change nothing, and would end anywhere
     alive = tuple(name for name in SUBSETS[subset] if not (dead and name.startswith("tibialis")))
     stated = {"tibialis": 1.0} | shares
