@@ -10,6 +10,7 @@ import numpy as np
 
 from afo_sim.common import InputError, Notice, Shown, nearest_name, quantity_at, unknown
 from afo_sim.description import Orthosis, reader
+from afo_sim.lab import torque_problem, torque_solution
 from afo_sim.lab.identifiability import Believed, refused
 from afo_sim.lab.measured import require_once, several
 from afo_sim.lab.solution import FitParameter, HeldOut, Progress, Solution, held_out, require_left_out, unseen
@@ -17,28 +18,9 @@ from afo_sim.lab.torque_belief import SharedError, doubts, judged, scattered, sh
 from afo_sim.lab.torque_data import ANGLE_RATE, PRESSURE_RATE, Torques, joined, read_torques
 from afo_sim.lab.torque_device import fitted_orthosis
 from afo_sim.lab.torque_laws import OfLaw, moves, of_laws, widened
-from afo_sim.lab.torque_problem import (
-    Group,
-    TorqueProblem,
-    choose_chamber,
-    errors,
-    on_muscles,
-    parameters,
-    require_possible,
-)
-from afo_sim.lab.torque_solution import (
-    KINDS,
-    Alternative,
-    Apart,
-    alternatives,
-    apart,
-    from_start,
-    root_mean_square,
-    solve,
-)
 
 USUAL_FIT = ("series_stiffness", "offset")
-HOLD_OUT = ("all", "none", *KINDS)
+HOLD_OUT = ("all", "none", *torque_solution.KINDS)
 MEANINGS = ("device", "difference")
 
 
@@ -50,8 +32,8 @@ class TorqueFit(Believed, Shown):
     verdict: tuple[Notice, ...]  # parameters that the readings do not identify, and why
     held_out: dict[str, HeldOut]  # torque errors of readings left out, by what was left out
     judged_by: str
-    alternatives: tuple[Alternative, ...]  # the fits without each parameter
-    apart: Apart | None  # the fits to each group alone
+    alternatives: tuple[torque_solution.Alternative, ...]  # the fits without each parameter
+    apart: torque_solution.Apart | None  # the fits to each group alone
     remarks: tuple[str, ...]  # of reading the files
     warnings: tuple[Notice, ...]
     shared: tuple[SharedError, ...] = ()  # as if all readings were off alike
@@ -70,7 +52,7 @@ class TorqueFit(Believed, Shown):
         return f"<TorqueFit: {', '.join(short)}; {error}>"
 
     @property
-    def problem(self) -> TorqueProblem:
+    def problem(self) -> torque_problem.TorqueProblem:
         """What was fitted to what."""
         return self.solution.problem
 
@@ -91,12 +73,12 @@ class TorqueFit(Believed, Shown):
     @property
     def residuals(self) -> np.ndarray:
         """Predicted less measured torque, setting by setting [N·m]."""
-        return errors(self.problem, self.parameters)["torque"]
+        return torque_problem.errors(self.problem, self.parameters)["torque"]
 
     @property
     def rms(self) -> float:
         """Of the residuals, every reading alike [N·m]."""
-        return root_mean_square(self.solution)
+        return torque_solution.root_mean_square(self.solution)
 
     @property
     def orthosis(self) -> Orthosis:
@@ -200,13 +182,13 @@ def fit_torque(
     problem = _posed(read, orthoses, names, chamber, difference)
     further = [group for each in others for group in _groups(each, orthoses, problem.chamber)]
     report("fitting")
-    solution = solve(problem)
-    groups = apart(solution, report)
+    solution = torque_solution.solve(problem)
+    groups = torque_solution.apart(solution, report)
     solution, contradictions = scattered(solution, groups)
-    found = held_out(solution.problem, kinds, from_start(solution.x), report)
+    found = held_out(solution.problem, kinds, torque_solution.from_start(solution.x), report)
     named = [each for each in several(hold_out) if isinstance(each, str)]
     require_left_out([kind for kind in kinds if kind in named], found)
-    kind, alone = alternatives(solution, found, report)
+    kind, alone = torque_solution.alternatives(solution, found, report)
     lines = judged(solution, kind, alone, found)
     laws = of_laws(solution, dict(found), report)
     if further:
@@ -231,7 +213,9 @@ def _held(hold_out: Any) -> tuple[tuple[str, ...], list[Any]]:
             allowed = f"{', '.join(HOLD_OUT)}, or a CSV"
             raise InputError(problem, field="hold_out", value=each, allowed=allowed, nearest=near)
     every = "all" in kinds or (unseen and not kinds)
-    return KINDS if every else tuple(dict.fromkeys(kind for kind in kinds if kind != "none")), unseen
+    return torque_solution.KINDS if every else tuple(
+        dict.fromkeys(kind for kind in kinds if kind != "none")
+    ), unseen
 
 
 def _orthoses(orthosis: Any) -> dict[str, Orthosis]:
@@ -273,7 +257,9 @@ def _read(data: Any, chamber: str, difference: bool, rates: Mapping[str, Any] | 
     return joined(found)
 
 
-def _groups(read: Torques, orthoses: Mapping[str, Orthosis], chamber: str) -> tuple[Group, ...]:
+def _groups(
+    read: Torques, orthoses: Mapping[str, Orthosis], chamber: str
+) -> tuple[torque_problem.Group, ...]:
     """The readings with their orthoses."""
     found = []
     for name, readings in read.groups.items():
@@ -281,15 +267,15 @@ def _groups(read: Torques, orthoses: Mapping[str, Orthosis], chamber: str) -> tu
         if orthosis is None:
             problem = "no orthosis is given for this group"
             raise unknown(name, orthoses, field="group", file=readings.file, problem=problem)
-        found.append(Group(on_muscles(readings, orthosis, chamber), orthosis))
+        found.append(torque_problem.Group(torque_problem.on_muscles(readings, orthosis, chamber), orthosis))
     return tuple(found)
 
 
 def _posed(
     read: Torques, orthoses: Mapping[str, Orthosis], names: Sequence[str], chamber: str, difference: bool
-) -> TorqueProblem:
+) -> torque_problem.TorqueProblem:
     """The problem, if there is enough to fit; a measured cuff brings its stiffness with it."""
-    chamber = choose_chamber(next(iter(orthoses.values())), chamber, read.chambers)
+    chamber = torque_problem.choose_chamber(next(iter(orthoses.values())), chamber, read.chambers)
     for orthosis in orthoses.values():
         if chamber not in orthosis.chamber:
             lacking = "one of the orthoses has no such chamber"
@@ -298,12 +284,14 @@ def _posed(
     used = [group.orthosis for group in groups]
     cuff = any(np.isfinite(group.readings.cuff).any() for group in groups)
     wanted = [*names, *(["cuff_stiffness"] if cuff and "cuff_stiffness" not in names else [])]
-    problem = TorqueProblem(groups, parameters(wanted, used, chamber), chamber, difference)
+    problem = torque_problem.TorqueProblem(
+        groups, torque_problem.parameters(wanted, used, chamber), chamber, difference
+    )
     file = groups[0].readings.file
     if len(problem) <= len(problem.free):
         settings, parts = ("" if len(each) == 1 else "s" for each in (problem, problem.free))
         few = f"holds {len(problem)} different setting{settings} for {len(problem.free)} parameter{parts}"
         allowed = "more settings than parameters, or fewer parameters in the fit"
         raise InputError(few, file=file, allowed=allowed)
-    require_possible(problem)
+    torque_problem.require_possible(problem)
     return problem

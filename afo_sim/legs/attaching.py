@@ -12,17 +12,8 @@ import numpy as np
 from afo_sim import native
 from afo_sim.common import InputError, Notice, in_unit
 from afo_sim.description import WORN, Orthosis, Segment, Side, load
+from afo_sim.legs import attached_spec
 from afo_sim.legs.attached import Attached, number_of, pressure_of
-from afo_sim.legs.attached_spec import (
-    AnkleFrame,
-    ankle_frames,
-    compiled,
-    doubts_of_start,
-    grow_keyframes,
-    hang,
-    own_spec,
-    set_options,
-)
 from afo_sim.legs.cutting import check_masses
 from afo_sim.legs.finding import Direction, Found
 from afo_sim.legs.finding_joint import find_worn
@@ -121,13 +112,13 @@ def attach(
     {'proximal': 'thigh', 'distal': 'shank'}
     """
     device = orthosis if isinstance(orthosis, Orthosis) else load("orthosis", orthosis)
-    spec, read, before = own_spec(model, packages)
+    spec, read, before = attached_spec.own_spec(model, packages)
     file = read.file
     allowed = 'more than 0 and at most "100 ms"'
     step = None if timestep is None else number_of(timestep, "timestep", "s", (0.0, 0.1), allowed)
     pressure = pressure_of(supply, "supply")
     _check_spec(spec, file, device, prefix, before)
-    bare = compiled(spec, file)
+    bare = attached_spec.compiled(spec, file)
     tree = dataclasses.replace(tree_of(bare), file=file)
     distal = foot if distal is None else distal
     names = ankle if joint is None else joint, shank if proximal is None else proximal, distal
@@ -139,8 +130,8 @@ def attach(
     carrier = distal or (heaviest if device.joint == "ankle" else found.foot)
     bodies = dict(zip(device.words.segments, (found.shank, carrier), strict=True))
     if _named(spec, tree, bodies, found):
-        bare = compiled(spec, file)
-    changed = set_options(spec, step)
+        bare = attached_spec.compiled(spec, file)
+    changed = attached_spec.set_options(spec, step)
     joints = tuple(joint.name for part in tree.way(found.shank, carrier) for joint in part.joints)
     # where another joint turns the foot too, parallel paths are not equally long
     inverts = joints != (found.ankle,)
@@ -148,7 +139,9 @@ def attach(
     first = max(spec.nuserdata, 0)
     mirrored = device.side != found.side
     try:
-        anchors, default = hang(spec, device, ankle_frames(bare, found, bodies), prefix, mirrored)
+        anchors, default = attached_spec.hang(
+            spec, device, attached_spec.ankle_frames(bare, found, bodies), prefix, mirrored
+        )
     except ValueError as error:
         problem = f"MuJoCo cannot put cuff and plate on it: {one_line(error)}"
         raise InputError(problem, file=file, field="prefix", value=prefix, allowed="another prefix") from None
@@ -158,14 +151,14 @@ def attach(
     longest = max((len(actuator.userdata) for actuator in spec.actuators), default=0)
     spec.nuser_actuator = max(native.N_USER, spec.nuser_actuator, longest)
     native.add_circuit(spec, circuit, prefix=prefix, userdata=first, default=default)
-    grow_keyframes(spec, bare)
-    whole = compiled(spec, file)
+    attached_spec.grow_keyframes(spec, bare)
+    whole = attached_spec.compiled(spec, file)
     ids = native.circuit_ids(whole, circuit, prefix)
     attached = Attached(
         whole, spec, device, found, bodies, joints, prefix, pressure, circuit, ids, userdata=first
     )
     legs = [] if before is None else before.legs.values()
-    return _checked(attached, legs, bare, tree, [*doubts_of_start(bare), *read.notes, *changed])
+    return _checked(attached, legs, bare, tree, [*attached_spec.doubts_of_start(bare), *read.notes, *changed])
 
 
 def _checked(
@@ -280,11 +273,13 @@ def masses(model: mujoco.MjModel, prefix: str) -> dict[str, float]:
 def _check_added(attached: Attached, bare: mujoco.MjModel) -> None:
     """Refuse a model whose compiler gives the orthosis, or the model itself, other masses than stated."""
     plain = mujoco.MjSpec()
-    places: dict[Segment, AnkleFrame] = {}
+    places: dict[Segment, attached_spec.AnkleFrame] = {}
     for segment in attached.orthosis.words.segments:
         plain.worldbody.add_body(name=f"on_{segment}")
-        places[segment] = AnkleFrame(f"on_{segment}", np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0]))
-    anchors, default = hang(plain, attached.orthosis, places, attached.prefix, mirrored=False)
+        places[segment] = attached_spec.AnkleFrame(
+            f"on_{segment}", np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0])
+        )
+    anchors, default = attached_spec.hang(plain, attached.orthosis, places, attached.prefix, mirrored=False)
     add_tendons(plain, anchors, attached.orthosis, prefix=attached.prefix, default=default)
     stated = masses(plain.compile(), attached.prefix)
     given = masses(attached.model, attached.prefix)

@@ -11,27 +11,15 @@ import mujoco
 import numpy as np
 
 from afo_sim.common import InputError, Notice, read_text
-from afo_sim.legs.tree import (
-    Joint,
-    JointKind,
-    Part,
-    Shape,
-    ShapeKind,
-    Tree,
-    check_finite,
-    own_names,
-    pose_of,
-    reading_note,
-    turn_of,
-)
+from afo_sim.legs import tree
 from afo_sim.model import examine
 
 # The kinds of a tree have MuJoCo's names: mjJNT_HINGE, mjGEOM_BOX, …
-JOINT_KINDS: dict[int, JointKind] = {
-    getattr(mujoco.mjtJoint, f"mjJNT_{kind.upper()}"): kind for kind in get_args(JointKind)
+JOINT_KINDS: dict[int, tree.JointKind] = {
+    getattr(mujoco.mjtJoint, f"mjJNT_{kind.upper()}"): kind for kind in get_args(tree.JointKind)
 }
-SHAPE_KINDS: dict[int, ShapeKind] = {
-    getattr(mujoco.mjtGeom, f"mjGEOM_{kind.upper()}"): kind for kind in get_args(ShapeKind)
+SHAPE_KINDS: dict[int, tree.ShapeKind] = {
+    getattr(mujoco.mjtGeom, f"mjGEOM_{kind.upper()}"): kind for kind in get_args(tree.ShapeKind)
 }
 # {what stands beside the tree: (MuJoCo's count of it, its kind of object, a word for one without a name)}
 BESIDE_TREE = {
@@ -50,14 +38,14 @@ DEFAULT_RGBA = (0.5, 0.5, 0.5, 1.0)  # of a geom; where it stands, its material'
 MANY_LINES = (ValueError, RuntimeError, OSError, mujoco.FatalError)
 
 
-def read_mjcf(file: str | pathlib.Path) -> Tree:
+def read_mjcf(file: str | pathlib.Path) -> tree.Tree:
     """Read a MuJoCo model file (MJCF)."""
     file = pathlib.Path(file)
     spec, notes = spec_of_file(file)
     with mujoco_says(file) as warned:
         found = tree_of(spec.compile())
     found = dataclasses.replace(found, file=file, notes=(*found.notes, *notes, *warned))
-    check_finite(found)
+    tree.check_finite(found)
     return found
 
 
@@ -108,7 +96,7 @@ def _without_missing(spec: mujoco.MjSpec, file: pathlib.Path) -> Iterator[Notice
         spec.delete(element)
     if missing:
         text = "meshes that are not found are not shown, and touch nothing: {names}"
-        yield reading_note("meshes-missing", text, sorted(missing))
+        yield tree.reading_note("meshes-missing", text, sorted(missing))
 
 
 def files_of(spec: mujoco.MjSpec) -> Iterator[tuple[Any, str, str]]:
@@ -152,34 +140,34 @@ def one_line(error: Exception | Warning | str) -> str:
     return "; ".join(filter(None, lines)) or type(error).__name__
 
 
-def tree_of(model: mujoco.MjModel) -> Tree:
+def tree_of(model: mujoco.MjModel) -> tree.Tree:
     """The tree of a compiled model, in the posture of its `qpos0`."""
     bodies = range(1, model.nbody)
     given = [model.body(body).name for body in bodies]
-    parts = dict(zip(bodies, own_names(given, [f"body_{body}" for body in bodies]), strict=True))
+    parts = dict(zip(bodies, tree.own_names(given, [f"body_{body}" for body in bodies]), strict=True))
     joints, shapes, points = _joints(model, parts), _shapes(model, parts), _points(model, parts)
     found = {}
     for body, name in parts.items():
-        turn = turn_of(model.body_iquat[body])
+        turn = tree.turn_of(model.body_iquat[body])
         inertia = turn @ np.diag(model.body_inertia[body]) @ turn.T
         parent = parts.get(int(model.body_parentid[body]))
-        pose = pose_of(model.body_pos[body], turn_of(model.body_quat[body]))
+        pose = tree.pose_of(model.body_pos[body], tree.turn_of(model.body_quat[body]))
         mass, centre = float(model.body_mass[body]), model.body_ipos[body].copy()
         inertia, hinged, shown = (inertia + inertia.T) / 2, tuple(joints[body]), tuple(shapes[body])
-        found[name] = Part(name, parent, pose, mass, centre, inertia, hinged, shown, points[body])
-    return Tree(file=None, parts=found, beside=_beside(model), notes=tuple(_notes(model, parts)))
+        found[name] = tree.Part(name, parent, pose, mass, centre, inertia, hinged, shown, points[body])
+    return tree.Tree(file=None, parts=found, beside=_beside(model), notes=tuple(_notes(model, parts)))
 
 
-def _joints(model: mujoco.MjModel, parts: dict[int, str]) -> dict[int, list[Joint]]:
+def _joints(model: mujoco.MjModel, parts: dict[int, str]) -> dict[int, list[tree.Joint]]:
     owners = [parts[int(body)] for body in model.jnt_bodyid]
     given = [model.joint(joint).name for joint in range(model.njnt)]
-    found: dict[int, list[Joint]] = {body: [] for body in parts}
-    for joint, name in enumerate(own_names(given, [f"{owner}_joint" for owner in owners])):
+    found: dict[int, list[tree.Joint]] = {body: [] for body in parts}
+    for joint, name in enumerate(tree.own_names(given, [f"{owner}_joint" for owner in owners])):
         kind = JOINT_KINDS[int(model.jnt_type[joint])]
         freedom, place = int(model.jnt_dofadr[joint]), int(model.jnt_qposadr[joint])
         scalar = kind in ("hinge", "slide")  # a ball's and a free joint's coordinate is a quaternion
         lower, upper = model.jnt_range[joint].tolist()
-        made = Joint(
+        made = tree.Joint(
             name=name,
             kind=kind,
             axis=model.jnt_axis[joint].copy(),
@@ -196,13 +184,13 @@ def _joints(model: mujoco.MjModel, parts: dict[int, str]) -> dict[int, list[Join
     return found
 
 
-def _shapes(model: mujoco.MjModel, parts: dict[int, str]) -> dict[int, list[Shape]]:
+def _shapes(model: mujoco.MjModel, parts: dict[int, str]) -> dict[int, list[tree.Shape]]:
     geoms = [geom for geom in range(model.ngeom) if int(model.geom_bodyid[geom]) in parts]
     geoms = [geom for geom in geoms if int(model.geom_type[geom]) in SHAPE_KINDS]
     fallback = [f"{parts[int(model.geom_bodyid[geom])]}_shape" for geom in geoms]
-    names = own_names([model.geom(geom).name for geom in geoms], fallback)
+    names = tree.own_names([model.geom(geom).name for geom in geoms], fallback)
     meshes: dict[int, tuple[np.ndarray, np.ndarray]] = {}
-    found: dict[int, list[Shape]] = {body: [] for body in parts}
+    found: dict[int, list[tree.Shape]] = {body: [] for body in parts}
     for geom, name in zip(geoms, names, strict=True):
         found[int(model.geom_bodyid[geom])].append(_shape(model, geom, name, meshes))
     return found
@@ -210,13 +198,13 @@ def _shapes(model: mujoco.MjModel, parts: dict[int, str]) -> dict[int, list[Shap
 
 def _shape(
     model: mujoco.MjModel, geom: int, name: str, meshes: dict[int, tuple[np.ndarray, np.ndarray]]
-) -> Shape:
+) -> tree.Shape:
     kind = SHAPE_KINDS[int(model.geom_type[geom])]
     material, own = int(model.geom_matid[geom]), model.geom_rgba[geom]
     shown = model.mat_rgba[material] if material >= 0 and np.allclose(own, DEFAULT_RGBA) else own
-    pose = pose_of(model.geom_pos[geom], turn_of(model.geom_quat[geom]))
+    pose = tree.pose_of(model.geom_pos[geom], tree.turn_of(model.geom_quat[geom]))
     red, green, blue, opacity = (float(part) for part in shown)
-    plain = Shape(name, kind, pose, model.geom_size[geom].copy(), rgba=(red, green, blue, opacity))
+    plain = tree.Shape(name, kind, pose, model.geom_size[geom].copy(), rgba=(red, green, blue, opacity))
     if kind != "mesh":
         return plain
     mesh = int(model.geom_dataid[geom])
@@ -232,7 +220,7 @@ def _shape(
 def _points(model: mujoco.MjModel, parts: dict[int, str]) -> dict[int, dict[str, np.ndarray]]:
     sites = [site for site in range(model.nsite) if int(model.site_bodyid[site]) in parts]
     fallback = [f"{parts[int(model.site_bodyid[site])]}_point" for site in sites]
-    names = own_names([model.site(site).name for site in sites], fallback)
+    names = tree.own_names([model.site(site).name for site in sites], fallback)
     found: dict[int, dict[str, np.ndarray]] = {body: {} for body in parts}
     for site, name in zip(sites, names, strict=True):
         found[int(model.site_bodyid[site])][name] = model.site_pos[site].copy()
@@ -244,7 +232,7 @@ def _beside(model: mujoco.MjModel) -> dict[str, tuple[str, ...]]:
     for word, (count, kind, fallback) in BESIDE_TREE.items():
         numbers = range(int(getattr(model, count)))
         given = [mujoco.mj_id2name(model, kind, number) or "" for number in numbers]
-        if names := own_names(given, [f"{fallback}_{number}" for number in numbers]):
+        if names := tree.own_names(given, [f"{fallback}_{number}" for number in numbers]):
             found[word] = tuple(names)
     return found
 
@@ -252,13 +240,15 @@ def _beside(model: mujoco.MjModel) -> dict[str, tuple[str, ...]]:
 def _notes(model: mujoco.MjModel, parts: dict[int, str]) -> Iterator[Notice]:
     """What a user would not expect of the tree."""
     if unnamed := [name for body, name in parts.items() if not model.body(body).name]:
-        yield reading_note("unnamed-parts", "parts without a name are called {names}", unnamed)
+        yield tree.reading_note("unnamed-parts", "parts without a name are called {names}", unnamed)
     of_parts = [geom for geom in range(model.ngeom) if int(model.geom_bodyid[geom]) in parts]
     if others := sorted({int(model.geom_type[geom]) for geom in of_parts} - set(SHAPE_KINDS)):
         words = [mujoco.mjtGeom(kind).name.removeprefix("mjGEOM_").lower() for kind in others]
-        yield reading_note("geoms-left-out", "geoms that are no shape of a part are left out: {names}", words)
+        yield tree.reading_note(
+            "geoms-left-out", "geoms that are no shape of a part are left out: {names}", words
+        )
     if floating := [name for body, name in parts.items() if model.body_gravcomp[body]]:
-        yield reading_note("gravity-compensation", "gravity compensation is left out: {names}", floating)
+        yield tree.reading_note("gravity-compensation", "gravity compensation is left out: {names}", floating)
     curved = [
         model.joint(joint).name or parts[int(model.jnt_bodyid[joint])]
         for joint in range(model.njnt)
@@ -266,4 +256,4 @@ def _notes(model: mujoco.MjModel, parts: dict[int, str]) -> Iterator[Notice]:
     ]
     if curved:
         text = "of polynomial springs and dampers only the linear part is read: {names}"
-        yield reading_note("polynomials-cut", text, curved)
+        yield tree.reading_note("polynomials-cut", text, curved)

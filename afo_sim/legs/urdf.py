@@ -11,29 +11,7 @@ from typing import Any
 import numpy as np
 
 from afo_sim.common import InputError, Notice, nearest_name
-from afo_sim.legs.tree import (
-    LEAST_INERTIA,
-    Joint,
-    Part,
-    Shape,
-    Tree,
-    free_name,
-    listed,
-    own_names,
-    reading_note,
-    refuse,
-)
-from afo_sim.legs.urdf_files import (
-    Packages,
-    find_mesh,
-    load_mesh,
-    quiet,
-    robot_element,
-    split_commas,
-    take_capsules,
-    text_problems,
-    without_odd_shapes,
-)
+from afo_sim.legs import tree, urdf_files
 
 LARGE_MESH = 5.0  # [m] no link of a body or a device is that long …
 NEAR_JOINTS = 2.0  # [m] … whose joints lie that near
@@ -53,29 +31,33 @@ REMARKS = {
 MIMICS = "joint {subject} follows another, {rule}; in a leg alone it moves by itself"
 
 
-def read_urdf(file: str | pathlib.Path, *, packages: Packages = (), contact: bool = False) -> Tree:
+def read_urdf(
+    file: str | pathlib.Path, *, packages: urdf_files.Packages = (), contact: bool = False
+) -> tree.Tree:
     """Read a URDF file through yourdfpy."""
     file = pathlib.Path(file)
-    root = robot_element(file)
+    root = urdf_files.robot_element(file)
     root.set("name", root.get("name") or file.stem)
-    odd = without_odd_shapes(root)
-    refuse(text_problems(root, file))
-    split_commas(root)
-    capsules = take_capsules(root)
+    odd = urdf_files.without_odd_shapes(root)
+    tree.refuse(urdf_files.text_problems(root, file))
+    urdf_files.split_commas(root)
+    capsules = urdf_files.take_capsules(root)
     robot = _parsed(root, file)
     if not robot.links:
         raise InputError("has no <link>", file=file)
-    refuse((*_joint_problems(robot, file), *_tree_problems(robot, file)))
+    tree.refuse((*_joint_problems(robot, file), *_tree_problems(robot, file)))
     reading = _Reading(file, packages, robot, capsules, contact)
     parts = reading.parts()
     rules = [(joint.name, joint.mimic) for joint in robot.joints if joint.mimic is not None]
     couplings = tuple((name, rule.joint, rule.offset, rule.multiplier) for name, rule in rules)
-    notes = [reading_note("shapes-left-out", "left out: {why} ({names})", odd[why], why=why) for why in odd]
+    notes = [
+        tree.reading_note("shapes-left-out", "left out: {why} ({names})", odd[why], why=why) for why in odd
+    ]
     remarks = [(code, text, dict.fromkeys(reading.seen[code])) for code, text in REMARKS.items()]
-    notes += [reading_note(*remark) for remark in remarks if remark[2]]
+    notes += [tree.reading_note(*remark) for remark in remarks if remark[2]]
     for name, other, offset, by in couplings:
         notes.append(Notice("joint-mimics", MIMICS, subject=name, rule=f"{by:g} × {other} + {offset:g}"))
-    return Tree(file, parts, _beside(root, [name for name, _ in rules]), tuple(notes), couplings)
+    return tree.Tree(file, parts, _beside(root, [name for name, _ in rules]), tuple(notes), couplings)
 
 
 def _parsed(root: Any, file: pathlib.Path) -> Any:
@@ -83,7 +65,7 @@ def _parsed(root: Any, file: pathlib.Path) -> Any:
     import yourdfpy
     from lxml import etree
 
-    with quiet():
+    with urdf_files.quiet():
         try:
             content = io.BytesIO(etree.tostring(root))
             return yourdfpy.URDF.load(content, load_meshes=False, build_scene_graph=False).robot
@@ -129,7 +111,7 @@ def _tree_problems(robot: Any, file: pathlib.Path) -> Iterator[InputError]:
         for name in hung:
             del circling[name]
     if circling:
-        problem = f"is attached to itself, by the links {listed(circling)}; take out one of the joints"
+        problem = f"is attached to itself, by the links {tree.listed(circling)}; take out one of the joints"
         yield InputError(problem, file=file, field=f"link {next(iter(circling))!r}")
 
 
@@ -138,7 +120,7 @@ class _Reading:
     """The parts of a checked robot, and what is remarked on the way."""
 
     file: pathlib.Path
-    packages: Packages
+    packages: urdf_files.Packages
     robot: Any
     capsules: set[tuple[str, str, int]]
     contact: bool = False
@@ -146,7 +128,7 @@ class _Reading:
     loaded: dict[tuple[pathlib.Path, str], tuple[np.ndarray, np.ndarray]] = field(default_factory=dict)
     seen: dict[str, list[str]] = field(default_factory=lambda: defaultdict(list))
 
-    def parts(self) -> dict[str, Part]:
+    def parts(self) -> dict[str, tree.Part]:
         """Parents before children, in the order of the file."""
         links = {link.name: link for link in self.robot.links}
         joints: dict[str, list[Any]] = {}
@@ -168,18 +150,18 @@ class _Reading:
                 todo.append(joint.child)
         return found
 
-    def _part(self, link: Any, joint: Any, below: list[Any]) -> Part:
+    def _part(self, link: Any, joint: Any, below: list[Any]) -> tree.Part:
         parent = joint.parent if joint and joint.parent != self.world else None
         pose, inertial = _origin(joint.origin if joint else None), self._inertial(link)
         joints = self._joints(joint) if joint else ()
-        return Part(link.name, parent, pose, *inertial, joints, tuple(self._shapes(link, below)))
+        return tree.Part(link.name, parent, pose, *inertial, joints, tuple(self._shapes(link, below)))
 
     def _inertial(self, link: Any) -> tuple[float, np.ndarray, np.ndarray]:
         """Mass, centre and R I Rᵀ, R the turn of the inertial frame against the link's."""
         inertial = link.inertial
         if inertial is None or not inertial.mass:
             self.seen["massless-links"].append(link.name)
-        elif inertial.inertia is None or np.abs(inertial.inertia).max() < LEAST_INERTIA:
+        elif inertial.inertia is None or np.abs(inertial.inertia).max() < tree.LEAST_INERTIA:
             self.seen["point-masses"].append(link.name)
         if inertial is None:
             return 0.0, np.zeros(3), np.zeros((3, 3))
@@ -188,12 +170,12 @@ class _Reading:
         inertia = np.zeros((3, 3)) if inertial.inertia is None else turn @ inertial.inertia @ turn.T
         return float(inertial.mass or 0.0), origin[:3, 3].copy(), (inertia + inertia.T) / 2
 
-    def _joints(self, joint: Any) -> tuple[Joint, ...]:
+    def _joints(self, joint: Any) -> tuple[tree.Joint, ...]:
         same: dict[str, Any] = {"position": np.zeros(3), **_dynamics(joint)}
         if joint.type == "fixed":
             return ()
         if joint.type == "floating":
-            return (Joint(name=joint.name, kind="free", axis=np.array([0.0, 0.0, 1.0]), **same),)
+            return (tree.Joint(name=joint.name, kind="free", axis=np.array([0.0, 0.0, 1.0]), **same),)
         axis = joint.axis / np.abs(joint.axis).max()  # whose square is a number, however long it was
         axis = axis / np.linalg.norm(axis)
         if joint.type == "planar":
@@ -204,15 +186,17 @@ class _Reading:
         if lower == upper and joint.type != "continuous":  # CAD exporters leave zeros where no range was set
             self.seen["joints-endless"].append(joint.name)
         kind: Any = "slide" if joint.type == "prismatic" else "hinge"
-        return (Joint(joint.name, kind, axis, range=(lower, upper) if stopped else None, **same),)
+        return (tree.Joint(joint.name, kind, axis, range=(lower, upper) if stopped else None, **same),)
 
-    def _shapes(self, link: Any, below: list[Any]) -> Iterator[Shape]:
+    def _shapes(self, link: Any, below: list[Any]) -> Iterator[tree.Shape]:
         """What is to be seen; of a link that shows nothing, or for contact, what it collides with."""
         reach = float(max([np.linalg.norm(_origin(joint.origin)[:3, 3]) for joint in below], default=0.0))
         shapes = [(shape, "visual", number) for number, shape in enumerate(link.visuals)]
         if self.contact or not shapes:
             shapes += [(shape, "collision", number) for number, shape in enumerate(link.collisions)]
-        names = own_names([shape.name or "" for shape, *_ in shapes], [f"{link.name}_shape"] * len(shapes))
+        names = tree.own_names(
+            [shape.name or "" for shape, *_ in shapes], [f"{link.name}_shape"] * len(shapes)
+        )
         for (shape, word, number), name in zip(shapes, names, strict=True):
             made = self._shape(shape, name, reach)
             if made is not None and (link.name, word, number) in self.capsules:
@@ -220,28 +204,30 @@ class _Reading:
             if made is not None:
                 yield dataclasses.replace(made, touches=self.contact and word == "collision")
 
-    def _shape(self, shape: Any, name: str, reach: float) -> Shape | None:
+    def _shape(self, shape: Any, name: str, reach: float) -> tree.Shape | None:
         geometry, pose, rgba = shape.geometry, _origin(shape.origin), self._rgba(shape)
         if geometry.box is not None:
-            return Shape(name, "box", pose, np.asarray(geometry.box.size) / 2, rgba=rgba)
+            return tree.Shape(name, "box", pose, np.asarray(geometry.box.size) / 2, rgba=rgba)
         if geometry.sphere is not None:
-            return Shape(name, "sphere", pose, np.array([geometry.sphere.radius, 0.0, 0.0]), rgba=rgba)
+            return tree.Shape(name, "sphere", pose, np.array([geometry.sphere.radius, 0.0, 0.0]), rgba=rgba)
         if geometry.cylinder is not None:
             size = np.array([geometry.cylinder.radius, geometry.cylinder.length / 2, 0.0])
-            return Shape(name, "cylinder", pose, size, rgba=rgba)
+            return tree.Shape(name, "cylinder", pose, size, rgba=rgba)
         surface = self._surface(geometry.mesh, reach)
         if surface is None:
             return None
-        return Shape(name, "mesh", pose, np.zeros(3), vertices=surface[0], faces=surface[1], rgba=rgba)
+        return tree.Shape(name, "mesh", pose, np.zeros(3), vertices=surface[0], faces=surface[1], rgba=rgba)
 
     def _surface(self, mesh: Any, reach: float) -> tuple[np.ndarray, np.ndarray] | None:
-        path = find_mesh(mesh.filename, self.file, self.packages)
+        path = urdf_files.find_mesh(mesh.filename, self.file, self.packages)
         if path is None:
             self.seen["meshes-missing"].append(mesh.filename)
             return None
         key = path, str(mesh.scale)
         try:
-            vertices, faces = self.loaded[key] = self.loaded.get(key) or load_mesh(path, mesh.scale)
+            vertices, faces = self.loaded[key] = self.loaded.get(key) or urdf_files.load_mesh(
+                path, mesh.scale
+            )
         except ValueError as error:
             self.seen["meshes-broken"].append(f"{mesh.filename} ({' '.join(str(error).split())})")
             return None
@@ -256,22 +242,22 @@ class _Reading:
             named = {one.name: one for one in self.robot.materials if one.color is not None}
             material = named.get(material.name)
         if material is None or material.color is None:
-            return Shape.rgba
+            return tree.Shape.rgba
         colour = [float(part) for part in material.color.rgba]
         red, green, blue, opacity = (*colour, 1.0)[:4]
         return red, green, blue, opacity
 
 
-def _planar(name: str, axis: np.ndarray, same: dict[str, Any], taken: set[str]) -> tuple[Joint, ...]:
+def _planar(name: str, axis: np.ndarray, same: dict[str, Any], taken: set[str]) -> tuple[tree.Joint, ...]:
     """Two slides across the axis and a hinge about it, named as MuJoCo's importer names them."""
     across = np.eye(3)[np.argmin(np.abs(axis))]
     first = np.cross(across, axis)
     first /= np.linalg.norm(first)
-    ends = [free_name(f"{name}_{end}", taken) for end in ("TX", "TY", "RZ")]
+    ends = [tree.free_name(f"{name}_{end}", taken) for end in ("TX", "TY", "RZ")]
     return (
-        Joint(name=ends[0], kind="slide", axis=first, **same),
-        Joint(name=ends[1], kind="slide", axis=np.cross(axis, first), **same),
-        Joint(name=ends[2], kind="hinge", axis=axis, **same),
+        tree.Joint(name=ends[0], kind="slide", axis=first, **same),
+        tree.Joint(name=ends[1], kind="slide", axis=np.cross(axis, first), **same),
+        tree.Joint(name=ends[2], kind="hinge", axis=axis, **same),
     )
 
 

@@ -8,17 +8,9 @@ from dataclasses import replace
 import numpy as np
 
 from afo_sim.common import InputError
+from afo_sim.gait_lab.readers import text
 from afo_sim.gait_lab.readers.csv_trial import Column, CsvTrial, trial_of
 from afo_sim.gait_lab.readers.plates import Plate
-from afo_sim.gait_lab.readers.text import (
-    cells_of,
-    miscounts,
-    numbers,
-    parse_row,
-    rate_of,
-    read_lines,
-    without_empty_end,
-)
 
 _LAYOUT = "lines of a key, a tab and its value (FREQUENCY, MARKER_NAMES or FORCE_PLATE_NAME), then the rows"
 _PLATE = {
@@ -29,28 +21,28 @@ _CORNERS = ("POSX_POSY", "NEGX_POSY", "NEGX_NEGY", "POSX_NEGY")  # in C3D's orde
 
 def read_qualisys(path: pathlib.Path) -> CsvTrial:
     """Read the markers or the force plate of a QTM export."""
-    lines, ended = read_lines(path)
+    lines, ended = text.read_lines(path)
     start = next((k for k, line in enumerate(lines) if _is_row(line)), len(lines))
-    header = [cells_of(line, "\t") for line in lines[:start] if line.strip()]
-    stated = {cells[0].upper(): without_empty_end(cells[1:]) for cells in header}
+    header = [text.cells_of(line, "\t") for line in lines[:start] if line.strip()]
+    stated = {cells[0].upper(): text.without_empty_end(cells[1:]) for cells in header}
     rows = [line for line in lines[start:] if line.strip()]
-    rate = rate_of(path, "FREQUENCY", (stated.get("FREQUENCY") or [""])[0])
+    rate = text.rate_of(path, "FREQUENCY", (stated.get("FREQUENCY") or [""])[0])
     if not header or not rows:
         raise InputError("has no rows of numbers", file=path, allowed=_LAYOUT)
     titles = _titles(path, stated, header[-1], rows[0])  # `NAME x`; `PLATE fx`, `PLATE px`; "" of the others
-    table, notices = numbers(path, rows, titles, "\t", ended)
+    table, notices = text.numbers(path, rows, titles, "\t", ended)
     units = [("N", 1.0) if re.search(" f[xyz]$", title) else ("m", 1e-3) for title in titles]
     columns = [
         Column(t, *unit, table[:, k]) for k, (t, unit) in enumerate(zip(titles, units, strict=True)) if t
     ]
     said = {key: cells[0] for key, cells in stated.items() if cells}
     counted = {"NO_OF_FRAMES": ("frames", len(table)), "NO_OF_SAMPLES": ("rows", len(table))}
-    notices += miscounts(said, counted)
+    notices += text.miscounts(said, counted)
     trial = trial_of(path, np.arange(len(table)) / rate, columns, notices)
     places = [f"FORCE_PLATE_CORNER_{place}_{axis}" for place in _CORNERS for axis in "XYZ"]
     corners = None  # where not all are stated
     with contextlib.suppress(ValueError, LookupError):
-        corners = 1e-3 * np.reshape(parse_row([stated[place][0] for place in places]), (4, 3))
+        corners = 1e-3 * np.reshape(text.parse_row([stated[place][0] for place in places]), (4, 3))
     plates = tuple(replace(plate, corners=corners) for plate in trial.plates)
     if plates and "local" in " ".join(stated.get("DESCRIPTION", [])).lower():
         plates = tuple(_turned(path, plate) for plate in plates)
@@ -76,7 +68,7 @@ def _turned(path: pathlib.Path, plate: Plate) -> Plate:
 
 def _is_row(line: str) -> bool:
     try:
-        return bool(line.strip()) and len(parse_row(cells_of(line, "\t"))) > 1
+        return bool(line.strip()) and len(text.parse_row(text.cells_of(line, "\t"))) > 1
     except ValueError:
         return False
 
@@ -87,12 +79,12 @@ def _titles(path: pathlib.Path, stated: dict[str, list[str]], last: list[str], r
         if "6D" in stated.get("DATA_INCLUDED", []):
             raise InputError("holds rigid bodies (6D)", file=path, allowed="QTM's export of 3D data")
         names = stated["MARKER_NAMES"]
-        lead = 2 if len(without_empty_end(cells_of(row, "\t"))) > 3 * len(names) else 0
+        lead = 2 if len(text.without_empty_end(text.cells_of(row, "\t"))) > 3 * len(names) else 0
         if last[0].lower() in ("frame", "time"):
             lead = sum(cell.lower() in ("frame", "time") for cell in last[:2])
         return [""] * lead + [f"{name} {axis}" for name in names for axis in "xyz"]
     plate = " ".join(stated.get("FORCE_PLATE_NAME", [])) or "1"
-    found = [_PLATE.get(cell.lower(), "") for cell in without_empty_end(last)]
+    found = [_PLATE.get(cell.lower(), "") for cell in text.without_empty_end(last)]
     if not set(_PLATE.values()) <= set(found):
         allowed = "Force_X, Force_Y, Force_Z, COP_X, COP_Y, COP_Z above the rows"
         raise InputError("has neither markers nor a whole force plate", file=path, allowed=allowed)

@@ -5,20 +5,8 @@ from typing import Any
 
 import numpy as np
 
+from afo_sim import gait
 from afo_sim.common import InputError, Notice
-from afo_sim.gait import (
-    COP_FORCE,
-    HEIGHT_ERROR,
-    LATE_SWING,
-    LEAST,
-    STANCE_FORCE,
-    WITHIN,
-    GaitCycle,
-    closing_doubts,
-    off_norm,
-    signs,
-    stance,
-)
 from afo_sim.gait_lab.trial.ground_force import GroundForce
 from afo_sim.gait_lab.trial.leg_motion import LegMotion
 from afo_sim.gait_lab.trial.leg_points import LegPoints
@@ -55,7 +43,7 @@ _UNEVEN = 0.1  # of the usual step of time, that a step may differ
 
 
 def doubts(
-    cycle: GaitCycle,
+    cycle: gait.GaitCycle,
     points: LegPoints,
     motion: LegMotion,
     ground: GroundForce | None,
@@ -63,8 +51,8 @@ def doubts(
     reference: np.ndarray | None,
 ) -> tuple[Notice, ...]:
     """What a person should look at in a stride, one sentence with its number each."""
-    compensated = signs(cycle, cycle.body_height or _ADULT) if cycle.walker == "patient" else ()
-    found = [*walker_doubts(cycle), *compensated, *closing_doubts(cycle), *_zero(zero), *_flat(cycle)]
+    compensated = gait.signs(cycle, cycle.body_height or _ADULT) if cycle.walker == "patient" else ()
+    found = [*walker_doubts(cycle), *compensated, *gait.closing_doubts(cycle), *_zero(zero), *_flat(cycle)]
     found += [*_ankle_height(cycle, points), *_knee(cycle)]
     found += _pressure(cycle, *_outline(points, motion))
     found += [*_forward_force(cycle), *_moment_peak(cycle)]
@@ -82,10 +70,10 @@ def doubts(
     return tuple(found)
 
 
-def walker_doubts(cycle: GaitCycle) -> list[Notice]:
+def walker_doubts(cycle: gait.GaitCycle) -> list[Notice]:
     """A warning where the ankle contradicts `walker`; none where nobody said whose walk it is."""
-    off = np.degrees(off_norm(cycle))
-    swing = off[cycle.phase > stance(cycle)]
+    off = np.degrees(gait.off_norm(cycle))
+    swing = off[cycle.phase > gait.stance(cycle)]
     beyond = float(np.sqrt(np.mean(swing**2)))
     if cycle.walker == "healthy" and beyond > _PEOPLE:
         text = (
@@ -123,23 +111,23 @@ def _zero(zero: float) -> list[Notice]:
     return [Notice("ankle-zero-far", text, moved=-degrees, usual=_ZERO[0])]
 
 
-def _flat(cycle: GaitCycle) -> list[Notice]:
+def _flat(cycle: gait.GaitCycle) -> list[Notice]:
     if cycle.flat.steady:
         return []
     text = (
         "the foot is never steady for {least:.0f} % of the stride between {low:.0f} and {high:.0f} %: "
         "{taken} are taken as flat, and with them the ankle's zero and height"
     )
-    low, high = (100.0 * share for share in WITHIN)
-    data: dict[str, Any] = {"least": 100.0 * LEAST, "low": low, "high": high, "taken": cycle.flat.words}
+    low, high = (100.0 * share for share in gait.WITHIN)
+    data: dict[str, Any] = {"least": 100.0 * gait.LEAST, "low": low, "high": high, "taken": cycle.flat.words}
     return [Notice("foot-never-flat", text, **data)]
 
 
-def _ankle_height(cycle: GaitCycle, points: LegPoints) -> list[Notice]:
+def _ankle_height(cycle: gait.GaitCycle, points: LegPoints) -> list[Notice]:
     low, high = _ANKLE_HEIGHT[0] * _shank(points) / _ADULT_SHANK, _ANKLE_HEIGHT[1]
     stated = points.ankle_height  # of a model or a standing trial
     if stated is not None:
-        low, high = stated - HEIGHT_ERROR, stated + HEIGHT_ERROR
+        low, high = stated - gait.HEIGHT_ERROR, stated + gait.HEIGHT_ERROR
     height = float(cycle.ankle_z[cycle.foot_flat()].min())  # a heel that leaves early raises the mean
     if low <= height <= high:
         return []
@@ -151,7 +139,7 @@ def _ankle_height(cycle: GaitCycle, points: LegPoints) -> list[Notice]:
     return [Notice("ankle-height", text, **data)]
 
 
-def _require_ankle(cycle: GaitCycle, points: LegPoints) -> None:
+def _require_ankle(cycle: gait.GaitCycle, points: LegPoints) -> None:
     """Refuse an ankle that is the heel, or that is both too low and has too great a moment."""
     way = points.points["ankle"].path - points.points["heel"].path
     seen = np.linalg.norm(way[np.all(np.isfinite(way), axis=1)], axis=1)
@@ -180,7 +168,7 @@ def _shank(points: LegPoints) -> float:
     return min(_ADULT_SHANK, float(np.median(np.linalg.norm(seen, axis=1)))) if len(seen) else _ADULT_SHANK
 
 
-def _knee(cycle: GaitCycle) -> list[Notice]:
+def _knee(cycle: gait.GaitCycle) -> list[Notice]:
     knee = np.degrees(cycle.knee_angle)
     most, mostly = -float(knee.min()), np.median(knee) < 0.0
     doubt = ", and for most of the stride: its sign, or the knee's place" if mostly else ": the knee's place"
@@ -204,9 +192,9 @@ def _outline(points: LegPoints, motion: LegMotion) -> tuple[float, float]:
     return behind - _MARGIN, ahead + (_MARGIN if ahead - behind >= whole else _TOES)
 
 
-def _pressure(cycle: GaitCycle, last: float, first: float) -> list[Notice]:
+def _pressure(cycle: gait.GaitCycle, last: float, first: float) -> list[Notice]:
     """The sole stays where it lies, so that the centre of pressure stays within it all through stance."""
-    on = np.isfinite(cycle.cop_x) & (cycle.grf_z > COP_FORCE) & (cycle.phase < LATE_SWING)
+    on = np.isfinite(cycle.cop_x) & (cycle.grf_z > gait.COP_FORCE) & (cycle.phase < gait.LATE_SWING)
     if not np.any(on):
         return []
     place = (cycle.cop_x + cycle.ankle_x)[on] - cycle.ankle_x[cycle.foot_flat()].mean()
@@ -226,7 +214,7 @@ def _pressure(cycle: GaitCycle, last: float, first: float) -> list[Notice]:
     return [Notice("pressure-off-foot", text, percent=100.0 * share, most_cm=100.0 * most, end=end)]
 
 
-def _forward_force(cycle: GaitCycle) -> list[Notice]:
+def _forward_force(cycle: gait.GaitCycle) -> list[Notice]:
     if not np.isfinite(cycle.grf_x).all() or np.abs(cycle.grf_x).max() > _FORWARD:
         return []
     text = (
@@ -236,7 +224,7 @@ def _forward_force(cycle: GaitCycle) -> list[Notice]:
     return [Notice("no-shear-force", text, height_cm=100.0 * cycle.ankle_height)]
 
 
-def _moment_peak(cycle: GaitCycle) -> list[Notice]:
+def _moment_peak(cycle: gait.GaitCycle) -> list[Notice]:
     moment = -cycle.ankle_moment[np.isfinite(cycle.ankle_moment)]
     if not len(moment) or _PEAK[0] <= moment.max() <= _PEAK[1]:
         return []
@@ -255,8 +243,8 @@ def _moment_peak(cycle: GaitCycle) -> list[Notice]:
     return [Notice("moment-peak", text, peak=peak, low=_PEAK[0], high=_PEAK[1], cause=cause)]
 
 
-def _against_reference(cycle: GaitCycle, reference: np.ndarray) -> list[Notice]:
-    on = (cycle.grf_z > STANCE_FORCE) & (cycle.phase < LATE_SWING)
+def _against_reference(cycle: gait.GaitCycle, reference: np.ndarray) -> list[Notice]:
+    on = (cycle.grf_z > gait.STANCE_FORCE) & (cycle.phase < gait.LATE_SWING)
     on &= np.isfinite(cycle.ankle_moment) & np.isfinite(reference)
     if on.sum() < 3:
         return []

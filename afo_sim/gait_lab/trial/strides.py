@@ -10,6 +10,7 @@ import numpy as np
 
 from afo_sim.common import InputError
 from afo_sim.gait_lab.readers.signals import stretches
+from afo_sim.gait_lab.trial import recorded_stride
 from afo_sim.gait_lab.trial.events import (
     STANCE,
     STEP,
@@ -23,18 +24,7 @@ from afo_sim.gait_lab.trial.events import (
 )
 from afo_sim.gait_lab.trial.ground_force import GroundForce, PlateContact, find_contacts
 from afo_sim.gait_lab.trial.leg_motion import LegMotion
-from afo_sim.gait_lab.trial.recorded_stride import (
-    BEGINNING,
-    FORCE,
-    MARKED,
-    POSTURE,
-    WIDEST,
-    Closing,
-    RecordedStride,
-    repeated,
-    seam,
-    too_short,
-)
+from afo_sim.gait_lab.trial.recorded_stride import RecordedStride
 from afo_sim.gait_lab.trial.travel import STRIDE
 
 _MISSED = 1.6  # time of a stride, as a share of the others' median, that holds a strike that was missed [-]
@@ -120,7 +110,7 @@ def _inside(motion: LegMotion, moment: float) -> bool:
 def _strikes(leg: _Leg) -> list[_Strike]:
     """Heel strikes within the motion, each once."""
     by_force = [
-        _Strike(contact.start, FORCE, contact)
+        _Strike(contact.start, recorded_stride.FORCE, contact)
         for contact in leg.contacts
         if contact.begins and contact not in leg.beside and _inside(leg.motion, contact.start)
     ]
@@ -135,7 +125,7 @@ def _strikes(leg: _Leg) -> list[_Strike]:
     for moment in leg.motion.marked:  # where neither force nor motion shows a heel strike
         near = any(abs(moment - strike.time) < _ALONE * leg.events.stride_time for strike in strikes)
         if not near and _inside(leg.motion, moment):
-            strikes.append(_Strike(moment, MARKED))
+            strikes.append(_Strike(moment, recorded_stride.MARKED))
     return sorted(strikes, key=lambda strike: strike.time)
 
 
@@ -146,7 +136,7 @@ def _by_posture(leg: _Leg, by_force: Sequence[_Strike], moment: float, within: f
         if returned is None and abs(moment - leg.motion.time[-1]) < 1e-9:
             returned = moment  # the recording was cut at the heel strike
         if returned is not None:
-            return _Strike(returned, POSTURE)
+            return _Strike(returned, recorded_stride.POSTURE)
     return _Strike(moment, leg.events.method)
 
 
@@ -288,14 +278,14 @@ def _closed_stride(
     length = float(seen.time[-1] - seen.time[0])
     around = [*contacts, *_steps_without_motion(ground, contacts)] if ground else []
     starts = sorted(contact.start for contact in around if contact.begins)
-    period, how = period_by_force(starts, seen), FORCE
+    period, how = period_by_force(starts, seen), recorded_stride.FORCE
     if period is None:
         found, how = period_by_motion(seen, other), "the leg's motion"
         if isinstance(found, str):
             return found
         period = found
-    if length < (1.0 - WIDEST) * period:
-        return too_short(length, period)
+    if length < (1.0 - recorded_stride.WIDEST) * period:
+        return recorded_stride.too_short(length, period)
     best: RecordedStride | None = None
     for window in _windows(seen, period):
         stride = _closed(seen, ground, contacts, starts, window, period, how)
@@ -373,12 +363,12 @@ def _closed(
         toe_off=toe_off,
         start_by=by,
         loaded=loaded,
-        closed=Closing(window, gap, residual, how, length),
+        closed=recorded_stride.Closing(window, gap, residual, how, length),
     )
 
 
 def _seam(time: np.ndarray, values: np.ndarray, window: tuple[float, float], period: float) -> float:
-    return float(seam(time, values[:, None], window, period, 0.0)[0])
+    return float(recorded_stride.seam(time, values[:, None], window, period, 0.0)[0])
 
 
 def _unrolled(motion: LegMotion, window: tuple[float, float], period: float, length: float) -> LegMotion:
@@ -393,7 +383,7 @@ def _unrolled(motion: LegMotion, window: tuple[float, float], period: float, len
         columns = values.reshape(len(values), -1)
         travel = np.zeros(columns.shape[1])
         travel[0] = length if field.name in ("ankle_x", "heel", "toe", "pelvis_x") else 0.0
-        again = repeated(motion.time, columns, window, period, travel, time)
+        again = recorded_stride.repeated(motion.time, columns, window, period, travel, time)
         changed[field.name] = again.reshape(len(time), *values.shape[1:])
     return dataclasses.replace(motion, **changed)
 
@@ -406,10 +396,10 @@ def _strike(
     for start in sorted(starts, key=lambda start: abs(start - middle)):
         place = window[0] + (start - window[0]) % period
         if abs(start - middle) < period and not beside_heel_strike(place, motion, events):
-            return start, FORCE
+            return start, recorded_stride.FORCE
     if events.strikes:
         return min(events.strikes, key=lambda s: abs(s - middle)), events.method
-    return window[0], BEGINNING
+    return window[0], recorded_stride.BEGINNING
 
 
 def _toe_off(events: FootEvents, by_force: Sequence[float], strike: float, period: float) -> float:

@@ -13,6 +13,7 @@ from pydantic import InstanceOf, StrictFloat, StrictInt, StrictStr, model_valida
 
 from afo_sim.common import InputError, assets, parse_quantity
 from afo_sim.description import refusal
+from afo_sim.study import sweep_plan
 from afo_sim.study.design import Cases, case_seeds, cases_of
 from afo_sim.study.folder import fingerprint
 from afo_sim.study.parameter import OwnSeed, Range, Span
@@ -27,17 +28,6 @@ from afo_sim.study.search.aim import (
     Limit,
     Objective,
     Problem,
-)
-from afo_sim.study.sweep_plan import (
-    Metric,
-    Plan,
-    SweepFile,
-    check_keys,
-    check_metric,
-    one_of,
-    parameter_tables,
-    plain_scenario,
-    planned,
 )
 
 SURROGATE: Literal["surrogate"] = "surrogate"
@@ -65,8 +55,8 @@ class SearchPlan(SearchTable):
     """A design search, checked."""
 
     file: pathlib.Path
-    designs: Plan
-    patients: Plan | None
+    designs: sweep_plan.Plan
+    patients: sweep_plan.Plan | None
     objective: InstanceOf[Objective]
     limits: tuple[InstanceOf[Limit], ...]
 
@@ -87,11 +77,11 @@ class SearchPlan(SearchTable):
 
     def aim(self, units: Mapping[str, str], *, sampled: bool = False) -> Aim:
         """Objective and limits, by the units that the scenario's metrics have."""
-        check_metric(self.file, "objective.metric", self.objective.metric, units)
+        sweep_plan.check_metric(self.file, "objective.metric", self.objective.metric, units)
         drawn = sampled and self.patients is not None and self.patients.cases is not None
         limits = []
         for number, limit in enumerate(self.limits):
-            check_metric(self.file, f"limits[{number}].metric", limit.metric, units)
+            sweep_plan.check_metric(self.file, f"limits[{number}].metric", limit.metric, units)
             bound = limit.bound.replace("%", " percent") if isinstance(limit.bound, str) else limit.bound
             try:
                 bound = parse_quantity(bound, units[limit.metric])
@@ -132,13 +122,13 @@ class SearchPlan(SearchTable):
 
 
 class ObjectiveTable(StrictTable):
-    metric: Metric
+    metric: sweep_plan.Metric
     goal: Literal["lowest", "highest"]
     over: Literal["mean", "median", "worst"] = "mean"
 
 
 class LimitTable(StrictTable):
-    metric: Metric
+    metric: sweep_plan.Metric
     at_least: StrictStr | StrictFloat | StrictInt | None = None
     at_most: StrictStr | StrictFloat | StrictInt | None = None
     share: StrictFloat | StrictInt = Option(default=1.0, gt=0.0, le=1.0)
@@ -151,7 +141,7 @@ class LimitTable(StrictTable):
 
 
 class PatientsTable(StrictTable):
-    design: Annotated[StrictStr, one_of(_JUDGING, "is not a valid design of patients")]
+    design: Annotated[StrictStr, sweep_plan.one_of(_JUDGING, "is not a valid design of patients")]
     cases: StrictInt | None = Option(default=None, ge=1)
     seed: StrictInt = Option(default=0, ge=0)
     file: StrictStr | None = None
@@ -196,8 +186,8 @@ def search_of(
         bounds.append({"metric": metric, "at_least" if sign == ">=" else "at_most": bound})
         bounds[-1] |= {"share": float(share) / 100.0} if share else {}
     table = {
-        "scenario": plain_scenario(scenario),
-        "parameters": parameter_tables(ranges),
+        "scenario": sweep_plan.plain_scenario(scenario),
+        "parameters": sweep_plan.parameter_tables(ranges),
         "objective": {"metric": lowest or highest, "goal": "lowest" if lowest else "highest", "over": of},
         "limits": tuple(bounds),
         "set": dict(options.pop("sets", None) or {}),
@@ -211,7 +201,7 @@ def _of_table(file: pathlib.Path, table: Mapping[str, Any]) -> SearchPlan:
     written = SearchFile.read(file, table)
     base = {"scenario": written.scenario, "set": written.set}
     searched = {name: getattr(written, name) for name in ("seed", "constraints", "parameters")}
-    designs = planned(file, SweepFile(**base | searched, design="random", cases=1))
+    designs = sweep_plan.planned(file, sweep_plan.SweepFile(**base | searched, design="random", cases=1))
     limits: list[Limit] = []
     for one in written.limits:
         at_least = one.at_least is not None
@@ -236,22 +226,24 @@ def _of_table(file: pathlib.Path, table: Mapping[str, Any]) -> SearchPlan:
     return SearchPlan(**stated, **planned_with, objective=objective, limits=tuple(limits))
 
 
-def _patients(file: pathlib.Path, base: dict[str, Any], written: PatientsTable, designs: Plan) -> Plan:
+def _patients(
+    file: pathlib.Path, base: dict[str, Any], written: PatientsTable, designs: sweep_plan.Plan
+) -> sweep_plan.Plan:
     stated = {name: getattr(written, name) for name in PatientsTable.model_fields}
     try:
-        found = planned(file, SweepFile(**base | stated))
+        found = sweep_plan.planned(file, sweep_plan.SweepFile(**base | stated))
         for parameter in found.parameters:
             if parameter.name in (p.name for p in designs.parameters):
                 field = f"parameters.{parameter.name}"
                 problem = "is the name of a searched parameter, too"
                 raise InputError(problem, file=file, field=field, allowed="another name")
-        check_keys(file, (*designs.parameters, *found.parameters), {})
+        sweep_plan.check_keys(file, (*designs.parameters, *found.parameters), {})
         return found
     except InputError as error:
         raise error.replaced(field=f"patients.{error.field}") from None
 
 
-def _patients_of(plan: Plan) -> Cases:
+def _patients_of(plan: sweep_plan.Plan) -> Cases:
     """The cases of [patients], which is a sweep's table."""
     try:
         return cases_of(plan)
