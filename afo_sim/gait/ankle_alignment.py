@@ -24,8 +24,7 @@ _NOTES = ("ankle_shift_along_shank_m", "ankle_shift_vertical_m")
 
 @dataclass(frozen=True, eq=False)
 class Placed:
-    """A cycle whose ankle is a leg's, and how far it went there, upward positive; how far it was laid on the
-    floor at most while the force acts [m]."""
+    """A cycle on a leg's ankle; how far it went there, upward positive, and at most onto the floor [m]."""
 
     cycle: GaitCycle
     along: float
@@ -82,14 +81,13 @@ def lay_on_floor(placed: Placed, low: np.ndarray) -> tuple[Placed, FourierSeries
 
 @dataclass(frozen=True, eq=False)
 class _OnFloor:
-    """Of a cycle's samples (n,): its first and last loaded phase; whether each is between these; shares of
-    what the sole is off the floor at the last and the first; forward over upward force; their phases."""
+    """Of a cycle's samples (n,)."""
 
-    ends: tuple[float, float]
-    stands: np.ndarray
-    leaves: np.ndarray
-    comes: np.ndarray
-    forward: np.ndarray
+    ends: tuple[float, float]  # first and last loaded phase
+    stands: np.ndarray  # whether between these
+    leaves: np.ndarray  # share of what the sole is off the floor at the last …
+    comes: np.ndarray  # … and at the first
+    forward: np.ndarray  # over upward force
     at: Wave
 
 
@@ -123,8 +121,7 @@ def _closed(cycle: GaitCycle, name: str) -> np.ndarray:
 
 
 def _moved(cycle: GaitCycle, along: float, vertical: float) -> GaitCycle:
-    """The cycle about a point that lies `along` up the shank, of a body that stands higher by
-    `vertical` [m]."""
+    """The cycle about a point `along` up the shank, of a body that stands higher by `vertical` [m]."""
     forward = along * np.sin(cycle.shank_angle)
     upward = vertical + along * np.cos(cycle.shank_angle)
     return dataclasses.replace(

@@ -127,9 +127,8 @@ class _Examination:
         bad = ~np.isfinite(self.cycle.cop_x) & (self.cycle.grf_z > COP_FORCE)
         bad &= self.cycle.phase < LATE_SWING
         if np.any(bad):
-            self._refuse(
-                "cop_x_m", self._empty(bad), f"a number wherever grf_z_bw is above {COP_FORCE:g} in stance"
-            )
+            expected = f"a number wherever grf_z_bw is above {COP_FORCE:g} in stance"
+            self._refuse("cop_x_m", self._empty(bad), expected)
 
     def _empty(self, bad: np.ndarray) -> str:
         where = self.cycle.phase[bad]
@@ -171,11 +170,9 @@ class _Examination:
             self._refuse("grf_z_bw", seen, "the ground's force on the foot, upward positive, some 1.1")
         mean = float(np.trapezoid(force, phase))
         if not _MEAN_FORCE[0] <= mean <= _MEAN_FORCE[1]:
-            self._refuse(
-                "grf_z_bw",
-                f"is {mean:.2g} body weights on average over the stride (is the body mass right?)",
-                f"{_MEAN_FORCE[0]:g} to {_MEAN_FORCE[1]:g}: each leg carries half of the body",
-            )
+            seen = f"is {mean:.2g} body weights on average over the stride (is the body mass right?)"
+            expected = f"{_MEAN_FORCE[0]:g} to {_MEAN_FORCE[1]:g}: each leg carries half of the body"
+            self._refuse("grf_z_bw", seen, expected)
         share, start = stance(self.cycle), phase[np.argmax(force > STANCE_FORCE)]
         if start > _STANCE_START:
             seen = f"begins to rise at phase {start:.3g}"
@@ -239,14 +236,11 @@ class _Examination:
             self._refuse("ankle_angle_deg", seen, "dorsiflexion positive")
 
     def _height(self) -> None:
-        flat = self.cycle.foot_flat()
-        seen = float(self.cycle.ankle_z[flat].mean())
-        if abs(seen - self.cycle.ankle_height) > HEIGHT_ERROR:
-            self._refuse(
-                "ankle_z_m",
-                f"is {seen:.3g} m on average over {self.cycle.flat.words}",
-                f"the stated ankle_height_m = {self.cycle.ankle_height:.3g} there (floor at 0)",
-            )
+        height = float(self.cycle.ankle_z[self.cycle.foot_flat()].mean())
+        if abs(height - self.cycle.ankle_height) > HEIGHT_ERROR:
+            expected = f"the stated ankle_height_m = {self.cycle.ankle_height:.3g} there (floor at 0)"
+            seen = f"is {height:.3g} m on average over {self.cycle.flat.words}"
+            self._refuse("ankle_z_m", seen, expected)
 
     def _moment(self) -> None:
         moment = self._column("ankle_moment_nm_per_kg")

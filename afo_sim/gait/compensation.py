@@ -80,15 +80,11 @@ def signs(cycle: GaitCycle, body_height: float) -> tuple[Notice, ...]:
     chain = Chain.of_height(body_height)
 
     def posture(of: GaitCycle) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        shank, knee, ankle, height = (
-            _in_swing(of, name, _SHARES) for name in ("shank_angle", "knee_angle", "ankle_angle", "ankle_z")
-        )
-        hip = height + chain.hip(shank, knee)[1]
-        standing = (
-            of.signal("ankle_z", 0.25)
-            + chain.hip(of.signal("shank_angle", 0.25), of.signal("knee_angle", 0.25))[1]
-        )
-        return ankle, knee, knee - shank, hip - standing
+        names = "shank_angle", "knee_angle", "ankle_angle", "ankle_z"
+        shank, knee, ankle, height = (_in_swing(of, name, _SHARES) for name in names)
+        *quiet, _, level = (of.signal(name, 0.25) for name in names)
+        rise = (height + chain.hip(shank, knee)[1]) - (level + chain.hip(*quiet)[1])
+        return ankle, knee, knee - shank, rise
 
     ankle, knee, hip, rise = (a - b for a, b in zip(posture(cycle), posture(healthy), strict=True))
     low, bent, flexed, risen = float(np.mean(ankle)), float(knee.max()), float(hip.max()), float(rise.max())

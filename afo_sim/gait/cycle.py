@@ -108,8 +108,7 @@ class GaitCycle:
 
     def ground_moment(self) -> np.ndarray:
         """Internal ankle moment that balances the ground force at each sample, the foot taken as massless."""
-        cop = self.ground(self.phase)[2]
-        return -(cop * self.grf_z + self.ankle_z * self.grf_x) * GRAVITY
+        return -(self.pressed(self.phase) * self.grf_z + self.ankle_z * self.grf_x) * GRAVITY
 
     @cached_property
     def flat(self) -> FlatFoot:

@@ -39,14 +39,11 @@ def scaled(cycle: GaitCycle, taller: float) -> GaitCycle:
     if taller == 1.0:
         return cycle
     slower = float(np.sqrt(taller))
-    lengths = {
-        name: getattr(cycle, name) * taller for name in ("ankle_height", "ankle_x", "ankle_z", "cop_x")
-    }
-    known = {name: getattr(cycle, name) for name in ("body_height", "sole_thickness")}
+    names = ("ankle_height", "ankle_x", "ankle_z", "cop_x", "body_height", "sole_thickness")
+    lengths = {name: length * taller for name in names if (length := getattr(cycle, name)) is not None}
     found = dataclasses.replace(
         cycle,
         **lengths,
-        **{name: value * taller for name, value in known.items() if value is not None},
         stride_time=cycle.stride_time * slower,
         walking_speed=cycle.walking_speed * slower,
         ankle_moment=cycle.ankle_moment * taller,

@@ -145,8 +145,7 @@ def _remarks(results: Results, objectives: Mapping[str, Better]) -> list[str]:
 
 def effects_of(results: Results, metric: str, indices: Indices | None = None) -> dict[str, Effect]:
     """{parameter: its main effect on a metric}, as the sweep's design allows."""
-    saltelli = results.design == _DESIGN
-    blocks = results["case"] // _block_size(results) if saltelli else None
+    blocks = results["case"] // _block_size(results) if results.design == _DESIGN else None
     grid = results.levels() is not None and not results.lacking(metric)
     found = {}
     for name in varied(results):

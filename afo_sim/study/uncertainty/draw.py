@@ -196,12 +196,10 @@ def _distribution(
             raise InputError(str(error), field=f"parameters.{name}.{option}", value=text) from None
 
     relative = table.relative_within if table.relative_sd is None else table.relative_sd
-    factor = table.factor_sd_measured if measured else table.factor_sd
-    if factor is not None:
-        width = factor
-    elif relative is not None:
+    width = table.factor_sd_measured if measured else table.factor_sd
+    if width is None and relative is not None:
         width = relative * abs(own)
-    else:
+    elif width is None:
         width = quantity("within" if table.sd is None else "sd", 0.0)
     low, high = (-float("inf"), float("inf")) if field is None else field.bounds
     low, high = max(low, quantity("at_least", low)), min(high, quantity("at_most", high))
@@ -226,8 +224,7 @@ def _fits(name: str, table: SpreadTable, scenario: Scenario, left_out: list[str]
     for group in groups:
         kinds.setdefault(scenario.orthosis.muscle[group].type, []).append(group)
     for muscle, members in kinds.items():
-        why = muscle.without_draws
-        if why:
+        if why := muscle.without_draws:
             left_out.append(f"{name}: {muscle.name or ', '.join(members)}: {why}")
         else:
             own = name if len(kinds) == 1 else f"{name}_{members[0]}"
@@ -291,8 +288,7 @@ def draw(spreads: Applied, scenario: Scenario, count: int, seed: int = 0) -> Dra
 
     generator = np.random.default_rng(seed)
     share = qmc.LatinHypercube(sum(widths), seed=generator).random(count)
-    deviates = ndtri(share)
-    parts = np.split(deviates, np.cumsum(widths)[:-1], axis=1)
+    parts = np.split(ndtri(share), np.cumsum(widths)[:-1], axis=1)
     columns: list[Column] = []
     owners: list[tuple[str, SpreadTable, np.ndarray]] = []
     rejected = 0
@@ -311,8 +307,8 @@ def draw(spreads: Applied, scenario: Scenario, count: int, seed: int = 0) -> Dra
             name = f"{fit.name}_{key.rpartition('.')[2]}"
             columns.append(Column(name, keys, field.unit, float(field.value), values, fit.table))
         owners.append((fit.name, fit.table, legal))
-    groups = tuple(_groups(owners))
-    return Draws(count, seed, tuple(columns), groups, rejected, spreads.left_out, spreads.notes)
+    groups = _groups(owners)
+    return Draws(count, seed, tuple(columns), tuple(groups), rejected, spreads.left_out, spreads.notes)
 
 
 def _legal(fit: Fit, deviates: np.ndarray, generator: np.random.Generator) -> tuple[np.ndarray, int]:

@@ -61,11 +61,6 @@ def quantiles(values: np.ndarray) -> list[float]:
     return found
 
 
-def share_below(heights: np.ndarray, limit: float) -> float:
-    """Share of strides whose foot comes to a height [m] or lower [-], of their least heights (n,)."""
-    return float(np.mean(heights <= limit))
-
-
 def shares_of_one(heights: np.ndarray, path: np.ndarray, limit: float) -> np.ndarray:
     """Share of one wearer's strides that come to a height or lower [-] (n,), one for each draw."""
     return np.asarray((heights[:, None] + path[None, :] <= limit).mean(axis=1))
@@ -133,8 +128,7 @@ def uncertainty(
     with pool(threads) as who:
         at = as_taken(scenario, recording)
         outcomes = who.in_order(at, cases, asked, "drawing what is not known", report)
-    found = Found(drawn, tuple(outcomes))
-    return {"spreads": spreads} | _bands_of(found, recording)
+    return {"spreads": spreads} | _bands_of(Found(drawn, tuple(outcomes)), recording)
 
 
 def need_bands(scenario: Scenario, draws: int) -> dict[str, list[float]]:
@@ -237,7 +231,7 @@ def _trips(found: Found, recording: Recording) -> dict[str, Any]:
     trips: dict[str, Any] = {}
     for name, limit in (("touch", 0.0), ("within_10mm", BELOW)):
         of_one = quantiles(shares_of_one(alone, path, limit))
-        trips[name] = {"height": limit, "share": share_below(heights, limit), "of_one": of_one}
+        trips[name] = {"height": limit, "share": float(np.mean(heights <= limit)), "of_one": of_one}
     return trips
 
 

@@ -20,7 +20,6 @@ from afo_sim.study.engine import CYCLE
 from afo_sim.study.uncertainty.running import (
     check_draws,
     quantiles,
-    share_below,
     shares_of_one,
     uncertainty,
 )
@@ -224,4 +223,3 @@ def test_share_of_one_wearer_is_that_of_the_path_alone() -> None:
     path = 0.003 * stats.norm.ppf((np.arange(20_000) + 0.5) / 20_000)
     found = shares_of_one(np.array([0.006, 0.0, -0.1, 0.1]), path, 0.0)
     assert found == pytest.approx([stats.norm.cdf(-2.0), 0.5, 1.0, 0.0], abs=1e-3)
-    assert share_below(np.array([-0.001, 0.0, 0.001, 0.02]), 0.0) == 0.5
