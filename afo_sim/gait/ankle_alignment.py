@@ -33,12 +33,9 @@ class Placed:
 
 
 def fit_to_leg(
-    cycle: GaitCycle,
-    outsole: Iterable[tuple[float, float]],
-    *,
-    sole_thickness: float | None = None,
+    cycle: GaitCycle, outsole: Iterable[tuple[float, float]], *, sole_thickness: float | None = None,
     stack: float = 0.0,
-) -> Placed:
+) -> Placed:  # fmt: skip
     """Bring the recorded ankle point to a leg's ankle, so that the leg's outsole stands on the floor."""
     worn = cycle.sole_thickness if sole_thickness is None else sole_thickness
     vertical = stack - (worn or 0.0)

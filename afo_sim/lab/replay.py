@@ -315,13 +315,9 @@ class ReplayFit(Believed):
 
 
 def fit_replay(
-    logs: Sequence[Any],
-    names: Sequence[str],
-    channels: Sequence[str] = (),
-    *,
-    bench: Laid = None,
+    logs: Sequence[Any], names: Sequence[str], channels: Sequence[str] = (), *, bench: Laid = None,
     sets: Laid = None,
-) -> ReplayFit:
+) -> ReplayFit:  # fmt: skip
     """Fit settings of bench and muscle to logs, one value for all, within each setting's physical range."""
     for name in names:
         if name not in FITTED:

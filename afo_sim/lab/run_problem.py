@@ -233,14 +233,9 @@ class RunProblem:
 
 
 def pose(
-    source: Any,
-    data: Any,
-    names: Sequence[str] = (),
-    *,
-    sets: Mapping[str, Any] | None = None,
-    noise: Mapping[str, Any] | None = None,
-    hold_out: float = HELD_OUT,
-) -> RunProblem:
+    source: Any, data: Any, names: Sequence[str] = (), *, sets: Mapping[str, Any] | None = None,
+    noise: Mapping[str, Any] | None = None, hold_out: float = HELD_OUT,
+) -> RunProblem:  # fmt: skip
     """Read a log against a scenario, and find what is to be fitted."""
     if not 0.0 <= hold_out <= 0.9:
         raise InputError("is out of range", field="hold_out", value=hold_out, allowed="0 to 0.9")

@@ -118,16 +118,9 @@ class StandPlan:
 
 
 def plan(
-    kind: Kind,
-    muscle: Muscle,
-    given: Given = None,
-    span: Span = None,
-    laboratory: Laboratory = USUAL,
-    *,
-    load: float | None = None,
-    contraction: float | None = None,
-    duration: float | None = None,
-) -> StandPlan:
+    kind: Kind, muscle: Muscle, given: Given = None, span: Span = None, laboratory: Laboratory = USUAL, *,
+    load: float | None = None, contraction: float | None = None, duration: float | None = None,
+) -> StandPlan:  # fmt: skip
     """A test whose curves are at the `given` points, or the usual ones; in whole cycles, SI.
 
     isobaric    length from `span[0]` to `span[1]` [-] and back at constant pressures
@@ -220,13 +213,9 @@ def _filled(
 
 
 def _switched(
-    kind: Kind,
-    muscle: Muscle,
-    given: Given,
-    laboratory: Laboratory,
-    load: float | None,
+    kind: Kind, muscle: Muscle, given: Given, laboratory: Laboratory, load: float | None,
     contraction: float | None,
-) -> Ways:
+) -> Ways:  # fmt: skip
     """Of a test that valves begin, or a carriage that is let go."""
     points, start, hung = _pulling(muscle, given, laboratory), contraction or 0.0, np.nan
     weakest, lets_go = float(points.min()), kind == "release"

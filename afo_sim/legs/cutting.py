@@ -146,13 +146,9 @@ def _with_points(parts: dict[str, Part]) -> dict[str, Part]:
 
 
 def _moved_part(
-    part: Part,
-    by: np.ndarray,
-    name: str,
-    parent: str | None,
-    pose: np.ndarray,
+    part: Part, by: np.ndarray, name: str, parent: str | None, pose: np.ndarray,
     joints: tuple[Joint, ...] = (),
-) -> Part:
+) -> Part:  # fmt: skip
     """A part in other axes, which have another origin."""
     inertia = by[:3, :3] @ part.inertia @ by[:3, :3].T
     inertia, centre = 0.5 * (inertia + inertia.T), moved(by, part.centre)

@@ -52,15 +52,9 @@ class Found:
 
 
 def find(
-    tree: Tree,
-    *,
-    shank: str | None = None,
-    foot: str | None = None,
-    ankle: str | None = None,
-    side: Side | None = None,
-    zero: float | None = None,
-    forward: Direction | None = None,
-) -> Found:
+    tree: Tree, *, shank: str | None = None, foot: str | None = None, ankle: str | None = None,
+    side: Side | None = None, zero: float | None = None, forward: Direction | None = None,
+) -> Found:  # fmt: skip
     """Find a leg in a tree; what is given by name is taken, the rest is sought."""
     if zero is not None and not (isinstance(zero, (int, float, np.number)) and abs(zero) <= 2.0 * np.pi):
         allowed = "a number [rad], within a turn"

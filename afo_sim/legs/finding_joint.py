@@ -26,14 +26,9 @@ FLEXES = re.compile(r"pitch|flex|_p$")  # of several hinges of a joint
 
 
 def find_worn(
-    tree: Tree,
-    device: Orthosis,
-    names: tuple[str | None, str | None, str | None],
-    side: Side | None,
-    zero: float | None,
-    sign: float | None,
-    forward: Direction | None,
-) -> Found:
+    tree: Tree, device: Orthosis, names: tuple[str | None, str | None, str | None], side: Side | None,
+    zero: float | None, sign: float | None, forward: Direction | None,
+) -> Found:  # fmt: skip
     """The joint that a device is for, by names of a hinge, a body above and one below; an ankle is sought."""
     joint, proximal, distal = names
     named = [] if joint is None else [kind for kind, words in NAMED.items() if has(words, joint)]

@@ -23,13 +23,9 @@ Row = tuple[str, str, str]
 
 
 def table(
-    leg: Tree,
-    found: Found,
-    numbers: LegNumbers,
-    sole: str,
-    toes: str | None,
+    leg: Tree, found: Found, numbers: LegNumbers, sole: str, toes: str | None,
     left: dict[str, tuple[str, ...]],
-) -> list[Row]:
+) -> list[Row]:  # fmt: skip
     """Rows of what, how much, and how it was found."""
     how = found.how
     turned = "as in the file" if found.sign > 0.0 else "turned round: the file's is plantarflexion positive"

@@ -202,12 +202,9 @@ def prepare(
 
 
 def _batches(
-    scenario: Mapping[str, Any] | str | Base,
-    cases: Iterable[tuple[int, Mapping[str, Any]]],
-    chunk: int,
-    most_bytes: float,
-    first_strides: int,
-) -> Iterator[Batched]:
+    scenario: Mapping[str, Any] | str | Base, cases: Iterable[tuple[int, Mapping[str, Any]]], chunk: int,
+    most_bytes: float, first_strides: int,
+) -> Iterator[Batched]:  # fmt: skip
     """Cases of one layout, as many as fit; number and outcome of those that cannot run."""
     with suppress(InputError):  # else every case says it
         scenario = Base.of("scenario", scenario)

@@ -77,14 +77,9 @@ def estimate(store: Store, workers: int, part: Part = WHOLE) -> Workload:
 
 
 def run(
-    store: Store,
-    *,
-    threads: int = 1,
-    workers: int = 0,
-    scheduler: str = "",
-    part: Part = WHOLE,
+    store: Store, *, threads: int = 1, workers: int = 0, scheduler: str = "", part: Part = WHOLE,
     report: Callable[[SweepProgress], None] | None = None,
-) -> SweepProgress:
+) -> SweepProgress:  # fmt: skip
     """Compute what is left of a sweep; killed at any time, the next call goes on from there."""
     metrics = store.cases.plan.metrics
     asked = Asked(frozenset(metrics)) if metrics else EVERYTHING

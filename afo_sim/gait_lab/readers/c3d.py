@@ -273,14 +273,9 @@ def _origin(name: str, declared: _DeclaredPlate, metre: float, notices: list[Not
 
 
 def _moment_scale(
-    plate_name: str,
-    declared: _DeclaredPlate,
-    metre: float,
-    force: np.ndarray,
-    moment: np.ndarray,
-    origin: np.ndarray,
-    half: np.ndarray,
-) -> tuple[float, list[Notice]]:
+    plate_name: str, declared: _DeclaredPlate, metre: float, force: np.ndarray, moment: np.ndarray,
+    origin: np.ndarray, half: np.ndarray,
+) -> tuple[float, list[Notice]]:  # fmt: skip
     """N·m in the moments' unit: the channel's, or N times the file's length, unless the pressure says no."""
     stated = metre
     name = declared.moment_unit.strip().lower().replace(" ", "")

@@ -39,13 +39,9 @@ class BodyMass(Noted):
 
 
 def find_mass(
-    grounds: Mapping[str, GroundForce],
-    strides: Sequence[RecordedStride],
-    given: float | None,
-    of_model: float | None,
-    of_file: float | None = None,
-    law: Newton | str = "",
-) -> BodyMass:
+    grounds: Mapping[str, GroundForce], strides: Sequence[RecordedStride], given: float | None,
+    of_model: float | None, of_file: float | None = None, law: Newton | str = "",
+) -> BodyMass:  # fmt: skip
     """The mass that is given, or else the laboratory's in its file, the model's, the plates' estimate."""
     found, error, notices = _estimate(grounds, strides)
     one_leg = found is not None and len({s.side for s in strides if s.loaded and s.side in grounds}) == 1

@@ -45,15 +45,9 @@ class Cutter(Noted):
 
     @classmethod
     def of(
-        cls,
-        strides: Sequence[RecordedStride],
-        leg: LegPoints,
-        motion: LegMotion,
-        ground: GroundForce | None,
-        frame: WalkingFrame,
-        mass: float,
-        choices: Choices,
-    ) -> Self:
+        cls, strides: Sequence[RecordedStride], leg: LegPoints, motion: LegMotion, ground: GroundForce | None,
+        frame: WalkingFrame, mass: float, choices: Choices,
+    ) -> Self:  # fmt: skip
         """Calibrate by the part of all strides in which the sole lies flat: its pitch, the ankle's height."""
         closed = next((stride for stride in strides if stride.closed is not None), None)
         # the motion of a closed stride is filtered as if it went on for ever

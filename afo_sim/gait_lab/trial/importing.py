@@ -175,12 +175,9 @@ def cut_cycle(trial: WalkingTrial, choices: Choices) -> Imported:
 
 
 def _doubts(
-    strides: Sequence[RecordedStride],
-    taken: Mapping[str, tuple[GaitCycle, Sequence[int]]],
-    trial: WalkingTrial,
-    cutters: Mapping[str, Cutter],
-    legs: Mapping[str, LegPoints],
-) -> list[Notice]:
+    strides: Sequence[RecordedStride], taken: Mapping[str, tuple[GaitCycle, Sequence[int]]],
+    trial: WalkingTrial, cutters: Mapping[str, Cutter], legs: Mapping[str, LegPoints],
+) -> list[Notice]:  # fmt: skip
     """Doubts about what was taken of each side, its cycle and the strides that this is the mean of."""
     found: list[Notice] = []
     for side, (cycle, chosen) in taken.items():

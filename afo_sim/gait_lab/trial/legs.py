@@ -228,16 +228,9 @@ def _heading(table: OpenSimTable, seen: LegPoints | None) -> np.ndarray:
 
 
 def _ankle(
-    table: OpenSimTable,
-    side: str,
-    choices: Choices,
-    bodies: OpenSimTable | None,
-    seen: LegPoints | None,
-    tilt: np.ndarray,
-    hip: np.ndarray,
-    shank: np.ndarray,
-    heading: np.ndarray,
-) -> tuple[np.ndarray, LegPoint]:
+    table: OpenSimTable, side: str, choices: Choices, bodies: OpenSimTable | None, seen: LegPoints | None,
+    tilt: np.ndarray, hip: np.ndarray, shank: np.ndarray, heading: np.ndarray,
+) -> tuple[np.ndarray, LegPoint]:  # fmt: skip
     """Times [s] (n,) and the ankle."""
     if bodies is not None and _has_talus(bodies, side):
         zero = np.zeros_like(bodies.time)

@@ -76,12 +76,9 @@ class Newton:
 
 
 def find_newton(
-    trial: WalkingTrial,
-    legs: Mapping[str, LegPoints],
-    motions: Mapping[str, LegMotion],
-    grounds: Mapping[str, GroundForce],
-    frame: WalkingFrame,
-) -> Newton | str:
+    trial: WalkingTrial, legs: Mapping[str, LegPoints], motions: Mapping[str, LegMotion],
+    grounds: Mapping[str, GroundForce], frame: WalkingFrame,
+) -> Newton | str:  # fmt: skip
     """Compare the plates' force with the trunk's acceleration, or say what that needs."""
     if len(motions) < 2:
         return "both legs"

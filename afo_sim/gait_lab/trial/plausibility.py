@@ -43,13 +43,9 @@ _UNEVEN = 0.1  # of the usual step of time, that a step may differ
 
 
 def doubts(
-    cycle: gait.GaitCycle,
-    points: LegPoints,
-    motion: LegMotion,
-    ground: GroundForce | None,
-    zero: float,
+    cycle: gait.GaitCycle, points: LegPoints, motion: LegMotion, ground: GroundForce | None, zero: float,
     reference: np.ndarray | None,
-) -> tuple[Notice, ...]:
+) -> tuple[Notice, ...]:  # fmt: skip
     """What a person should look at in a stride, one sentence with its number each."""
     compensated = gait.signs(cycle, cycle.body_height or _ADULT) if cycle.walker == "patient" else ()
     found = [*walker_doubts(cycle), *compensated, *gait.closing_doubts(cycle), *_zero(zero), *_flat(cycle)]

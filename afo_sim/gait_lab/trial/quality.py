@@ -167,14 +167,9 @@ def _check(
 
 
 def _rolled(
-    time: np.ndarray,
-    heel: np.ndarray,
-    toe: np.ndarray,
-    along: np.ndarray,
-    start: float,
-    clock: np.ndarray,
+    time: np.ndarray, heel: np.ndarray, toe: np.ndarray, along: np.ndarray, start: float, clock: np.ndarray,
     pressed: np.ndarray,
-) -> float:
+) -> float:  # fmt: skip
     """How far the pressure lies ahead of the point about which the foot rolls over its heel [m]; NaN if none.
 
     Ways of heel and toe [m] (n, 3), of the pressure [m] (k, 2), over their times [s]; `along` the foot (2,).

@@ -64,13 +64,9 @@ def _heel_strike(by: str) -> str:
 
 
 def sample(
-    time: np.ndarray,
-    values: np.ndarray,
-    stride: RecordedStride,
-    phase: np.ndarray,
-    travels: Sequence[bool],
+    time: np.ndarray, values: np.ndarray, stride: RecordedStride, phase: np.ndarray, travels: Sequence[bool],
     slack: float = 0.0,
-) -> np.ndarray:
+) -> np.ndarray:  # fmt: skip
     """Signals at phases of a stride."""
     from scipy.interpolate import CubicSpline
 
@@ -102,14 +98,9 @@ def _within(time: np.ndarray, window: Window, slack: float) -> tuple[float, floa
 
 
 def repeated(
-    time: np.ndarray,
-    values: np.ndarray,
-    window: Window,
-    period: float,
-    travel: np.ndarray,
-    at: np.ndarray,
+    time: np.ndarray, values: np.ndarray, window: Window, period: float, travel: np.ndarray, at: np.ndarray,
     slack: float = 0.0,
-) -> np.ndarray:
+) -> np.ndarray:  # fmt: skip
     """Signals of a window, repeated every period, at any time."""
     from scipy.interpolate import CubicSpline
 

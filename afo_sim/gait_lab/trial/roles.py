@@ -112,12 +112,9 @@ def named_points(markers: Markers, choices: Choices) -> dict[str, tuple[str, ...
 
 
 def missing_roles(
-    markers: Markers,
-    side: str,
-    missing: Mapping[str, Sequence[str]],
-    known: Collection[str],
+    markers: Markers, side: str, missing: Mapping[str, Sequence[str]], known: Collection[str],
     standing: Mapping[str, str],
-) -> InputError:
+) -> InputError:  # fmt: skip
     """One refusal for all points of a leg that have no marker; `standing` has those of a standing trial."""
     free = [name for name in markers.positions if name not in known]
     parts, empty, never = [], [], readings(list(markers.unseen))

@@ -150,13 +150,9 @@ def _swings(motion: LegMotion) -> list[tuple[float, float]]:
 
 
 def _lost(
-    side: str,
-    during: Sequence[tuple[float, float]],
-    plates: Sequence[Plate],
-    grounds: Mapping[str, GroundForce],
-    legs: Legs,
-    frame: WalkingFrame,
-) -> float:
+    side: str, during: Sequence[tuple[float, float]], plates: Sequence[Plate],
+    grounds: Mapping[str, GroundForce], legs: Legs, frame: WalkingFrame,
+) -> float:  # fmt: skip
     """Share of what presses under a foot that is not counted for it [-]."""
     own = grounds[side]
     inside = _within(own.time, during)

@@ -328,14 +328,9 @@ def _windows(motion: LegMotion, period: float) -> Iterator[tuple[float, float]]:
 
 
 def _closed(
-    motion: LegMotion,
-    ground: GroundForce | None,
-    contacts: _Contacts,
-    starts: Sequence[float],
-    window: tuple[float, float],
-    period: float,
-    how: str,
-) -> RecordedStride:
+    motion: LegMotion, ground: GroundForce | None, contacts: _Contacts, starts: Sequence[float],
+    window: tuple[float, float], period: float, how: str,
+) -> RecordedStride:  # fmt: skip
     residual = {name: _seam(motion.time, getattr(motion, name), window, period) for name in _SIGNALS}
     length = -residual["ankle_x"]
     if motion.pelvis_x is not None:

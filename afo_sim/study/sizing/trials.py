@@ -248,12 +248,9 @@ class Trials:
         return dataclasses.replace(candidate, values=values, short=short, notes=notes)
 
     def _sizing(
-        self,
-        tried: Sequence[Candidate],
-        more: tuple[Requirement, ...] = (),
-        notes: Sequence[str] = (),
+        self, tried: Sequence[Candidate], more: tuple[Requirement, ...] = (), notes: Sequence[str] = (),
         **found: Any,
-    ) -> Sizing:
+    ) -> Sizing:  # fmt: skip
         requirements = (*self.request.requirements, *more)
         told = {"air": self.air, "request": self.request.to_json()} | found
         answer = Sizing(self.request.kind, self.scenario.name, requirements, tuple(tried), **told)

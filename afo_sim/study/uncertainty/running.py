@@ -110,15 +110,9 @@ def check_draws(scenario: Scenario, count: int, spreads: str) -> Applied:
 
 
 def uncertainty(
-    scenario: Scenario,
-    recording: Recording,
-    draws: int,
-    spreads: str = "usual",
-    report: Report | None = None,
-    *,
-    seed: int = 0,
-    threads: int = 0,
-) -> dict[str, Any]:
+    scenario: Scenario, recording: Recording, draws: int, spreads: str = "usual",
+    report: Report | None = None, *, seed: int = 0, threads: int = 0,
+) -> dict[str, Any]:  # fmt: skip
     """Bands of a run's numbers and curves, by drawing all that is not known together."""
     drawn = draw(check_draws(scenario, draws, spreads), scenario, draws, seed)
     kept = frozenset(name for name in (*_METRICS, *_JUDGED) if name in recording.metrics)
