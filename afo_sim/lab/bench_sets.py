@@ -182,13 +182,10 @@ def _joints(folder: pathlib.Path, one: Prediction, logs: Sequence[BenchLog]) -> 
     for joint in joints(logs):
         stem, held, source = joint.log.file.stem, (joint.held,) * 3, joint.log.bench.get("source", "")
         told = "as given: the angle stays; simpler: a linear model of start and pressures every 0.1 s"
-        errors = joint.stays, joint.fitted, held, joint.linear
+        errors = one.limits["angle"], joint.stays, joint.fitted, held, joint.linear
         halves = {"every second episode": {stem: joint.fitted}, "the others": {stem: joint.held}}
-        name, limit, fed = f"{one.what} {stem}", one.limits["angle"], "angle" in joint.log.fed
-        texts = told, joint.text
-        yield BenchRow(
-            folder.name, name, "angle", limit, *errors, fed, texts, halves, source, "% of its spread"
-        )
+        rest = "angle" in joint.log.fed, (told, joint.text), halves, source, "% of its spread"
+        yield BenchRow(folder.name, f"{one.what} {stem}", "angle", *errors, *rest)
 
 
 def _replayed(log: BenchLog, bench: Mapping[str, Any]) -> Mapping[str, np.ndarray]:

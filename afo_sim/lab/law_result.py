@@ -11,18 +11,8 @@ import numpy as np
 
 from afo_sim.common import InputError, Notice, Shown, assets, quantity_at, unknown, write_json, write_sealed
 from afo_sim.description import FitCovariance, Muscle, toml_text
+from afo_sim.lab import law_muscle
 from afo_sim.lab.law_fit import LawFit, doubt, fit_law, held_out
-from afo_sim.lab.law_muscle import (
-    LIKE,
-    criterion,
-    doubts,
-    kinds,
-    muscle,
-    muscle_table,
-    rank,
-    residual_unit,
-    taken_over,
-)
 from afo_sim.lab.law_problem import LawProblem, Loss, described, pose, select
 from afo_sim.lab.measured import HEADER, Measured, check_facts, read_measured, require_once, several
 from afo_sim.lab.solution import held_out_json, held_out_lines, require_left_out
@@ -45,7 +35,7 @@ class StaticFit(Shown):
         """One line: the best law, its parameters, its error."""
         free, found = self.best.problem.free, self.parameters
         values = ", ".join(f"{p.name} = {p.number(found[p.name]):.4g} {p.shown}".rstrip() for p in free)
-        factor, unit = residual_unit(self.best)
+        factor, unit = law_muscle.residual_unit(self.best)
         error = f"{factor * self.best.rms:.3g} {unit} RMS over {len(self.residuals)} points"
         others = f"; best of {len(self.fits)} laws" if len(self.fits) > 1 else ""
         return f"<StaticFit: {self.ranking[0]} with {values}; {error}{others}>"
@@ -64,7 +54,7 @@ class StaticFit(Shown):
     def muscles(self) -> dict[str, Muscle]:
         """The fitted muscle of each data set, by the data's name."""
         data_sets = self.best.problem.data
-        return {data.name: muscle(self.best, data, self.like) for data in data_sets}
+        return {data.name: law_muscle.muscle(self.best, data, self.like) for data in data_sets}
 
     @property
     def parameters(self) -> dict[str, float]:
@@ -103,7 +93,7 @@ class StaticFit(Shown):
     @property
     def warnings(self) -> tuple[Notice, ...]:
         """Reasons to look twice."""
-        return tuple(doubts(self.fits))
+        return tuple(law_muscle.doubts(self.fits))
 
 
 def fit(
@@ -116,7 +106,7 @@ def fit(
     fixed: Mapping[str, Any] | None = None,
     facts: Mapping[str, Any] | None = None,
     loss: str = "linear",
-    like: str = LIKE,
+    like: str = law_muscle.LIKE,
     report: Callable[[str], None] = lambda text: None,
 ) -> StaticFit:
     """Fit one force law, or all of them, to a measured characteristic.
@@ -164,7 +154,7 @@ def fit(
     unseen, _ = _read(tests, facts)
     problems, skipped = _problems(law, points, free, fixed, loss)
     found = [_fitted(problem, unseen, hold_out, report) for problem in problems]
-    return StaticFit(tuple(rank(found)), skipped, left_out, like)
+    return StaticFit(tuple(law_muscle.rank(found)), skipped, left_out, like)
 
 
 def _problems(
@@ -258,7 +248,7 @@ def write(found: StaticFit, folder: pathlib.Path) -> None:
     told = {
         "fits": [_fit_as_json(each) for each in found.fits],
         "skipped": found.skipped,
-        "ranked_by": criterion(found.fits),
+        "ranked_by": law_muscle.criterion(found.fits),
         "warnings": list(found.warnings),
         "slack_readings": found.slack,
         "left_out": found.left_out,
@@ -267,13 +257,15 @@ def write(found: StaticFit, folder: pathlib.Path) -> None:
     for data in best.problem.data:
         own = data.file.stem if stems.count(data.file.stem) == 1 else data.name.replace("/", "_")
         place = folder / own if len(stems) > 1 else folder
-        muscle(best, data, found.like)  # it must be one
-        write_sealed(place / "muscle.toml", toml_text(muscle_table(best, data, found.like)), "muscle")
+        law_muscle.muscle(best, data, found.like)  # it must be one
+        write_sealed(
+            place / "muscle.toml", toml_text(law_muscle.muscle_table(best, data, found.like)), "muscle"
+        )
 
 
 def _fit_as_json(each: LawFit) -> dict[str, Any]:
     """A fit as plain data, SI but for the residuals, whose unit is stated."""
-    factor, unit = residual_unit(each)
+    factor, unit = law_muscle.residual_unit(each)
     return {
         "law": each.problem.law.name,
         "values": each.values,
@@ -307,21 +299,21 @@ def _covariance_line(best: LawFit) -> str:
 
 def tables(found: StaticFit) -> Tables:
     """(title, header, rows) to print: the ranking where there are several laws, the best law's parameters."""
-    _, unit = residual_unit(found.best)
+    _, unit = law_muscle.residual_unit(found.best)
     shown: Tables = []
     if len(found.fits) + len(found.skipped) > 1:
         header = ["law", "parameters", f"RMS [{unit}]"]
-        header += [f"{kind} left out [{unit}]" for kind in kinds(found.fits)]
-        rows, columns = [], kinds(found.fits)
+        header += [f"{kind} left out [{unit}]" for kind in law_muscle.kinds(found.fits)]
+        rows, columns = [], law_muscle.kinds(found.fits)
         for each in found.fits:
-            factor, _ = residual_unit(each)
+            factor, _ = law_muscle.residual_unit(each)
             held = [f"{factor * each.held_out[k].rms:.3g}" if k in each.held_out else "-" for k in columns]
             refused, count = sum(map(math.isinf, each.half_width.values())), len(each.values)
             told = f"{count - refused} of {count}" if refused else "all"
             ends = [f"{each.agreeing_starts} of {each.starts}", told]
             rows.append([each.problem.law.name, str(count), f"{factor * each.rms:.3g}", *held, *ends])
         rows += [[law, "", "", *[""] * len(columns), "", reason] for law, reason in found.skipped.items()]
-        title = f"laws, best first by the {criterion(found.fits)}"
+        title = f"laws, best first by the {law_muscle.criterion(found.fits)}"
         shown.append((title, [*header, "starts agree", "intervals"], rows))
     rows, best = [], found.best
     for p in best.problem.free:
@@ -336,11 +328,10 @@ def tables(found: StaticFit) -> Tables:
 def remarks(found: StaticFit) -> list[str]:
     """Lines to print below the tables: errors, what the data do not tell, what was left out."""
     best = found.best
-    factor, unit = residual_unit(best)
+    factor, unit = law_muscle.residual_unit(best)
     line = f"{len(best.residuals)} points: {factor * best.rms:.3g} {unit} RMS, worst "
     line += f"{factor * best.worst:.3g} {unit}; {best.agreeing_starts} of {best.starts} starts agree"
-    lines = [line]
-    lines += held_out_lines(best.held_out, factor, unit)
+    lines = [line, *held_out_lines(best.held_out, factor, unit)]
     lines += [f"data do not identify: {line}" for line in best.verdict]
     lines.append(_covariance_line(best))
     if found.slack:
@@ -350,7 +341,7 @@ def remarks(found: StaticFit) -> list[str]:
     if found.left_out:
         line = f"{found.left_out} points without pressure or tension, or stretched, were left out: no static "
         lines.append(f"{line}law is about them")
-    lacking = dict.fromkeys(name for data in best.problem.data for name in taken_over(data))
+    lacking = dict.fromkeys(name for data in best.problem.data for name in law_muscle.taken_over(data))
     if lacking:
         lines.append(f"grade C at most: {', '.join(lacking)} are taken over from {found.like}, not measured")
     return lines + [f"warning: {warning}" for warning in found.warnings]

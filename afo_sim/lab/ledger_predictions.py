@@ -35,8 +35,7 @@ def muscle(of: str, drawn: Table) -> Muscle:
         return load("muscle", of, own)
     fitted, rng = _fitted(of), np.random.default_rng(drawn["draw"])
     assert fitted.covariance is not None
-    normals = rng.standard_normal((100, len(fitted.covariance.parameters)))
-    values = fitted.drawn(normals)
+    values = fitted.drawn(rng.standard_normal((100, len(fitted.covariance.parameters))))
     first = int(np.argmax(fitted.legal(values)))  # of the draws that are muscles
     own |= {key.rpartition(".")[2]: float(x[first]) for key, x in values.items()}
     law = {key: own.pop(key) for key in fitted.law_set.parameters if key in own}
@@ -94,10 +93,6 @@ def scenario(of: str, at: Table, drawn: Table) -> float:
 
 
 PREDICTIONS: dict[str, Callable[[str, Table, Table], float]] = {
-    "force": force,
-    "contraction": contraction,
-    "change": change,
-    "knee torque": knee_torque,
-    "tissue": tissue,
-    "scenario": scenario,
+    each.__name__.replace("_", " "): each
+    for each in (force, contraction, change, knee_torque, tissue, scenario)
 }

@@ -19,17 +19,9 @@ from afo_sim.lab.validation_row import Report, Row, counted
 
 # The worst outcome of a row's numbers is the row's.
 ORDER = (
-    "FAILED",
-    "disagrees",
-    "cannot tell",
-    "erratum",
-    "agrees",
-    "compared",
-    "as set",
-    "shown",
-    "lost",
+    "FAILED", "disagrees", "cannot tell", "erratum", "agrees", "compared", "as set", "shown", "lost",
     "outside",
-)
+)  # fmt: skip
 OUTCOMES = (
     "Agrees: within what print and scatter allow, or as the row says. Cannot tell: a deliberately wrong "
     "model passes as well, or it depends on what the paper does not print. Compared: side by side, no "
@@ -37,14 +29,7 @@ OUTCOMES = (
     "the paper has no number. Lost: not in the text that can be read. In brackets: implied by the paper, "
     "not printed. ✗: outside the tolerance."
 )
-KINDS = {
-    "claim": "Claims",
-    "table": "Tables",
-    "figure": "Figures",
-    "formula": "Formulas",
-    "system": "Systems",
-    "experiment": "Experiments",
-}
+KINDS = {kind: f"{kind.title()}s" for kind in ("claim", "table", "figure", "formula", "system", "experiment")}
 
 
 @dataclass(frozen=True)

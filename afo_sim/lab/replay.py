@@ -201,8 +201,7 @@ def _valves(log: BenchLog) -> tuple[native.CircuitValve, native.CircuitValve]:
         known = {"conductance": _needed(log, "conductance", "0.3 dm^3/(s*bar)"), "critical_ratio": 0.3}
     inlet = known | {name: bench[name] for name in VALVE if name in bench}
     own = {name: bench[f"outlet_{name}"] for name in (*VALVE, *HOLD) if f"outlet_{name}" in bench}
-    outlet = inlet | own
-    return native.CircuitValve(**inlet), native.CircuitValve(**outlet)
+    return native.CircuitValve(**inlet), native.CircuitValve(**(inlet | own))
 
 
 def loop_width(time: np.ndarray, pressure: np.ndarray, force: np.ndarray) -> float:

@@ -208,9 +208,9 @@ def _muscles(muscle: Any, law: Any, friction: Any, sets: Mapping[str, Any] | Non
     found = []
     for one in _several(muscle):
         description = one.model_dump(mode="json") if isinstance(one, Muscle) else one
-        for name, rubbing in itertools.product(_several(law) or (None,), _several(friction) or (None,)):
-            chosen = {"law": name, "friction": rubbing}
-            laid = {key: value for key, value in chosen.items() if value is not None} | dict(sets or {})
+        for chosen in itertools.product(_several(law) or (None,), _several(friction) or (None,)):
+            named = zip(("law", "friction"), chosen, strict=True)
+            laid = {key: name for key, name in named if name is not None} | dict(sets or {})
             same = isinstance(one, Muscle) and not laid
             found.append(one if same else load_description("muscle", description, laid))
     return found

@@ -54,8 +54,7 @@ def _build_rig(plan: StandPlan) -> tuple[mujoco.MjModel, native.CircuitIds]:
     """The compiled stand for a plan's muscle, valves and time step, and its actuators by name."""
     muscle = plan.muscle
     spec, circuit = mujoco.MjSpec(), _circuit_of(plan)
-    top = [0.0, 0.0, muscle.nominal_length]
-    spec.worldbody.add_site(name="frame", pos=top)
+    spec.worldbody.add_site(name="frame", pos=[0.0, 0.0, muscle.nominal_length])
     body = {"mass": 1.0, "inertia": [1.0, 1.0, 1.0], "explicitinertial": True}
     carriage = spec.worldbody.add_body(name="carriage", **body)
     slide = {"name": "slide", "type": mujoco.mjtJoint.mjJNT_SLIDE, "axis": [0.0, 0.0, 1.0]}

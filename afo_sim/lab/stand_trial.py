@@ -131,8 +131,7 @@ def complete(plan: StandPlan, k: int, rows: Rows) -> Rows:
 
 
 def _trial(plan: StandPlan, curves: tuple[Rows, ...], *, static: bool, wall: float) -> Trial:
-    bare = Trial(plan, curves, (), static)
-    loops = enumerate(map(bare.loop, range(len(curves))))
+    loops = enumerate(map(Trial(plan, curves, (), static).loop, range(len(curves))))
     if plan.kind in AXES:
         found = tuple(_sweep(plan, k, loop) for k, loop in loops)
     else:
@@ -223,8 +222,7 @@ def loop_height(x: np.ndarray, y: np.ndarray, down: np.ndarray) -> float:
 
 def _step(plan: StandPlan, columns: Rows) -> dict[str, Metric]:
     found = {}
-    response = "force" if plan.held else "contraction"
-    unit = {"force": "N", "contraction": ""}[response]
+    response, unit = ("force", "N") if plan.held else ("contraction", "")
     turn = int(np.searchsorted(columns["time"], plan.duration - 1e-9))
     for word, rows in (("fill", slice(0, turn + 1)), ("vent", slice(turn, None))):
         time = columns["time"][rows] - columns["time"][rows][0]

@@ -228,8 +228,7 @@ def _less_without_air(file: pathlib.Path, columns: Columns) -> tuple[Columns, st
     found["torque"] = found["torque"] - np.interp(found["angle"], angles, base)
     outside = int(np.sum(~empty & ~within))
     said = f"{int(empty.sum())} readings without air are taken from the others"
-    more = f"; {outside} beyond their angles are left out" if outside else ""
-    return found, said + more
+    return found, said + (f"; {outside} beyond their angles are left out" if outside else "")
 
 
 def _settings(file: pathlib.Path, group: str, columns: Columns) -> Readings:

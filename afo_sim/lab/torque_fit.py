@@ -212,10 +212,9 @@ def _held(hold_out: Any) -> tuple[tuple[str, ...], list[Any]]:
             problem, near = "is neither something to leave out nor a file", nearest_name(each, HOLD_OUT)
             allowed = f"{', '.join(HOLD_OUT)}, or a CSV"
             raise InputError(problem, field="hold_out", value=each, allowed=allowed, nearest=near)
-    every = "all" in kinds or (unseen and not kinds)
-    return torque_solution.KINDS if every else tuple(
-        dict.fromkeys(kind for kind in kinds if kind != "none")
-    ), unseen
+    if "all" in kinds or (unseen and not kinds):
+        return torque_solution.KINDS, unseen
+    return tuple(dict.fromkeys(kind for kind in kinds if kind != "none")), unseen
 
 
 def _orthoses(orthosis: Any) -> dict[str, Orthosis]:
@@ -284,14 +283,12 @@ def _posed(
     used = [group.orthosis for group in groups]
     cuff = any(np.isfinite(group.readings.cuff).any() for group in groups)
     wanted = [*names, *(["cuff_stiffness"] if cuff and "cuff_stiffness" not in names else [])]
-    problem = torque_problem.TorqueProblem(
-        groups, torque_problem.parameters(wanted, used, chamber), chamber, difference
-    )
-    file = groups[0].readings.file
+    free = torque_problem.parameters(wanted, used, chamber)
+    problem = torque_problem.TorqueProblem(groups, free, chamber, difference)
     if len(problem) <= len(problem.free):
         settings, parts = ("" if len(each) == 1 else "s" for each in (problem, problem.free))
         few = f"holds {len(problem)} different setting{settings} for {len(problem.free)} parameter{parts}"
         allowed = "more settings than parameters, or fewer parameters in the fit"
-        raise InputError(few, file=file, allowed=allowed)
+        raise InputError(few, file=groups[0].readings.file, allowed=allowed)
     torque_problem.require_possible(problem)
     return problem

@@ -73,8 +73,7 @@ def alternatives(
         without_it = left_out(less, masks, from_start(own.x))
         ratio = [2.0 * np.log((without_it.of(n) + 1e-12) / (with_it.of(n) + 1e-12)) for n in masks]
         # the one-standard-error rule of Breiman, Friedman, Olshen & Stone 1984, in logarithms
-        error = float(np.std(ratio, ddof=1)) / np.sqrt(len(ratio))
-        told = float(np.mean(ratio)) > error
+        told = float(np.mean(ratio)) > float(np.std(ratio, ddof=1)) / np.sqrt(len(ratio))
         result.append(Alternative(parameter.name, own.values, without_it.rms, not told))
     return kind, tuple(result)
 
