@@ -114,8 +114,7 @@ def attached(path: str | pathlib.Path) -> Attached:
             problem = f"is of version {table['version']}, and this program reads {VERSION}"
             raise InputError(problem, file=sidecar, field="version")
         model = compiled(spec, path)
-        found = [_leg(leg, model, spec, sidecar) for leg in legs]
-        return completed(found)[0]
+        return completed([_leg(leg, model, spec, sidecar) for leg in legs])[0]
     except (UnicodeDecodeError, ValueError, KeyError, TypeError, AttributeError, IndexError) as error:
         problem = f"does not belong to {path.name}, or is damaged ({error})"
         raise InputError(problem, file=sidecar, allowed="the files that afo-sim attach has written") from None

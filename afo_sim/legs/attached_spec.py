@@ -91,10 +91,8 @@ def doubts_of_start(model: mujoco.MjModel) -> list[Notice]:
     met = [contact for contact in data.contact if contact.dist < -DEEP and min(contact.geom) >= 0]
     if deep := sorted((contact.dist, *model.geom_bodyid[contact.geom]) for contact in met):
         one, other = (model.body(body).name or f"body {body}" for body in deep[0][1:])
-        words = (
-            "the start state has {count} contacts deeper than 2 mm, up to {depth:.0f} mm of {subject!r} in "
-        )
-        words += "{other!r}: they push the bodies apart once it is stepped"
+        words = "the start state has {count} contacts deeper than 2 mm, up to {depth:.0f} mm of {subject!r} "
+        words += "in {other!r}: they push the bodies apart once it is stepped"
         count, depth = len(deep), -1000.0 * deep[0][0]
         found.append(Notice("start-in-contact", words, subject=one, count=count, depth=depth, other=other))
     excess = np.where(data.efc_type == EQUALITY, np.abs(data.efc_pos), -data.efc_pos)
@@ -138,8 +136,7 @@ def hang(
         frame = spec.body(place.body).add_frame(pos=place.position, quat=place.quaternion)
         file = getattr(orthosis, kind)
         if file is not None:
-            part = rigid_part(file, kind, mirrored)
-            frame.attach_body(part, f"{prefix}{kind}_", "")
+            frame.attach_body(rigid_part(file, kind, mirrored), f"{prefix}{kind}_", "")
             place_files_whole(spec, file.parent)
         # a spec of its own: elements added to it take MuJoCo's defaults, not the model's
         blank = mujoco.MjSpec()

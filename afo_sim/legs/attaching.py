@@ -139,9 +139,8 @@ def attach(
     first = max(spec.nuserdata, 0)
     mirrored = device.side != found.side
     try:
-        anchors, default = attached_spec.hang(
-            spec, device, attached_spec.ankle_frames(bare, found, bodies), prefix, mirrored
-        )
+        frames = attached_spec.ankle_frames(bare, found, bodies)
+        anchors, default = attached_spec.hang(spec, device, frames, prefix, mirrored)
     except ValueError as error:
         problem = f"MuJoCo cannot put cuff and plate on it: {one_line(error)}"
         raise InputError(problem, file=file, field="prefix", value=prefix, allowed="another prefix") from None
@@ -216,8 +215,7 @@ def _fill_keyframes(model: mujoco.MjModel, attached: Attached) -> None:
     """Let each keyframe of the model begin with air at ambient pressure, and with supply."""
     first = int(model.actuator_actadr[attached.own_controls.stop])
     for key in range(model.nkey):
-        data = attached.data(model.key_qpos[key])
-        model.key_act[key, first:] = data.act[first:]
+        model.key_act[key, first:] = attached.data(model.key_qpos[key]).act[first:]
         for leg in attached.legs.values():
             model.key_ctrl[key, list(leg.chambers.values())] = leg.supply
 
@@ -272,20 +270,17 @@ def masses(model: mujoco.MjModel, prefix: str) -> dict[str, float]:
 
 def _check_added(attached: Attached, bare: mujoco.MjModel) -> None:
     """Refuse a model whose compiler gives the orthosis, or the model itself, other masses than stated."""
-    plain = mujoco.MjSpec()
-    places: dict[Segment, attached_spec.AnkleFrame] = {}
-    for segment in attached.orthosis.words.segments:
-        plain.worldbody.add_body(name=f"on_{segment}")
-        places[segment] = attached_spec.AnkleFrame(
-            f"on_{segment}", np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0])
-        )
+    plain, at = mujoco.MjSpec(), (np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0]))
+    names = {segment: f"on_{segment}" for segment in attached.orthosis.words.segments}
+    for name in names.values():
+        plain.worldbody.add_body(name=name)
+    places = {segment: attached_spec.AnkleFrame(name, *at) for segment, name in names.items()}
     anchors, default = attached_spec.hang(plain, attached.orthosis, places, attached.prefix, mirrored=False)
     add_tendons(plain, anchors, attached.orthosis, prefix=attached.prefix, default=default)
     stated = masses(plain.compile(), attached.prefix)
     given = masses(attached.model, attached.prefix)
     whole = float(attached.model.body_mass.sum()) - sum(given.values())
-    was = float(bare.body_mass.sum())
-    for name, mass in [*stated.items(), ("the model", was)]:
+    for name, mass in [*stated.items(), ("the model", float(bare.body_mass.sum()))]:
         found = given.get(name, whole)
         if not abs(found - mass) <= 1e-9 * max(1.0, mass):
             problem = f"the model's <compiler> makes {found:.4g} kg of {name!r}, which has {mass:.4g} kg"
@@ -306,10 +301,8 @@ def _check_muscles(attached: Attached) -> list[Notice]:
     where = f"between the bodies {' and '.join(map(repr, attached.bodies.values()))}"
     try:
         check_paths(angles, lengths, attached.muscles, orthosis)
-        warned = [
-            *check_stretch(model.actuator_user, angles, lengths, attached.muscles, orthosis),
-            *check_guides(orthosis, stops),
-        ]
+        warned = list(check_stretch(model.actuator_user, angles, lengths, attached.muscles, orthosis))
+        warned += check_guides(orthosis, stops)
     except InputError as error:
         raise error.replaced(problem=f"{error.problem} ({where})") from None
     return [
@@ -351,13 +344,9 @@ def _doubts(attached: Attached, tree: Tree) -> Iterator[str]:
     found, orthosis, carrier = attached.found, attached.orthosis, list(attached.bodies.values())[1]
     yield from found.notes
     if found.tilt > SQUARE_TILT:
-        yield Notice(
-            "ankle-oblique",
-            f"the axis of {{subject!r}} leans by {np.degrees(found.tilt):.0f} deg: cuff and plate hang "
-            "square to it, not to the limb",
-            subject=found.ankle,
-            tilt=found.tilt,
-        )
+        words = f"the axis of {{subject!r}} leans by {np.degrees(found.tilt):.0f} deg: cuff and plate hang "
+        words += "square to it, not to the limb"
+        yield Notice("ankle-oblique", words, subject=found.ankle, tilt=found.tilt)
     if attached.joints != (found.ankle,):
         others = [joint for joint in attached.joints if joint != found.ankle]
         words = "the muscles cross {joints} too, and move what moves there"
@@ -371,14 +360,10 @@ def _doubts(attached: Attached, tree: Tree) -> Iterator[str]:
     ends = [end for group in orthosis.muscle.values() for end in (group.origin, group.insertion) if end]
     highest = max((end.from_joint[2] for end in ends), default=0.0)
     if found.shank_length is not None and highest > found.shank_length:
-        yield Notice(
-            "orthosis-too-long",
-            f"the shank {{subject!r}} is {in_unit(found.shank_length, 'm', 'cm'):.3g} cm long, and muscles "
-            f"begin {in_unit(highest, 'm', 'cm'):.3g} cm above the ankle: the orthosis is too long for it",
-            subject=found.shank,
-            shank_length=found.shank_length,
-            highest=highest,
-        )
+        words = f"the shank {{subject!r}} is {in_unit(found.shank_length, 'm', 'cm'):.3g} cm long, and "
+        words += f"muscles begin {in_unit(highest, 'm', 'cm'):.3g} cm above the ankle: the orthosis is too "
+        far: dict[str, Any] = {"shank_length": found.shank_length, "highest": highest}
+        yield Notice("orthosis-too-long", f"{words}long for it", subject=found.shank, **far)
     joint = attached.model.joint(found.ankle)
     if not attached.model.jnt_limited[joint.id]:
         words = "the hinge {subject!r} has no stops: nothing but its muscles' braids ends its motion"

@@ -139,8 +139,7 @@ def _ankle_of(tree: Tree, shank: str, chain: list[Part], hinges: list[tuple[str,
 
 def _lateral(tree: Tree, shank: str, chain: list[Part]) -> np.ndarray:
     """About perpendicular to the shank and the foot's length (3,)."""
-    ankle = tree.world_pose(chain[0].name)[:3, 3]
-    up = tree.world_pose(shank)[:3, 3] - ankle
+    up = tree.world_pose(shank)[:3, 3] - tree.world_pose(chain[0].name)[:3, 3]
     if np.linalg.norm(up) < 1e-6:
         up = tree.world_pose(shank)[:3, :3] @ tree.parts[shank].centre
     points = outline(tree, tree.below(chain[0].name))

@@ -212,8 +212,7 @@ def check_masses(tree: Tree, found: Found) -> None:
 
 
 def _check_inertia(part: Part, field: str, file: object) -> None:
-    numbers = np.concatenate([[part.mass], part.centre, part.inertia.ravel()])
-    if not np.isfinite(numbers).all():
+    if not np.isfinite([part.mass, *part.centre, *part.inertia.ravel()]).all():
         problem = f"a mass or inertia in {file or 'the model'} is not a number"
         raise InputError(problem, field=field, value=part.name, allowed="numbers")
     least, middle, most = np.linalg.eigvalsh(part.inertia)
@@ -261,8 +260,7 @@ def _with_toes(
         if name == old:
             found_parts[TOES] = segment
         elif each.parent == old:
-            origin = next(o for o, n in names.items() if n == name)
-            pose = inner @ tree.world_pose(origin)
+            pose = inner @ tree.world_pose(next(o for o, n in names.items() if n == name))
             found_parts[name] = dataclasses.replace(each, parent=TOES, pose=pose)
         else:
             found_parts[name] = each
@@ -314,6 +312,5 @@ def _placed(leg: Tree, points: dict[str, np.ndarray]) -> Tree:
         parts[name] = dataclasses.replace(part, points=kept)
     for point, at in points.items():
         segment = TOES if TOES in parts and point not in ("heel", "ball") else FOOT
-        origin = from_ankle(leg, leg.parts[segment])[:3, 3]
-        parts[segment].points[point] = at - origin
+        parts[segment].points[point] = at - from_ankle(leg, leg.parts[segment])[:3, 3]
     return dataclasses.replace(leg, parts=parts)

@@ -92,11 +92,9 @@ def find(
 
 def _direction(given: Direction) -> np.ndarray:
     """A direction of the file's axes, of length one (3,)."""
-    words = given.split() if isinstance(given, str) else given
+    words: Any = DIRECTIONS.get(given, given.split()) if isinstance(given, str) else given
     try:
-        found = (
-            DIRECTIONS[given] if isinstance(given, str) and given in DIRECTIONS else np.array(words, float)
-        )
+        found = np.array(words, float)
     except (TypeError, ValueError):
         found = np.zeros(3)
     if found.shape != (3,) or not 1e-6 < np.linalg.norm(found) < 1e6:
@@ -336,15 +334,13 @@ def _doubts(ankle: str, tilt: float, leans: float, foot: np.ndarray, aside: floa
     """An oblique axis, the shank to the left; a foot's points (n, 3) wider than long; an ankle beside [m]."""
     if tilt > NOTED_TILT:
         lean, way = np.tan(tilt), "left" if leans > 0.0 else "right"
-        yield Notice(
-            "axis-oblique",
+        words = (
             f"the ankle's axis is oblique by {np.degrees(tilt):.0f} deg: in the leg's axes the shank leans "
             f"to the {way} by {100.0 * lean:.0f} mm in every 100 mm, and so must the attachment points of a "
             f"cuff: 30 cm up its middle has y = {np.sign(leans) * 300.0 * lean:.0f} mm, not 0 as on a "
-            "straight axis",
-            subject=ankle,
-            tilt=tilt,
+            "straight axis"
         )
+        yield Notice("axis-oblique", words, subject=ankle, tilt=tilt)
     length, width, _ = np.ptp(foot, axis=0).tolist() if len(foot) > 1 else (0.0, 0.0, 0.0)
     if width > 1.2 * length:
         words = (

@@ -76,10 +76,8 @@ def find_worn(
     bent = 0.0 if device.joint in ("hip", "shoulder", "wrist") else fold(tree, name, device.joint)[2]
     bent = abs((bent + zero - hinge.zero + np.pi) % (2.0 * np.pi) - np.pi)
     if device.joint != "hinge" and bent > MUCH:
-        words = (
-            "at the angle zero {subject!r} is bent by {bent:.0f} deg, and points on {above!r} count along "
-        )
-        words += "{below!r}: `zero` is the coordinate of the straight joint"
+        words = "at the angle zero {subject!r} is bent by {bent:.0f} deg, and points on {above!r} count "
+        words += "along {below!r}: `zero` is the coordinate of the straight joint"
         notes.append(
             Notice("limb-bent", words, subject=name, bent=np.degrees(bent), above=above, below=below)
         )

@@ -23,14 +23,8 @@ NEAR = 0.5  # cosine; of an axis to left, from which on left shows its sign
 OPPOSED = re.compile(r"thumb|pollex|(?<![a-z])thj|gripper|claw|jaw")  # to fingers, or no fingers
 BODY, FOLD = "left and right of the body", "the fold of the {} below it"
 # {joint: the next one of its limb, which folds}
-NEXT: dict[str, JointName] = {
-    "hip": "knee",
-    "knee": "ankle",
-    "shoulder": "elbow",
-    "wrist": "finger",
-    "finger": "finger",
-    "thumb": "thumb",
-}
+NEXT: dict[str, JointName] = {"hip": "knee", "knee": "ankle", "shoulder": "elbow", "wrist": "finger"}
+NEXT |= {"finger": "finger", "thumb": "thumb"}
 
 
 def branches(tree: Tree, name: str) -> list[Part]:

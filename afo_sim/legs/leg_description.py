@@ -167,16 +167,12 @@ def _passive(ankle: Joint, source: str) -> dict[str, Any]:
 
 
 def _toes(joint: Joint, source: str) -> dict[str, Any]:
-    stiff = (
-        _number(joint.stiffness, "N*m/rad", "user", f"the toes' spring in {source}")
-        if 1.0 <= joint.stiffness <= 1e3
-        else _number(25.0, "N*m/rad", "assumed", PREDSIM)
-    )
-    damped = (
-        _number(joint.damping, "N*m*s/rad", "user", f"the toes' damping in {source}")
-        if 0.0 < joint.damping <= 100.0
-        else _number(0.2, "N*m*s/rad", "assumed", "about critical for the shipped leg's toes")
-    )
+    stiff = _number(25.0, "N*m/rad", "assumed", PREDSIM)
+    if 1.0 <= joint.stiffness <= 1e3:
+        stiff = _number(joint.stiffness, "N*m/rad", "user", f"the toes' spring in {source}")
+    damped = _number(0.2, "N*m*s/rad", "assumed", "about critical for the shipped leg's toes")
+    if 0.0 < joint.damping <= 100.0:
+        damped = _number(joint.damping, "N*m*s/rad", "user", f"the toes' damping in {source}")
     return {"body": TOES, "joint": TOE, "stiffness": stiff, "damping": damped}
 
 

@@ -101,12 +101,8 @@ def _without_missing(spec: mujoco.MjSpec, file: pathlib.Path) -> Iterator[Notice
 
 def files_of(spec: mujoco.MjSpec) -> Iterator[tuple[Any, str, str]]:
     """Every element that refers to a file: (element, file, folder of such files in the spec)."""
-    for elements, folder in (
-        (spec.meshes, "meshdir"),
-        (spec.hfields, "meshdir"),
-        (spec.skins, "meshdir"),
-        (spec.textures, "texturedir"),
-    ):
+    folders = {"meshdir": (*spec.meshes, *spec.hfields, *spec.skins), "texturedir": (*spec.textures,)}
+    for folder, elements in folders.items():
         for element in elements:
             if element.file:
                 yield element, element.file, getattr(element.compiler, folder, "") or ""
@@ -244,9 +240,8 @@ def _notes(model: mujoco.MjModel, parts: dict[int, str]) -> Iterator[Notice]:
     of_parts = [geom for geom in range(model.ngeom) if int(model.geom_bodyid[geom]) in parts]
     if others := sorted({int(model.geom_type[geom]) for geom in of_parts} - set(SHAPE_KINDS)):
         words = [mujoco.mjtGeom(kind).name.removeprefix("mjGEOM_").lower() for kind in others]
-        yield tree.reading_note(
-            "geoms-left-out", "geoms that are no shape of a part are left out: {names}", words
-        )
+        text = "geoms that are no shape of a part are left out: {names}"
+        yield tree.reading_note("geoms-left-out", text, words)
     if floating := [name for body, name in parts.items() if model.body_gravcomp[body]]:
         yield tree.reading_note("gravity-compensation", "gravity compensation is left out: {names}", floating)
     curved = [

@@ -106,9 +106,8 @@ def _inertia_about(tree: Tree, poses: dict[str, np.ndarray], carried: Part, join
         pose = poses[part.name]
         across = np.cross(axis, moved(pose, part.centre) - place)
         own = pose[:3, :3].T @ axis
-        total += (
-            part.mass if joint.kind == "slide" else own @ part.inertia @ own + part.mass * across @ across
-        )
+        turning = own @ part.inertia @ own + part.mass * across @ across
+        total += part.mass if joint.kind == "slide" else turning
     return float(total)
 
 
@@ -135,9 +134,7 @@ def leg_text(tree: Tree, model: str, comment: str = "", meshdir: str = MESHES) -
         root.append(ElementTree.Comment(f" {_clean(comment).replace('--', '- -')} "))
     compiler = {"angle": "radian", "autolimits": "true"}
     meshes = _mesh_files(tree)
-    if meshes:
-        compiler["meshdir"] = meshdir
-    ElementTree.SubElement(root, "compiler", compiler)
+    ElementTree.SubElement(root, "compiler", compiler | ({"meshdir": meshdir} if meshes else {}))
     if meshes:
         asset = ElementTree.SubElement(root, "asset")
         for file, _ in meshes.values():  # a shell may be open or flat, and no mass is taken from it
@@ -169,8 +166,7 @@ def _body(
         weightless = {} if part.mass > 0.0 else {"mass": "0"}
         ElementTree.SubElement(body, "geom", _geom(shape, name, meshes) | weightless)
     for name, at in part.points.items():
-        site = {"name": _clean(name), "pos": _numbers(at), "size": "0.006"}
-        ElementTree.SubElement(body, "site", site)
+        ElementTree.SubElement(body, "site", name=_clean(name), pos=_numbers(at), size="0.006")
     return body
 
 
@@ -211,16 +207,10 @@ def _joint(joint: Joint) -> dict[str, str]:
         found["range"] = _numbers(joint.range)
     if joint.zero:
         found["ref"] = repr(joint.zero)
-    for key, value in (
-        ("damping", joint.damping),
-        ("frictionloss", joint.friction),
-        ("armature", joint.armature),
-        ("stiffness", joint.stiffness),
-        ("springref", joint.spring_reference if joint.stiffness else 0.0),
-    ):
-        if value:
-            found[key] = repr(float(value))
-    return found
+    numbers = {"damping": joint.damping, "frictionloss": joint.friction, "armature": joint.armature}
+    if joint.stiffness:
+        numbers |= {"stiffness": joint.stiffness, "springref": joint.spring_reference}
+    return found | {key: repr(float(value)) for key, value in numbers.items() if value}
 
 
 def _geom(shape: Shape, name: str, meshes: dict[int, tuple[str, Shape]]) -> dict[str, str]:

@@ -243,15 +243,13 @@ class _Reading:
             material = named.get(material.name)
         if material is None or material.color is None:
             return tree.Shape.rgba
-        colour = [float(part) for part in material.color.rgba]
-        red, green, blue, opacity = (*colour, 1.0)[:4]
+        red, green, blue, opacity = (*map(float, material.color.rgba), 1.0)[:4]
         return red, green, blue, opacity
 
 
 def _planar(name: str, axis: np.ndarray, same: dict[str, Any], taken: set[str]) -> tuple[tree.Joint, ...]:
     """Two slides across the axis and a hinge about it, named as MuJoCo's importer names them."""
-    across = np.eye(3)[np.argmin(np.abs(axis))]
-    first = np.cross(across, axis)
+    first = np.cross(np.eye(3)[np.argmin(np.abs(axis))], axis)
     first /= np.linalg.norm(first)
     ends = [tree.free_name(f"{name}_{end}", taken) for end in ("TX", "TY", "RZ")]
     return (

@@ -38,9 +38,7 @@ REMARKS = {
 ROUNDNESS = 3  # subdivisions of an icosahedron: 1280 faces, whose volume is 0.9 % below the ellipsoid's
 
 
-def write_urdf(
-    tree: Tree, path: str | pathlib.Path, *, name: str | None = None, points: bool = True
-) -> tuple[str, ...]:
+def write_urdf(tree: Tree, path: str | pathlib.Path, *, name: str | None = None) -> tuple[str, ...]:
     """Write a tree as a URDF file, with its meshes in `<stem>_meshes/` beside it."""
     path = pathlib.Path(path)
     if path.suffix.lower() != ".urdf":
@@ -53,7 +51,7 @@ def write_urdf(
         raise InputError(problem, file=tree.file, allowed="three hinges in its place")
     check_finite(tree)
     shapes = Shapes(f"{path.stem}_meshes")
-    robot = _Robot(tree, name or path.stem, shapes, points)
+    robot = _Robot(tree, name or path.stem, shapes)
     made = robot.made()
     with together(path.parent) as folder:
         for place, content in shapes.files.items():
@@ -82,18 +80,10 @@ class Shapes:
         for shape in part.shapes:
             material = self.colours.setdefault(shape.rgba, f"colour_{len(self.colours) + 1}")
             for name, origin, geometry in self._geometries(shape):
-                place = frame @ shape.pose @ origin
-                visuals.append(
-                    urdf.Visual(name=name, origin=place, geometry=geometry, material=urdf.Material(material))
-                )
-                collisions.append(urdf.Collision(name=f"{name}_collision", origin=place, geometry=geometry))
+                placed = {"origin": frame @ shape.pose @ origin, "geometry": geometry}
+                visuals.append(urdf.Visual(name=name, **placed, material=urdf.Material(material)))
+                collisions.append(urdf.Collision(name=f"{name}_collision", **placed))
         return visuals, collisions
-
-    def materials(self) -> list[Any]:
-        """The colours of all shapes."""
-        return [
-            urdf.Material(name=name, color=urdf.Color(np.array(rgba))) for rgba, name in self.colours.items()
-        ]
 
     def _geometries(self, shape: Shape) -> list[tuple[str, np.ndarray, Any]]:
         """(name, pose in the shape's axes, geometry) for each piece of a shape."""
@@ -141,7 +131,6 @@ class _Robot:
     tree: Tree
     name: str
     shapes: Shapes
-    points: bool
     links: list[Any] = field(default_factory=list)
     joints: list[Any] = field(default_factory=list)
     frames: dict[str, np.ndarray] = field(default_factory=dict)  # link's place in the part's axes [m] (3,)
@@ -156,9 +145,9 @@ class _Robot:
             self.links.append(urdf.Link(name=world))
         for part in self.tree.parts.values():
             self._add(part, part.parent or world)
-        return urdf.Robot(
-            name=self.name, links=self.links, joints=self.joints, materials=self.shapes.materials()
-        )
+        colours = self.shapes.colours.items()
+        shown = [urdf.Material(name=name, color=urdf.Color(np.array(rgba))) for rgba, name in colours]
+        return urdf.Robot(name=self.name, links=self.links, joints=self.joints, materials=shown)
 
     def _add(self, part: Part, parent: str | None) -> None:
         frame = np.zeros(3)
@@ -174,7 +163,7 @@ class _Robot:
                 parent, frame = child, place
         self.frames[part.name] = frame
         self.links.append(self._link(part))
-        for name, place in part.points.items() if self.points else ():
+        for name, place in part.points.items():
             point = self._new_link(f"{name}_point")
             self.links.append(urdf.Link(name=point))
             self.joints.append(self._fixed(part.name, point, pose_of(place - frame)))
@@ -197,13 +186,10 @@ class _Robot:
     def _link(self, part: Part) -> Any:
         frame = pose_of(-self.frames[part.name])
         massless = not part.mass and not part.inertia.any()
-        inertial = urdf.Inertial(
-            origin=frame @ pose_of(part.centre), mass=float(part.mass), inertia=part.inertia
-        )
-        visuals, collisions = self.shapes.of(part, frame)
-        return urdf.Link(
-            name=part.name, inertial=None if massless else inertial, visuals=visuals, collisions=collisions
-        )
+        centre = frame @ pose_of(part.centre)
+        inertial = urdf.Inertial(origin=centre, mass=float(part.mass), inertia=part.inertia)
+        shown = dict(zip(("visuals", "collisions"), self.shapes.of(part, frame), strict=True))
+        return urdf.Link(name=part.name, inertial=None if massless else inertial, **shown)
 
     def _fixed(self, parent: str, child: str, origin: np.ndarray) -> Any:
         taken = {*self.tree.joints(), *(joint.name for joint in self.joints)}
@@ -261,6 +247,5 @@ def _limit(joint: Joint) -> Any:
     if joint.kind == "free" or (joint.kind == "hinge" and joint.range is None):
         return None
     lower, upper = joint.range or (joint.zero - FAR, joint.zero + FAR)
-    return urdf.Limit(
-        effort=UNLIMITED, velocity=UNLIMITED, lower=float(lower - joint.zero), upper=float(upper - joint.zero)
-    )
+    ends = {"lower": float(lower - joint.zero), "upper": float(upper - joint.zero)}
+    return urdf.Limit(effort=UNLIMITED, velocity=UNLIMITED, **ends)

@@ -266,7 +266,7 @@ def test_several_joints_survive_urdf(seed: int, tmp_path) -> None:
     """Split into massless links for URDF and read again, a body moves like the model."""
     model = mujoco.MjModel.from_xml_string(random_mjcf(seed, most_joints=3))
     tree = tree_of(model)
-    notes = write_urdf(tree, tmp_path / "leg.urdf", points=False)
+    notes = write_urdf(tree, tmp_path / "leg.urdf")
     assert "massless-links-between" in [note.code for note in notes]
     again = movable(read_urdf(tmp_path / "leg.urdf"))
     assert set(again.parts) > set(tree.parts)

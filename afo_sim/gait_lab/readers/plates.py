@@ -87,8 +87,7 @@ def offset_note(name: str, rest: np.ndarray) -> Notice:
 
 def zeroed(found: Plate) -> Plate:
     """The plate without the constant that it reads unloaded, and with its place in metres."""
-    load = np.linalg.norm(found.force, axis=1)
-    pressed = load > PRESSED
+    pressed = np.linalg.norm(found.force, axis=1) > PRESSED
     if not pressed.any():
         return found
     force, place, notices = found.force, found.place, list(found.notices)

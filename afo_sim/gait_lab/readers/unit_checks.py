@@ -39,8 +39,7 @@ def unit_within(size: float, limits: tuple[float, float]) -> tuple[str, float]:
 
 def _extent(points: np.ndarray) -> float:
     """The largest extent of a cloud of points along an axis, in a middle frame; NaN if nothing is seen."""
-    seen = np.isfinite(points).all(axis=2)
-    frames = np.flatnonzero(seen.sum(axis=1) >= 2)
+    frames = np.flatnonzero(np.isfinite(points).all(axis=2).sum(axis=1) >= 2)
     if not len(frames):
         return float("nan")
     frames = frames[:: max(1, len(frames) // 200)]

@@ -53,8 +53,7 @@ class Cutter(Noted):
         # the motion of a closed stride is filtered as if it went on for ever
         again = None if closed is None else from_points(leg, frame, choices.cutoff, closed)
         plain = cls(motion, again, ground, frame.belt_speed, mass, choices, 0.0, 0.0, ())
-        flat = np.vstack([plain._flat(stride) for stride in strides])
-        pitch, height = flat.mean(axis=0)
+        pitch, height = np.vstack([plain._flat(stride) for stride in strides]).mean(axis=0)
         zero, calibration = _ankle_zero(float(pitch), leg.sole, choices.keep_zero)
         notices = [calibration]
         lift = 0.0 if choices.ankle_height is None else choices.ankle_height - height

@@ -75,8 +75,7 @@ def find_roles(markers: Markers) -> Roles:
         if named:
             text = "{markers} on the second metatarsal head, as in that set"
             notices.append(note("toe-on-metatarsal", text, markers=" and ".join(named)))
-    used = dict.fromkeys(name for names in found.values() for name in names.values())
-    for name in used:
+    for name in dict.fromkeys(name for names in found.values() for name in names.values()):
         twins = (other for other in markers.positions if re.fullmatch(re.escape(name) + r"\.\d+", other))
         notices += [_duplicate(markers, name, twin) for twin in twins]
     sides = {side: {landmark: (name,) for landmark, name in found[side].items()} for side in SIDES}
