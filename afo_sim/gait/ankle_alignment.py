@@ -67,9 +67,8 @@ def lay_on_floor(placed: Placed, low: np.ndarray) -> tuple[Placed, FourierSeries
     away = np.where(on_floor.stands, low, last * on_floor.leaves + first * on_floor.comes)
     lift = FourierSeries.fit(cycle.phase, -away, SHARP)
     raised = lift(on_floor.at)
-    moved = dataclasses.replace(
-        cycle, ankle_z=cycle.ankle_z + raised, cop_x=cycle.cop_x - raised * on_floor.forward
-    )
+    pressed = cycle.cop_x - raised * on_floor.forward
+    moved = dataclasses.replace(cycle, ankle_z=cycle.ankle_z + raised, cop_x=pressed)
     vars(moved)["flat"] = cycle.flat
     vars(moved)["series"] = cycle.series | {"ankle_z": cycle.series["ankle_z"] + lift}
     laid = float(np.abs(raised[on_floor.stands]).max())

@@ -76,9 +76,8 @@ class GaitCycle:
 
     def fitted(self, name: str) -> FourierSeries:
         """The Fourier series of one kinematic signal, from its samples."""
-        return FourierSeries.fit(
-            self.phase, getattr(self, name), self.harmonics, progressing=name == "ankle_x"
-        )
+        samples, on = getattr(self, name), name == "ankle_x"
+        return FourierSeries.fit(self.phase, samples, self.harmonics, progressing=on)
 
     @property
     def warnings(self) -> tuple[str, ...]:

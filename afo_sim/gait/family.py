@@ -32,20 +32,15 @@ def at_speed(file: pathlib.Path, speed: float, taller: float = 1.0) -> GaitCycle
     if len(same):
         return members[int(same[0])][1]
     if not speeds[0] < speed < speeds[-1]:
-        raise InputError(
-            "its family does not walk at that speed",
-            file=file,
-            field="gait.speed",
-            value=f"{asked:g} m/s",
-            allowed=f"{quicker * speeds[0]:.4g} to {quicker * speeds[-1]:.4g} m/s"
-            + (" for a person of this height" if taller != 1.0 else ""),
-        )
+        problem, value = "its family does not walk at that speed", f"{asked:g} m/s"
+        allowed = f"{quicker * speeds[0]:.4g} to {quicker * speeds[-1]:.4g} m/s"
+        allowed += " for a person of this height" if taller != 1.0 else ""
+        raise InputError(problem, file=file, field="gait.speed", value=value, allowed=allowed)
     above = int(np.searchsorted(speeds, speed))
-    (slow_name, slow), (fast_name, fast) = members[above - 1], members[above]
+    (_, slow), (_, fast) = members[above - 1], members[above]
     share = (speed - slow.walking_speed) / (fast.walking_speed - slow.walking_speed)
-    between = (
-        f"between {slow_name} ({slow.walking_speed:.3g} m/s) and {fast_name} ({fast.walking_speed:.3g} m/s)"
-    )
+    ends = (f"{name} ({cycle.walking_speed:.3g} m/s)" for name, cycle in members[above - 1 : above + 1])
+    between = f"between {' and '.join(ends)}"
     return _blended(slow, fast, share, speed, between)
 
 

@@ -258,9 +258,8 @@ def write(found: StaticFit, folder: pathlib.Path) -> None:
         own = data.file.stem if stems.count(data.file.stem) == 1 else data.name.replace("/", "_")
         place = folder / own if len(stems) > 1 else folder
         law_muscle.muscle(best, data, found.like)  # it must be one
-        write_sealed(
-            place / "muscle.toml", toml_text(law_muscle.muscle_table(best, data, found.like)), "muscle"
-        )
+        text = toml_text(law_muscle.muscle_table(best, data, found.like))
+        write_sealed(place / "muscle.toml", text, "muscle")
 
 
 def _fit_as_json(each: LawFit) -> dict[str, Any]:

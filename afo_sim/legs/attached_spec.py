@@ -68,9 +68,8 @@ def set_options(spec: mujoco.MjSpec, step: float | None) -> list[str]:
         before = mujoco.mjtIntegrator(option.integrator).name.removeprefix("mjINT_").lower()
         option.integrator = IMPLICITFAST
         words = "the integrator is implicitfast now (it was {before}): only it keeps stiff muscles stable"
-        notices.append(
-            Notice("integrator-changed", words, subject="integrator", severity="note", before=before)
-        )
+        told = {"subject": "integrator", "before": before}
+        notices.append(Notice("integrator-changed", words, severity="note", **told))
     if not option.disableflags & BIT.mjDSBL_AUTORESET:
         option.disableflags |= BIT.mjDSBL_AUTORESET
         words = "MuJoCo's automatic reset is off: an unstable model would silently begin again without air"

@@ -153,9 +153,8 @@ def attach(
     attached_spec.grow_keyframes(spec, bare)
     whole = attached_spec.compiled(spec, file)
     ids = native.circuit_ids(whole, circuit, prefix)
-    attached = Attached(
-        whole, spec, device, found, bodies, joints, prefix, pressure, circuit, ids, userdata=first
-    )
+    added = prefix, pressure, circuit, ids, first
+    attached = Attached(whole, spec, device, found, bodies, joints, *added)
     legs = [] if before is None else before.legs.values()
     return _checked(attached, legs, bare, tree, [*attached_spec.doubts_of_start(bare), *read.notes, *changed])
 

@@ -50,9 +50,8 @@ def read_urdf(
     parts = reading.parts()
     rules = [(joint.name, joint.mimic) for joint in robot.joints if joint.mimic is not None]
     couplings = tuple((name, rule.joint, rule.offset, rule.multiplier) for name, rule in rules)
-    notes = [
-        tree.reading_note("shapes-left-out", "left out: {why} ({names})", odd[why], why=why) for why in odd
-    ]
+    text = "left out: {why} ({names})"
+    notes = [tree.reading_note("shapes-left-out", text, odd[why], why=why) for why in odd]
     remarks = [(code, text, dict.fromkeys(reading.seen[code])) for code, text in REMARKS.items()]
     notes += [tree.reading_note(*remark) for remark in remarks if remark[2]]
     for name, other, offset, by in couplings:
@@ -194,9 +193,8 @@ class _Reading:
         shapes = [(shape, "visual", number) for number, shape in enumerate(link.visuals)]
         if self.contact or not shapes:
             shapes += [(shape, "collision", number) for number, shape in enumerate(link.collisions)]
-        names = tree.own_names(
-            [shape.name or "" for shape, *_ in shapes], [f"{link.name}_shape"] * len(shapes)
-        )
+        given = [shape.name or "" for shape, *_ in shapes]
+        names = tree.own_names(given, [f"{link.name}_shape"] * len(shapes))
         for (shape, word, number), name in zip(shapes, names, strict=True):
             made = self._shape(shape, name, reach)
             if made is not None and (link.name, word, number) in self.capsules:

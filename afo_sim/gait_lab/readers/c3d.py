@@ -107,9 +107,8 @@ def _declared(file: C3dFile, k: int) -> _DeclaredPlate:
     channels, gains = file.analogs(index)
     channels = plausible(channels, field="ANALOG", missing=True)
     names = [*file.texts("ANALOG", "LABELS"), *[""] * there]
-    overflowed = _mend_overflow(
-        str(k + 1), [names[k] or str(k + 1) for k in index], channels, 2.0**16 * gains
-    )
+    named = [names[k] or str(k + 1) for k in index]
+    overflowed = _mend_overflow(str(k + 1), named, channels, 2.0**16 * gains)
     return _DeclaredPlate(
         kind=kind,
         corners=corners[12 * k : 12 * k + 12].reshape(4, 3),

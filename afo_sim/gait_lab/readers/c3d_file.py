@@ -251,9 +251,8 @@ def _parameters(path: pathlib.Path, raw: bytes, at: int, processor: int) -> dict
     if lost := [name for group in found.keys() - names for name in found[group]]:
         raise _refused(path, f"is damaged: its parameter {lost[0]} belongs to no group")
     for name in _NEEDED:  # a group that a broken chain of records does not lead to
-        known = re.search(
-            rb"[%c%c][\x80-\xff]%s" % (len(name), 256 - len(name), name.encode()), raw[first:][:_LONG]
-        )
+        called = rb"[%c%c][\x80-\xff]%s" % (len(name), 256 - len(name), name.encode())
+        known = re.search(called, raw[first:][:_LONG])
         if known and name not in names.values():
             raise _refused(path, f"is damaged: its parameters break off before their group {name}")
     return {names[group]: parts for group, parts in found.items()}

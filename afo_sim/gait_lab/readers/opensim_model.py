@@ -162,9 +162,8 @@ def _model(path: pathlib.Path, model: ElementTree.Element) -> OpenSimModel:
         name = body.get("name", "")
         bodies[name] = _number(body, "mass")
         for element in body.iterfind("Joint/*"):  # in versions 1 to 3 a body brings its joint along
-            in_parent = offset_pose(
-                vector(element, "location_in_parent"), vector(element, "orientation_in_parent")
-            )
+            vectors = (vector(element, f"{what}_in_parent") for what in ("location", "orientation"))
+            in_parent = offset_pose(*vectors)
             in_child = offset_pose(vector(element, "location"), vector(element, "orientation"))
             parent = (element.findtext("parent_body") or "").strip()
             joints.append(_joint(element, parent, name, in_parent, in_child))
@@ -227,9 +226,8 @@ def _joint(element: Element, parent: str, child: str, in_parent: Pose, in_child:
         refused = "is a kind of joint that is not read here"
     turning = {coordinate for part in rotations for coordinate in part.coordinates}
     coordinates = tuple(_coordinate(c, c.get("name", "") in turning) for c in listed)
-    return Joint(
-        name, kind, parent, child, in_parent, in_child, coordinates, rotations, translations, refused
-    )
+    moves = coordinates, rotations, translations, refused
+    return Joint(name, kind, parent, child, in_parent, in_child, *moves)
 
 
 def _plain(axes: tuple[np.ndarray, ...], names: list[str]) -> tuple[MotionAxis, ...]:

@@ -62,13 +62,9 @@ def read_opensim_table(path: pathlib.Path) -> OpenSimTable:
     if not any(re.match(r"(pelvis|hip|knee|ankle)_.*\.\d+$", name) for name in columns):
         doubles = [each.with_severity("note") for each in doubles]
     degrees = {"yes": True, "no": False}.get(header.get("indegrees", "").lower())
-    return OpenSimTable(
-        path,
-        time,
-        {name: table[:, k] for k, name in enumerate(columns) if k != place},
-        degrees,
-        (*clock, *notices, *rounded, *(each.with_severity("note") for each in wide), *doubles),
-    )
+    found = {name: table[:, k] for k, name in enumerate(columns) if k != place}
+    told = (*clock, *notices, *rounded, *(each.with_severity("note") for each in wide), *doubles)
+    return OpenSimTable(path, time, found, degrees, told)
 
 
 def _header(lines: list[str]) -> dict[str, str]:

@@ -65,9 +65,8 @@ def plates_of(table: OpenSimTable) -> list[Plate]:
     for name, parts in found.items():
         if {"vx", "vy"} <= set(parts) and "px" not in parts and "force" in name.lower():
             problem = f"has the force of plate {name}, and not its place"
-            raise InputError(
-                problem, file=table.file, allowed=f"{name}_px, _py, _pz beside {name}_vx, _vy, _vz"
-            )
+            allowed = f"{name}_px, _py, _pz beside {name}_vx, _vy, _vz"
+            raise InputError(problem, file=table.file, allowed=allowed)
     whole = {name: parts for name, parts in found.items() if {"vx", "vy", "px"} <= set(parts)}
     return [plate_of(table.file, name, table.time, parts) for name, parts in whole.items()]
 

@@ -32,9 +32,8 @@ def read_qualisys(path: pathlib.Path) -> CsvTrial:
     titles = _titles(path, stated, header[-1], rows[0])  # `NAME x`; `PLATE fx`, `PLATE px`; "" of the others
     table, notices = text.numbers(path, rows, titles, "\t", ended)
     units = [("N", 1.0) if re.search(" f[xyz]$", title) else ("m", 1e-3) for title in titles]
-    columns = [
-        Column(t, *unit, table[:, k]) for k, (t, unit) in enumerate(zip(titles, units, strict=True)) if t
-    ]
+    named = enumerate(zip(titles, units, strict=True))
+    columns = [Column(t, *unit, table[:, k]) for k, (t, unit) in named if t]
     said = {key: cells[0] for key, cells in stated.items() if cells}
     counted = {"NO_OF_FRAMES": ("frames", len(table)), "NO_OF_SAMPLES": ("rows", len(table))}
     notices += text.miscounts(said, counted)

@@ -51,9 +51,8 @@ def read_stated(
     """The walker's measures, marked events and ankle curves, as Vicon's Plug-in Gait names them."""
     found, notices = _measures(file)
     curves: dict[str, dict[str, np.ndarray]] = {"angle": {}, "moment": {}}
-    length, angle, moment = (
-        "".join(file.texts("POINT", f"{of}UNITS")[:1]) for of in ("", "ANGLE_", "MOMENT_")
-    )
+    kinds = "UNITS", "ANGLE_UNITS", "MOMENT_UNITS"
+    length, angle, moment = ("".join(file.texts("POINT", kind)[:1]) for kind in kinds)
     scales = {"angle": 1.0 if "rad" in angle else np.pi / 180.0}
     scales["moment"] = -1e-3 if "mm" in (moment or length or "mm").lower() else -1.0
     for k, name in enumerate(names):

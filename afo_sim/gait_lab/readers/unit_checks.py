@@ -108,13 +108,9 @@ def angle_unit(
     if looks is None:
         if says is not None:
             return says, ()
-        raise InputError(
-            "does not say whether its angles are in degrees, and its knee does not show it",
-            file=table.file,
-            field=name,
-            value=f"a range of {span:.3g}",
-            allowed="`angles=deg` or `angles=rad`",
-        )
+        problem = "does not say whether its angles are in degrees, and its knee does not show it"
+        value, allowed = f"a range of {span:.3g}", "`angles=deg` or `angles=rad`"
+        raise InputError(problem, file=table.file, field=name, value=value, allowed=allowed)
     if looks is says:
         return looks, ()
     word = "degrees" if looks else "radians"

@@ -28,12 +28,10 @@ def read_vicon(path: pathlib.Path) -> CsvTrial:
             found[kind] = _block(path, lines[place - 2 : stop], ended or stop < len(lines))
     if not found:
         raise InputError("has neither trajectories nor devices", file=path, allowed=_LAYOUT)
-    return CsvTrial(
-        next((block.markers for block in found.values() if block.markers), None),
-        (),
-        tuple(plate for block in found.values() for plate in block.plates),
-        tuple(notice for block in found.values() for notice in block.notices),
-    )
+    markers = next((block.markers for block in found.values() if block.markers), None)
+    plates = tuple(plate for block in found.values() for plate in block.plates)
+    notices = tuple(notice for block in found.values() for notice in block.notices)
+    return CsvTrial(markers, (), plates, notices)
 
 
 def _block(path: pathlib.Path, lines: list[str], ended: bool) -> CsvTrial:

@@ -99,16 +99,12 @@ def require_loaded(strides: Sequence[RecordedStride], choices: Choices) -> tuple
     if not found:
         other = next((s.side for s in strides if s.loaded), "")
         others = f"{other}, whose stance is; or " if other else ""
-        seen = "; ".join(
-            f"{strides[k].start:.2f} to {strides[k].end:.2f} s: {strides[k].by}" for k in own[:4]
-        )
-        raise InputError(
-            f"no whole stride of the {choices.side} foot has its stance on a plate, without which its ankle "
-            f"moment is not known ({seen})",
-            field="side",
-            value=choices.side,
-            allowed=f"{others}a trial in which this foot steps on a plate between two heel strikes",
-        )
+        some = (strides[k] for k in own[:4])
+        seen = "; ".join(f"{stride.start:.2f} to {stride.end:.2f} s: {stride.by}" for stride in some)
+        problem = f"no whole stride of the {choices.side} foot has its stance on a plate, without which its "
+        problem += f"ankle moment is not known ({seen})"
+        allowed = f"{others}a trial in which this foot steps on a plate between two heel strikes"
+        raise InputError(problem, field="side", value=choices.side, allowed=allowed)
     return found
 
 
@@ -171,9 +167,8 @@ def _notes(cycles: Sequence[GaitCycle], loaded: int) -> dict[str, str]:
     """What all strides say alike, and which they are."""
     sides = Counter(cycle.side for cycle in cycles)
     which = " and ".join(f"{number} {side}" for side, number in sides.items())
-    notes = {
-        key: text for key, text in cycles[0].notes.items() if all(c.notes.get(key) == text for c in cycles)
-    }
+    first = cycles[0].notes.items()
+    notes = {key: text for key, text in first if all(c.notes.get(key) == text for c in cycles)}
     cuts = [cycle.notes["cut"] for cycle in cycles if "cut" in cycle.notes]
     if len(cycles) > 1 and cuts:
         more = f"; and {len(cuts) - _NAMED} more" if len(cuts) > _NAMED else ""

@@ -216,9 +216,8 @@ def _notes(stride: RecordedStride, choices: Choices, moment: str) -> dict[str, s
     }
     if stride.closed is not None:
         first, last = stride.closed.window
-        notes["closed"] = (
-            f"cyclically from {first:.3f} to {last:.3f} s, a gap of {stride.closed.gap:.3f} s bridged"
-        )
+        gap = f"a gap of {stride.closed.gap:.3f} s"
+        notes["closed"] = f"cyclically from {first:.3f} to {last:.3f} s, {gap} bridged"
         # its own ends may be times that the trial does not have
         notes["cut"] = f"recorded {first:.4f} to {last:.4f} s of the trial; by {stride.by}"
     return notes
@@ -247,17 +246,11 @@ def _require_height(height: float, choices: Choices) -> None:
     stated = choices.ankle_height
     if choices.thigh is not None and stated is not None and abs(height - stated) > _CHAIN_ERROR:
         word = "short" if height > stated else "long"
-        raise InputError(
-            f"thigh, shank and ankle height are {100.0 * abs(height - stated):.1f} cm too {word}: they leave "
-            f"the ankle {100.0 * height:.1f} cm above the floor with the foot flat",
-            field="thigh",
-            allowed=f"the walker's own, within {100.0 * _CHAIN_ERROR:.0f} cm together; or the scaled model, "
-            "`model`",
-        )
+        problem = f"thigh, shank and ankle height are {100.0 * abs(height - stated):.1f} cm too {word}: they "
+        problem += f"leave the ankle {100.0 * height:.1f} cm above the floor with the foot flat"
+        own = f"the walker's own, within {100.0 * _CHAIN_ERROR:.0f} cm together"
+        raise InputError(problem, field="thigh", allowed=f"{own}; or the scaled model, `model`")
     if stated is None and not low <= height <= high:
-        raise InputError(
-            f"the ankle is {height:.3g} m above the laboratory's zero with the foot flat",
-            field="up",
-            allowed="the axis upward, with the floor at 0; the person's own scaled model; or the ankle height"
-            ', for example "7 cm"',
-        )
+        problem = f"the ankle is {height:.3g} m above the laboratory's zero with the foot flat"
+        allowed = "the axis upward, with the floor at 0; the person's own scaled model; or the ankle height, "
+        raise InputError(problem, field="up", allowed=f'{allowed}for example "7 cm"')

@@ -117,24 +117,18 @@ def _content(file: pathlib.Path) -> _Content:
         trial = _WITH_COLUMNS[kind](file)
         parts: list[OpenSimTable | Markers] = [*trial.tables]
         parts += [trial.markers] if trial.markers else []
-        return _Content(
-            file,
-            trial.markers,
-            {name: table for table in trial.tables for name in _kinds(table)},
-            trial.plates,
-            notices=(*trial.notices, *(notice for part in parts for notice in part.notices)),
-            one_plate=kind == "qualisys",
-        )
+        tables = {name: table for table in trial.tables for name in _kinds(table)}
+        notices = (*trial.notices, *(notice for part in parts for notice in part.notices))
+        one = kind == "qualisys"
+        return _Content(file, trial.markers, tables, trial.plates, notices=notices, one_plate=one)
     table = read_opensim_table(file)
     found = tuple(plates_of(table))
     kinds = _kinds(table)
     if not found and not kinds:
-        raise InputError(
-            "holds neither joint angles, joint moments, body positions nor ground forces",
-            file=table.file,
-            allowed="columns such as ankle_angle_r, ankle_angle_r_moment, talus_r_X, ground_force_vx; "
-            f"it has {', '.join(list(table.columns)[:8])}",
-        )
+        problem = "holds neither joint angles, joint moments, body positions nor ground forces"
+        allowed = "columns such as ankle_angle_r, ankle_angle_r_moment, talus_r_X, ground_force_vx; "
+        allowed += f"it has {', '.join(list(table.columns)[:8])}"
+        raise InputError(problem, file=table.file, allowed=allowed)
     return _Content(file, None, dict.fromkeys(kinds, table), found, notices=table.notices)
 
 

@@ -162,9 +162,8 @@ def pose_over(skeleton: Skeleton, seen: Mapping[str, np.ndarray], start: Pose) -
     """Find the pose of least squares over the markers, each of equal weight, in all frames at once."""
     paths = np.stack([seen[name] for name in skeleton.markers], axis=1)
     default = {c.name: c.default for joint in skeleton.model.joints for c in joint.coordinates}
-    best = _try(
-        skeleton, np.tile([default[name] for name, _ in skeleton.free], (len(paths), 1)), start, paths
-    )
+    usual = [default[name] for name, _ in skeleton.free]
+    best = _try(skeleton, np.tile(usual, (len(paths), 1)), start, paths)
     damping = np.full(len(paths), 1e-3)
     for _ in range(_STEPS):
         normal, right = best.equations
@@ -217,9 +216,8 @@ def _start(model: OpenSimModel, root: str, seen: Mapping[str, np.ndarray]) -> Po
     names = [name for name in seen if model.markers[name][0] == root]
     if len(names) < 3:
         raise InputError(f"of the {root}, only {', '.join(names) or 'nothing'} is seen")
-    fit = fit_rigid(
-        np.array([model.markers[name][1] for name in names]), np.stack([seen[name] for name in names], axis=1)
-    )
+    own = np.array([model.markers[name][1] for name in names])
+    fit = fit_rigid(own, np.stack([seen[name] for name in names], axis=1))
     shown = np.flatnonzero(np.isfinite(fit.rms))
     if not len(shown):
         raise InputError(f"no frame shows three markers of the {root} off a line")
@@ -234,12 +232,9 @@ def _leg(posed: Posed, leg: ModelLeg, laid: LegPoints) -> LegPoints:
         path, error = _shown(posed, leg.bodies[segment], place)
         if not np.isfinite(path).any():
             raise InputError(f"no frame shows the {leg.side} {role}")
-        points[role] = LegPoint(
-            path,
-            leg.foot.sources.get(role, "posed with the whole model"),
-            float(np.hypot(error, leg.foot.error.get(role, UNSEEN))),
-            laid.points[role].better,
-        )
+        how = leg.foot.sources.get(role, "posed with the whole model")
+        off = float(np.hypot(error, leg.foot.error.get(role, UNSEEN)))
+        points[role] = LegPoint(path, how, off, laid.points[role].better)
     pelvis, _ = _shown(posed, leg.bodies["pelvis"], np.zeros(3))
     notices = *laid.warnings, *_residuals(posed, leg)
     return replace(laid, points=points, pelvis=pelvis, notices=notices)

@@ -66,9 +66,8 @@ def level_pelvis_frame(
     if _mostly_negative(np.sum(forward * ahead, axis=-1)):
         forward = -forward
     cosine, sine = math.cos(_PELVIC_TILT), math.sin(_PELVIC_TILT)
-    return PelvisFrame(
-        0.5 * (right + left), cosine * forward - sine * up, cosine * up + sine * forward, across
-    )
+    ahead, above = cosine * forward - sine * up, cosine * up + sine * forward
+    return PelvisFrame(0.5 * (right + left), ahead, above, across)
 
 
 def hip_by_harrington(width: float, depth: float, side: str) -> tuple[float, float, float]:

@@ -57,9 +57,8 @@ class Landmarks:
     def ways(self, side: str, role: str) -> list[LegPoint | None]:
         """Ways to a point of a leg, the best first; None where a landmark is missing."""
         if role == "hip":
-            given, trochanter = (
-                self._midpoint(side, "hip", (mark,)) for mark in ("hip_centre", "trochanter")
-            )
+            marks = ("hip_centre",), ("trochanter",)
+            given, trochanter = (self._midpoint(side, "hip", mark) for mark in marks)
             return [given, self._harrington(side), self._hara(side), trochanter]
         return [self._midpoint(side, role, group) for group in _WAYS[role]]
 
@@ -120,13 +119,9 @@ class Landmarks:
         if knee is None or toe is None:
             return replace(lateral, way="lateral alone", error=joint_centres.MEDIAL_ERROR, better=_STATIC)
         ahead, above = (1e3 * offset for offset in joint_centres.ANKLE_FROM_MALLEOLUS)
-        return LegPoint(
-            joint_centres.ankle_by_malleolus(lateral.path, knee.path, heel.path, toe.path),
-            lateral.source,
-            joint_centres.ANKLE_LATERAL_ERROR,
-            _STATIC,
-            way=f"{ahead:.1f} mm forward, {above:.1f} up",
-        )
+        path = joint_centres.ankle_by_malleolus(lateral.path, knee.path, heel.path, toe.path)
+        way, error = f"{ahead:.1f} mm forward, {above:.1f} up", joint_centres.ANKLE_LATERAL_ERROR
+        return LegPoint(path, lateral.source, error, _STATIC, way=way)
 
     def _harrington(self, side: str) -> LegPoint | None:
         right, left = (self.paths[each].get("asis") for each in SIDES)
@@ -139,13 +134,9 @@ class Landmarks:
         frame = joint_centres.pelvis_frame(right, left, back, np.stack(below or [np.nan * right]))
         width = _middle(np.linalg.norm(right - left, axis=1))
         depth = _middle(np.linalg.norm(frame.origin - back, axis=1))
-        return LegPoint(
-            frame.place(joint_centres.hip_by_harrington(width, depth, side)),
-            "Harrington 2007",
-            joint_centres.HARRINGTON_ERROR,
-            _MODEL,
-            way=f"pelvis {1e3 * width:.0f} × {1e3 * depth:.0f} mm",
-        )
+        path = frame.place(joint_centres.hip_by_harrington(width, depth, side))
+        way, error = f"pelvis {1e3 * width:.0f} × {1e3 * depth:.0f} mm", joint_centres.HARRINGTON_ERROR
+        return LegPoint(path, "Harrington 2007", error, _MODEL, way=way)
 
     def _hara(self, side: str) -> LegPoint | None:
         right, left = (self.paths[each].get("asis") for each in SIDES)
@@ -160,13 +151,11 @@ class Landmarks:
         spine = right if side == "right" else left
         length = _middle(np.linalg.norm(spine - knee.path, axis=1))
         length += _middle(np.linalg.norm(knee.path - ankle.path, axis=1))
-        return LegPoint(
-            frame.place(joint_centres.hip_by_hara(length, side)),
-            f"Hara 2016 from a leg {1e2 * length:.0f} cm long",
-            joint_centres.hara_error_without_back(length),
-            f"markers at the back of the pelvis, or {_MODEL}",
-            way="the pelvis' tilt assumed",
-        )
+        path = frame.place(joint_centres.hip_by_hara(length, side))
+        error = joint_centres.hara_error_without_back(length)
+        source = f"Hara 2016 from a leg {1e2 * length:.0f} cm long"
+        better = f"markers at the back of the pelvis, or {_MODEL}"
+        return LegPoint(path, source, error, better, way="the pelvis' tilt assumed")
 
 
 def find_landmarks(markers: Markers, roles: Roles, up: str | None) -> Landmarks:

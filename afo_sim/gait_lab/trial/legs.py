@@ -145,9 +145,8 @@ def _leg(
 
     def along(angle: np.ndarray, length: float) -> np.ndarray:
         """A vector of some length, leaning forward from the vertical (n, 3) [m]."""
-        return length * (
-            np.sin(angle)[:, None] * heading + np.cos(angle)[:, None] * np.array([0.0, 1.0, 0.0])
-        )
+        upward = np.cos(angle)[:, None] * np.array([0.0, 1.0, 0.0])
+        return length * (np.sin(angle)[:, None] * heading + upward)
 
     place = point.path
     knees = place + along(shank, choices.shank or _SHANK)
@@ -242,12 +241,12 @@ def _ankle(
         return time, replace(seen.points["ankle"], path=path, bridged=None)
     missing = _missing(table, choices)
     if missing:
-        raise InputError(
-            "the ankle's place cannot be had from joint angles alone; missing: " + ", ".join(missing),
-            file=table.file,
-            allowed="the scaled model (`model`), or a .trc with an ankle marker, or body positions with "
-            f"talus_{side[0]}_X and _Y, or pelvis_tx and pelvis_ty with `thigh`, `shank`, `ankle_height`",
+        problem = f"the ankle's place cannot be had from joint angles alone; missing: {', '.join(missing)}"
+        allowed = "the scaled model (`model`), or a .trc with an ankle marker, or body positions with "
+        allowed += (
+            f"talus_{side[0]}_X and _Y, or pelvis_tx and pelvis_ty with `thigh`, `shank`, `ankle_height`"
         )
+        raise InputError(problem, file=table.file, allowed=allowed)
     assert choices.thigh is not None and choices.shank is not None
     forward, up = choices.hip or _HIP
     thigh = tilt + hip

@@ -85,9 +85,8 @@ def legs_from_markers(
             legs[side] = _leg(side, markers, landmarks, carried, still)
     standing_notes = posture.notices if posture else ()
     leg = legs[choices.side]
-    legs[choices.side] = replace(
-        leg, notices=(*roles.notices, *landmarks.notices, *standing_notes, *left_out, *leg.notices)
-    )
+    notices = (*roles.notices, *landmarks.notices, *standing_notes, *left_out, *leg.notices)
+    legs[choices.side] = replace(leg, notices=notices)
     return legs
 
 
@@ -299,9 +298,8 @@ def _carry_end(
         flat = np.array([[0.0, 0.0, 0.0], [length, rise, 0.0], [0.0, 0.0, -_AXIS]])
         path, _ = _turned_foot("toe", flat, paths).carry(np.array([-behind, rise, 0.0]))
         where, sole = ("where the foot lies flat", None) if shown is paths else ("in standing", 0.0)
-        point = LegPoint(
-            path, "ankle and forefoot", _BEHIND_ERROR, "a marker of the heel", way=f"level {where}"
-        )
+        how = "ankle and forefoot", _BEHIND_ERROR, "a marker of the heel"
+        point = LegPoint(path, *how, way=f"level {where}")
         text = (
             "the {subject} heel has no marker that is known by its name: the foot is the line from ankle to "
             "forefoot, level {where}; ankle angle ±{error:.0f} deg, and the equinus of a foot that never "

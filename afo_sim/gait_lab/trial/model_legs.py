@@ -33,11 +33,11 @@ def legs_from_angles(model: OpenSimModel, table: OpenSimTable, degrees: bool) ->
 def legs_from_model_markers(model: OpenSimModel, markers: Markers, choices: Choices) -> dict[str, LegPoints]:
     """Pose the model over the markers of a trial, as OpenSim's inverse kinematics does with equal weights."""
     seen, doubled = _match_markers(model, markers)
-    legs = _both(
-        lambda side: fitted_leg(model, find_leg(model, side), markers, seen),
-        choices.side,
-        lambda laid: posed_legs(model, laid, seen),
-    )
+
+    def fitted(side: str) -> LegPoints:
+        return fitted_leg(model, find_leg(model, side), markers, seen)
+
+    legs = _both(fitted, choices.side, lambda laid: posed_legs(model, laid, seen))
     doubts = (*doubled, *_scale_warnings(model, seen))
     return {side: replace(leg, notices=(*doubts, *leg.notices)) for side, leg in legs.items()}
 
@@ -88,19 +88,14 @@ def _placed_leg(model: OpenSimModel, leg: ModelLeg, table: OpenSimTable, degrees
     for a, b in pairwise(names[1:]):
         bodies[b] = bodies[a] @ model.pose(a, b, values)
     places = {role: bodies[leg.bodies[segment]].point(place) for role, (segment, place) in leg.points.items()}
-    count = len(table.time)
-    how = "joint angles in the model"
+    count, how, points = len(table.time), "joint angles in the model", {}
+    for role, place in places.items():
+        path = np.array(np.broadcast_to(place, (count, 3)))
+        points[role] = LegPoint(path, leg.foot.sources.get(role, how), leg.foot.error.get(role))
     return LegPoints(
         side=leg.side,
         time=table.time,
-        points={
-            role: LegPoint(
-                np.array(np.broadcast_to(place, (count, 3))),
-                leg.foot.sources.get(role, how),
-                leg.foot.error.get(role),
-            )
-            for role, place in places.items()
-        },
+        points=points,
         pelvis=np.array(np.broadcast_to(bodies[names[1]].position, (count, 3))),
         sole=leg.foot.pitch,
         ankle_height=leg.foot.ankle_height,
@@ -134,9 +129,8 @@ def _beyond(coordinates: Sequence[Coordinate], values: Mapping[str, np.ndarray])
             continue
         low, high = float(np.nanmin(values[c.name])), float(np.nanmax(values[c.name]))
         if low < c.limits[0] - _BEYOND or high > c.limits[1] + _BEYOND:
-            reach, allowed = (
-                f"{np.degrees(a):.0f} to {np.degrees(b):.0f} deg" for a, b in ((low, high), c.limits)
-            )
+            spans = (low, high), c.limits
+            reach, allowed = (f"{np.degrees(a):.0f} to {np.degrees(b):.0f} deg" for a, b in spans)
             text = "{subject} goes from {reach}, the model allows {allowed}: is this its model?"
             found.append(Notice("beyond-model-range", text, subject=c.name, reach=reach, allowed=allowed))
     return tuple(found)

@@ -125,9 +125,8 @@ def _point(leg: ModelLeg, role: str, segment: Segment, place: np.ndarray) -> Leg
 
 def _segments(model: OpenSimModel, leg: ModelLeg, seen: Places) -> tuple[Segment, ...]:
     """Pelvis, thigh, shank and foot, each with the joint centre of the one above it."""
-    pelvis, thigh, shank, foot = (
-        _own(model, leg, name, seen) for name in ("pelvis", "thigh", "shank", "foot")
-    )
+    names = "pelvis", "thigh", "shank", "foot"
+    pelvis, thigh, shank, foot = (_own(model, leg, name, seen) for name in names)
     if pelvis.found.any():
         thigh = thigh.with_centre("hip centre", leg.hip.distal, pelvis.fit.place(leg.hip.proximal))
     if not thigh.found.any() and shank.found.any():

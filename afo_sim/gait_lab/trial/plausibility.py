@@ -92,12 +92,12 @@ def walker_doubts(cycle: gait.GaitCycle) -> list[Notice]:
 def _zero(zero: float) -> list[Notice]:
     degrees = float(np.degrees(np.arctan2(np.sin(zero), np.cos(zero))))
     if abs(degrees) > _ZERO[1]:
-        raise InputError(
+        problem = (
             f"the foot's line lies {degrees:+.0f} deg from the floor while the foot is flat: heel and toe "
-            "are exchanged, or the ankle angle has another convention",
-            field="marker.heel",
-            allowed=f"a line from heel to toe within {_ZERO[1]:.0f} deg of the sole",
         )
+        problem += "are exchanged, or the ankle angle has another convention"
+        allowed = f"a line from heel to toe within {_ZERO[1]:.0f} deg of the sole"
+        raise InputError(problem, field="marker.heel", allowed=allowed)
     if abs(degrees) <= _ZERO[0]:
         return []
     text = (
@@ -140,21 +140,19 @@ def _require_ankle(cycle: gait.GaitCycle, points: LegPoints) -> None:
     way = points.points["ankle"].path - points.points["heel"].path
     seen = np.linalg.norm(way[np.all(np.isfinite(way), axis=1)], axis=1)
     if len(seen) and np.median(seen) < _ONE_POINT:
-        raise InputError(
-            f"the ankle lies {1e3 * np.median(seen):.0f} mm from the heel: is one marker taken for both?",
-            field="marker.ankle",
-            allowed=f"an ankle {1e3 * _ONE_POINT:.0f} mm or more from the heel's marker",
+        problem = (
+            f"the ankle lies {1e3 * np.median(seen):.0f} mm from the heel: is one marker taken for both?"
         )
+        allowed = f"an ankle {1e3 * _ONE_POINT:.0f} mm or more from the heel's marker"
+        raise InputError(problem, field="marker.ankle", allowed=allowed)
     low = _ANKLE_HEIGHT[0] * _shank(points) / _ADULT_SHANK
     height = float(cycle.ankle_z[cycle.foot_flat()].min())
     peak = float(np.nan_to_num(-cycle.ankle_moment).max())
     if height < low and peak > _PEAK[1]:
-        raise InputError(
-            f"the ankle is {100.0 * height:.1f} cm above the floor with the foot flat, and its moment peaks "
-            f"at {peak:.2f} N·m/kg: is another point, such as the heel, taken for it?",
-            field="marker.ankle",
-            allowed=f"an ankle {100.0 * low:.0f} cm or more above the floor, or a peak up to {_PEAK[1]:g}",
-        )
+        problem = f"the ankle is {100.0 * height:.1f} cm above the floor with the foot flat, and its moment "
+        problem += f"peaks at {peak:.2f} N·m/kg: is another point, such as the heel, taken for it?"
+        allowed = f"an ankle {100.0 * low:.0f} cm or more above the floor, or a peak up to {_PEAK[1]:g}"
+        raise InputError(problem, field="marker.ankle", allowed=allowed)
 
 
 def _shank(points: LegPoints) -> float:
@@ -225,12 +223,9 @@ def _moment_peak(cycle: gait.GaitCycle) -> list[Notice]:
     if not len(moment) or _PEAK[0] <= moment.max() <= _PEAK[1]:
         return []
     if moment.max() < _NO_MOMENT:
-        raise InputError(
-            f"the ankle moment is never plantarflexor: its peak is {moment.max() + 0.0:.2f} N·m/kg",
-            field="plate",
-            allowed="a centre of pressure ahead of the ankle in late stance: plates and motion of one trial, "
-            "in the same axes and units",
-        )
+        problem = f"the ankle moment is never plantarflexor: its peak is {moment.max() + 0.0:.2f} N·m/kg"
+        allowed = "a centre of pressure ahead of the ankle in late stance: plates and motion of one trial, "
+        raise InputError(problem, field="plate", allowed=f"{allowed}in the same axes and units")
     cause = (
         "a weak push-off, or too large a mass" if moment.max() < _PEAK[0] else "the ankle's place, the mass?"
     )

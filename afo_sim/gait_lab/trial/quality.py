@@ -262,9 +262,8 @@ def _unlike(law: Newton | str) -> Iterator[Check]:
             "scale, or a foot in part beside it; do not take a stride of it"
         )
         found, limit = f"not of {law.left_out}", "each foot's"
-        yield _check(
-            "force follows the body", found, limit, True, "foot-unlike", text, law.left_out, by=law.by
-        )
+        known = "force follows the body", found, limit, True, "foot-unlike", text
+        yield _check(*known, law.left_out, by=law.by)
 
 
 def _overflowed(notice: Notice) -> Check:

@@ -173,16 +173,8 @@ def _stride(leg: _Leg, first: _Strike, second: _Strike) -> RecordedStride:
     for contact, reason in leg.beside.items():
         if missing and contact.start < off and contact.end > first.time:
             missing += f" in part ({reason})"
-    return RecordedStride(
-        leg.motion.side,
-        first.time,
-        second.time,
-        off,
-        first.how,
-        loaded=not missing,
-        end_by=second.how,
-        missing=missing,
-    )
+    known = leg.motion.side, first.time, second.time, off, first.how
+    return RecordedStride(*known, loaded=not missing, end_by=second.how, missing=missing)
 
 
 def _left_early(contact: PlateContact, off: float | None, end: float) -> str:
@@ -351,15 +343,9 @@ def _closed(
         for name in ("force_x", "force_z"):
             residual[name] = _seam(ground.time, getattr(ground, name), window, period)
     gap = max(0.0, period - (window[1] - window[0]))
-    return RecordedStride(
-        side=motion.side,
-        start=strike,
-        end=strike + period,
-        toe_off=toe_off,
-        start_by=by,
-        loaded=loaded,
-        closed=recorded_stride.Closing(window, gap, residual, how, length),
-    )
+    closed = recorded_stride.Closing(window, gap, residual, how, length)
+    ends = motion.side, strike, strike + period, toe_off, by
+    return RecordedStride(*ends, loaded=loaded, closed=closed)
 
 
 def _seam(time: np.ndarray, values: np.ndarray, window: tuple[float, float], period: float) -> float:

@@ -351,9 +351,8 @@ def _moment_peaks(imported: Imported) -> tuple[MomentPeak, MomentPeak]:
         k = int(np.argmax(np.where(stance, sign * cycle.ankle_moment, -np.inf)))
         sides = {side: max(0.0, float((sign * moment)[stance].max())) for side, moment in means.items()}
         error = (_ANKLE_ERROR if arm is None else arm) * GRAVITY * float(cycle.grf_z[k])
-        found.append(
-            MomentPeak(max(0.0, float(sign * cycle.ankle_moment[k])), float(cycle.phase[k]), error, sides)
-        )
+        highest = max(0.0, float(sign * cycle.ankle_moment[k]))
+        found.append(MomentPeak(highest, float(cycle.phase[k]), error, sides))
     return found[0], found[1]
 
 

@@ -110,9 +110,8 @@ def find_frame(legs: Mapping[str, LegPoints], choices: Choices) -> WalkingFrame:
     walks = note("direction", text, subject="belt" if belt else "overground", **data)
     frame = WalkingFrame(forward, up, belt_speed, span=span)
     feet_ahead, sides = _require_feet_ahead(legs, frame), _exchanged_sides(legs, frame)
-    return dataclasses.replace(
-        frame, notices=(walks, *sloping, *off_axis, *turns, *belts, *feet_ahead, *sides)
-    )
+    notices = (walks, *sloping, *off_axis, *turns, *belts, *feet_ahead, *sides)
+    return dataclasses.replace(frame, notices=notices)
 
 
 def _up(legs: Mapping[str, LegPoints], choices: Choices) -> np.ndarray:
