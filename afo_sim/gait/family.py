@@ -37,9 +37,10 @@ def at_speed(file: pathlib.Path, speed: float, taller: float = 1.0) -> GaitCycle
         allowed += " for a person of this height" if taller != 1.0 else ""
         raise InputError(problem, file=file, field="gait.speed", value=value, allowed=allowed)
     above = int(np.searchsorted(speeds, speed))
-    (_, slow), (_, fast) = members[above - 1], members[above]
+    beside = members[above - 1 : above + 1]
+    slow, fast = (cycle for _, cycle in beside)
     share = (speed - slow.walking_speed) / (fast.walking_speed - slow.walking_speed)
-    ends = (f"{name} ({cycle.walking_speed:.3g} m/s)" for name, cycle in members[above - 1 : above + 1])
+    ends = (f"{name} ({cycle.walking_speed:.3g} m/s)" for name, cycle in beside)
     between = f"between {' and '.join(ends)}"
     return _blended(slow, fast, share, speed, between)
 

@@ -145,10 +145,8 @@ def _mend_overflow(plate: str, names: list[str], channels: np.ndarray, turns: np
 
 
 def _turned_over(plate: str, channel: str, column: np.ndarray) -> list[Notice]:
-    """A warning where a channel goes from end to end of its range in a sample, ends alike but for the sign.
-
-    So does one that overflowed before somebody scaled it: it stays as it is, since by how much is not known.
-    """
+    """A warning where a channel goes from end to end of its range in a sample, ends alike but for sign."""
+    # so does one that overflowed before somebody scaled it: it stays, since by how much is not known
     low, high = float(column.min()), float(column.max())
     over = int((np.abs(np.diff(column)) > (1.0 - _CLEAR) * (high - low)).sum())
     if not over or abs(high + low) > _ALIKE * (high - low):

@@ -137,10 +137,7 @@ def _beyond(coordinates: Sequence[Coordinate], values: Mapping[str, np.ndarray])
 
 
 def _match_markers(model: OpenSimModel, markers: Markers) -> tuple[dict[str, np.ndarray], list[Notice]]:
-    """Paths of the model's markers in the trial, by the model's names [m] (n, 3).
-
-    A warning where two markers of the trial have the name of one of the model's: two people's, perhaps.
-    """
+    """Paths of the model's markers in the trial [m] (n, 3), by name; a warning where two have one name."""
     of_name = defaultdict(list)
     for name in markers.positions:
         of_name[plain(name)].append(name)

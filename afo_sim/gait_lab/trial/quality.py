@@ -58,12 +58,18 @@ class _Steps:
 def examine(done: Imported) -> tuple[Check, ...]:
     """Look for a laboratory's faults in an imported trial."""
     steps = {side: _steps(done, side) for side in done.grounds}
+    overflowed = [  # channels that the reader could not put together again
+        Check(
+            f"overflow (plate {each.subject})", f"channel {each.data['channel']} jumps", "none", notice=each
+        )
+        for each in with_code(done.notices, "plate-overflow")
+    ]
     return (
         _along(steps),
         _aside(steps),
         _late(steps, done.newton),
         *_unlike(done.newton),
-        *map(_overflowed, with_code(done.notices, "plate-overflow")),
+        *overflowed,
         *_clipped(done),
         *_scaled(done),
         *_standing(done),
@@ -85,16 +91,11 @@ def _steps(done: Imported, side: str) -> _Steps | None:
     if leg.by_angles or leg.points["heel"].error is not None:
         return None
     heel, toe = (_level(frame, time, _bridged(time, leg.points[role].path)) for role in ("heel", "toe"))
-    plates = {
-        plate.name: (
-            plate.time,
-            np.abs(frame.plane(plate.force)[:, 1]),
-            _level(frame, plate.time, plate.place),
-        )
-        for plate in done.trial.plates
-        if any(contact.plate == plate.name for contact in done.grounds[side].contacts)
-    }
-    found = []
+    plates, found = {}, []
+    used = {contact.plate for contact in done.grounds[side].contacts}
+    for each in (plate for plate in done.trial.plates if plate.name in used):
+        upward = np.abs(frame.plane(each.force)[:, 1])
+        plates[each.name] = each.time, upward, _level(frame, each.time, each.place)
     for contact in done.grounds[side].contacts:
         if not contact.whole or contact.start < time[0] or contact.end > time[-1]:
             continue
@@ -111,17 +112,11 @@ def _steps(done: Imported, side: str) -> _Steps | None:
         on &= up > 0.15 * up[on].max()
         place = (pressed[on] - behind)[:, :2]
         late = done.newton.late[0] if isinstance(done.newton, Newton) and done.newton.follows else 0.0
-        found.append(
-            _Steps(
-                ahead=_rolled(
-                    time, heel, toe, along / length, contact.start - late, clock - late, pressed[:, :2]
-                ),
-                aside=float(np.mean(place[:, 1] * along[0] - place[:, 0] * along[1])) / length,
-                moved=0.5 * (_stop(time, heel, contact.start, -1) + _stop(time, toe, contact.end, 1))
-                if length < _SHORT_FOOT
-                else np.nan,
-            )
-        )
+        rolls = along / length, contact.start - late, clock - late, pressed[:, :2]
+        aside = float(np.mean(place[:, 1] * along[0] - place[:, 0] * along[1])) / length
+        moved = 0.5 * (_stop(time, heel, contact.start, -1) + _stop(time, toe, contact.end, 1))
+        moved = moved if length < _SHORT_FOOT else np.nan
+        found.append(_Steps(_rolled(time, heel, toe, *rolls), aside, moved))
     if not found:
         return None
     columns = np.array([astuple(each) for each in found]).T
@@ -170,10 +165,8 @@ def _rolled(
     time: np.ndarray, heel: np.ndarray, toe: np.ndarray, along: np.ndarray, start: float, clock: np.ndarray,
     pressed: np.ndarray,
 ) -> float:  # fmt: skip
-    """How far the pressure lies ahead of the point about which the foot rolls over its heel [m]; NaN if none.
-
-    Ways of heel and toe [m] (n, 3), of the pressure [m] (k, 2), over their times [s]; `along` the foot (2,).
-    """
+    """How far the pressure is ahead of the point about which the foot rolls on its heel [m]; NaN if none."""
+    # ways of heel and toe [m] (n, 3), of the pressure [m] (k, 2), over their times [s]; along the foot (2,)
     near = (time > start - 0.3) & (time < start + 0.5) & np.isfinite(heel + toe).all(axis=1)
     seen = time[near]
     if len(seen) < 16 or seen[0] > start or seen[-1] < start + _LANDING[1] or np.ptp(np.diff(seen)) > 0.01:
@@ -264,12 +257,6 @@ def _unlike(law: Newton | str) -> Iterator[Check]:
         found, limit = f"not of {law.left_out}", "each foot's"
         known = "force follows the body", found, limit, True, "foot-unlike", text
         yield _check(*known, law.left_out, by=law.by)
-
-
-def _overflowed(notice: Notice) -> Check:
-    """Of a channel that the reader could not put together again."""
-    found = f"channel {notice.data['channel']} jumps"
-    return Check(f"overflow (plate {notice.subject})", found, "none", notice=notice)
 
 
 def _clipped(done: Imported) -> list[Check]:
