@@ -6,16 +6,7 @@ before and above, so that their midpoint is the centre; the epicondyles' is the 
 """
 
 import numpy as np
-from gait_lab.known_walker import (
-    HIP,
-    HIP_Z,
-    PELVIS_DEPTH,
-    PELVIS_WIDTH,
-    SIGN,
-    Walker,
-    ankle_in_tibia,
-    knee_in_femur,
-)
+from gait_lab import known_walker
 
 Place = tuple[str, tuple[float, float, float]]
 
@@ -25,12 +16,12 @@ def _at(segment: str, centre: np.ndarray, *offset: float) -> Place:
     return segment, (float(x), float(y), float(z))
 
 
-_KNEE, _ANKLE = knee_in_femur("right"), ankle_in_tibia("right")
+_KNEE, _ANKLE = known_walker.knee_in_femur("right"), known_walker.ankle_in_tibia("right")
 RADIUS = 0.007  # of a marker, whose centre is so far ahead of the iliac spine [m]
-ASIS: Place = ("pelvis", (RADIUS, 0.0, 0.5 * PELVIS_WIDTH))
-PSIS: Place = ("pelvis", (RADIUS - PELVIS_DEPTH, 0.0, 0.045))
-SACRUM: Place = ("pelvis", (RADIUS - PELVIS_DEPTH, 0.0, 0.0))
-HIP_CENTRE: Place = ("pelvis", (*HIP, HIP_Z))
+ASIS: Place = ("pelvis", (RADIUS, 0.0, 0.5 * known_walker.PELVIS_WIDTH))
+PSIS: Place = ("pelvis", (RADIUS - known_walker.PELVIS_DEPTH, 0.0, 0.045))
+SACRUM: Place = ("pelvis", (RADIUS - known_walker.PELVIS_DEPTH, 0.0, 0.0))
+HIP_CENTRE: Place = ("pelvis", (*known_walker.HIP, known_walker.HIP_Z))
 KNEE_CENTRE, ANKLE_CENTRE = _at("femur", _KNEE, 0, 0, 0), _at("tibia", _ANKLE, 0, 0, 0)
 TROCHANTER: Place = ("femur", (-0.01, -0.01, 0.075))
 KNEE_LATERAL, KNEE_MEDIAL = _at("femur", _KNEE, 0, 0, 0.05), _at("femur", _KNEE, 0, 0, -0.05)
@@ -133,7 +124,7 @@ def placed(name: str, *, standing: bool = False) -> dict[str, tuple[str, np.ndar
     found: dict[str, tuple[str, np.ndarray]] = {}
     extra = STANDING.get(name, {}) if standing else {}
     for pattern, (segment, place) in (SETS[name] | extra).items():
-        for side, sign in SIGN.items():
+        for side, sign in known_walker.SIGN.items():
             letter = side[0]
             label = pattern.format(S=letter.upper(), s=letter if letter == "r" else "L")
             part = segment if segment in ("pelvis", "trunk") else f"{segment}_{letter}"
@@ -142,7 +133,12 @@ def placed(name: str, *, standing: bool = False) -> dict[str, tuple[str, np.ndar
 
 
 def in_world(
-    walker: Walker, name: str, time: np.ndarray, *, segments: dict | None = None, standing: bool = False
+    walker: known_walker.Walker,
+    name: str,
+    time: np.ndarray,
+    *,
+    segments: dict | None = None,
+    standing: bool = False,
 ) -> dict[str, np.ndarray]:
     """Trajectories of a set's markers in the world, each (n, 3) [m]."""
     segments = segments or walker.segments(time)

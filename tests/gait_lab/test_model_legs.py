@@ -3,19 +3,8 @@
 import pathlib
 
 import numpy as np
+import osim_text
 import pytest
-from osim_text import (
-    ANKLE_ON_FOOT,
-    HIP_AT,
-    LAYOUTS,
-    SHANK,
-    THIGH,
-    TOES_AT,
-    version_3,
-    version_4,
-    walker,
-    write,
-)
 from real_trials import FOLDER, MOCO, SUBJECT01, where_recorded
 
 from afo_sim.common import InputError
@@ -78,8 +67,8 @@ def table(columns: dict[str, np.ndarray]) -> OpenSimTable:
     return OpenSimTable(pathlib.Path("walk.mot"), TIME, columns, None)
 
 
-def model(tmp_path, layout=version_4, **options) -> OpenSimModel:
-    return read_opensim_model(write(tmp_path / "walker.osim", layout(*walker(**options))))
+def model(tmp_path, layout=osim_text.version_4, **options) -> OpenSimModel:
+    return read_opensim_model(osim_text.write(tmp_path / "walker.osim", layout(*osim_text.walker(**options))))
 
 
 def turned(angle: np.ndarray, x: float, y: float) -> np.ndarray:
@@ -95,11 +84,11 @@ def plane_chain(side: str) -> dict[str, np.ndarray]:
     thigh = tilt + q[f"hip_flexion_{side}"]
     shank = thigh + q[f"knee_angle_{side}"]
     foot = shank + q[f"ankle_angle_{side}"]
-    hip = pelvis + turned(tilt, HIP_AT[0], HIP_AT[1])
-    knee = hip + turned(thigh, 0.0, -THIGH)
-    ankle = knee + turned(shank, 0.0, -SHANK)
-    origin = ankle - turned(foot, ANKLE_ON_FOOT[0], ANKLE_ON_FOOT[1])
-    heel, toe = origin + turned(foot, -0.02, 0.02), origin + turned(foot, TOES_AT + 0.08, 0.005)
+    hip = pelvis + turned(tilt, osim_text.HIP_AT[0], osim_text.HIP_AT[1])
+    knee = hip + turned(thigh, 0.0, -osim_text.THIGH)
+    ankle = knee + turned(shank, 0.0, -osim_text.SHANK)
+    origin = ankle - turned(foot, osim_text.ANKLE_ON_FOOT[0], osim_text.ANKLE_ON_FOOT[1])
+    heel, toe = origin + turned(foot, -0.02, 0.02), origin + turned(foot, osim_text.TOES_AT + 0.08, 0.005)
     return {"hip": hip, "knee": knee, "ankle": ankle, "heel": heel, "toe": toe}
 
 
@@ -118,7 +107,7 @@ def assert_chain(leg: LegPoints, atol: float = 1e-12) -> None:
         np.testing.assert_allclose(leg.points[role].path[:, :2], expected, atol=atol, err_msg=role)
 
 
-@pytest.mark.parametrize("layout", LAYOUTS.values(), ids=LAYOUTS)
+@pytest.mark.parametrize("layout", osim_text.LAYOUTS.values(), ids=osim_text.LAYOUTS)
 @pytest.mark.parametrize("degrees", [False, True], ids=["rad", "deg"])
 def test_joint_angles_place_both_legs(tmp_path, layout, degrees):
     made = model(tmp_path, layout)
@@ -132,7 +121,9 @@ def test_joint_angles_place_both_legs(tmp_path, layout, degrees):
     assert set(legs) == {"right", "left"}
     for side, out in (("right", 1.0), ("left", -1.0)):
         assert_chain(legs[side])
-        np.testing.assert_allclose(legs[side].points["knee"].path[:, 2], out * HIP_AT[2], atol=1e-12)
+        np.testing.assert_allclose(
+            legs[side].points["knee"].path[:, 2], out * osim_text.HIP_AT[2], atol=1e-12
+        )
     np.testing.assert_allclose(legs["left"].pelvis[:, 0], 1.3 * TIME, atol=1e-12)
 
 
@@ -234,9 +225,9 @@ def test_angles_that_are_missing(tmp_path):
 
 def test_angles_of_another_model_are_doubted(tmp_path):
     """A knee that bends to the other side leaves the range that the model states."""
-    parts, markers, extra = walker()
-    text = version_3(parts, markers, extra).replace("<range>-2.0 2.0", "<range>-2.0 0.2")
-    made = read_opensim_model(write(tmp_path / "walker.osim", text))
+    parts, markers, extra = osim_text.walker()
+    text = osim_text.version_3(parts, markers, extra).replace("<range>-2.0 2.0", "<range>-2.0 0.2")
+    made = read_opensim_model(osim_text.write(tmp_path / "walker.osim", text))
     columns = walk() | {"knee_angle_r": -walk()["knee_angle_r"]}
     legs = legs_from_angles(made, table(columns), False)
     assert any("knee_angle_r goes from" in line for line in legs["right"].warnings)
@@ -244,8 +235,10 @@ def test_angles_of_another_model_are_doubted(tmp_path):
 
 
 def test_a_model_without_legs(tmp_path):
-    parts, _, extra = walker()
-    made = read_opensim_model(write(tmp_path / "bust.osim", version_4(parts[:1], {}, extra)))
+    parts, _, extra = osim_text.walker()
+    made = read_opensim_model(
+        osim_text.write(tmp_path / "bust.osim", osim_text.version_4(parts[:1], {}, extra))
+    )
     with pytest.raises(InputError, match=r"has no right leg: no body for thigh \(femur_r\)"):
         legs_from_angles(made, table(walk()), False)
 

@@ -5,25 +5,15 @@ import pathlib
 
 import numpy as np
 import pytest
-from real_trials import (
-    C3D,
-    SUBJECT01,
-    TRIALS,
-    C3DTrial,
-    Curve,
-    Trial,
-    c3d_trial,
-    heel_strikes,
-    where_recorded,
-)
+import real_trials
 
 from afo_sim.common import InputError
 from afo_sim.gait_lab import Choices, Imported, import_gait
 
-pytestmark = [where_recorded, pytest.mark.slow]
+pytestmark = [real_trials.where_recorded, pytest.mark.slow]
 SIDES = ("right", "left")
 C3D_FILES = ("walking5.c3d", "test_walking.c3d")
-C3d = tuple[C3DTrial, tuple[pathlib.Path, ...]]
+C3d = tuple[real_trials.C3DTrial, tuple[pathlib.Path, ...]]
 WEIGHT = 65.5  # of the C3D files' walker: the right foot's impulse over half a stride, 65 to 66 kg [kg]
 
 
@@ -32,7 +22,7 @@ def first_try(files: tuple[pathlib.Path, ...], side: str, model: pathlib.Path | 
     return import_gait(files, Choices(side=side, model=model))
 
 
-def imported(trial: Trial, side: str) -> Imported:
+def imported(trial: real_trials.Trial, side: str) -> Imported:
     return first_try(trial.files, side, trial.model)
 
 
@@ -47,7 +37,9 @@ def recorded_time(found: Imported) -> np.ndarray:
     return np.asarray(time)
 
 
-def in_stance(found: Imported, force: Curve, reference: Curve) -> tuple[np.ndarray, np.ndarray]:
+def in_stance(
+    found: Imported, force: real_trials.Curve, reference: real_trials.Curve
+) -> tuple[np.ndarray, np.ndarray]:
     """Samples of the cycle whose foot stands by the plates as recorded, and the reference there."""
     time = recorded_time(found)
     standing = force.at(time) > 20.0
@@ -62,9 +54,9 @@ def rms(difference: np.ndarray) -> float:
 
 
 @pytest.mark.parametrize("side", SIDES)
-@pytest.mark.parametrize("name", TRIALS)
+@pytest.mark.parametrize("name", real_trials.TRIALS)
 def test_ankle_moment_agrees_with_inverse_dynamics(name: str, side: str) -> None:
-    trial = TRIALS[name]
+    trial = real_trials.TRIALS[name]
     found = imported(trial, side)
     known, expected = in_stance(found, trial.force(side), trial.moment(side))
     expected += trial.about_malleoli(side, recorded_time(found)[known], found.cycle.shank_angle[known])
@@ -72,9 +64,9 @@ def test_ankle_moment_agrees_with_inverse_dynamics(name: str, side: str) -> None
 
 
 @pytest.mark.parametrize("side", SIDES)
-@pytest.mark.parametrize("name", TRIALS)
+@pytest.mark.parametrize("name", real_trials.TRIALS)
 def test_ankle_angle_agrees_with_inverse_kinematics_but_for_a_stated_offset(name: str, side: str) -> None:
-    trial = TRIALS[name]
+    trial = real_trials.TRIALS[name]
     found = imported(trial, side)
     known, expected = in_stance(found, trial.force(side), trial.angle(side))
     difference = np.degrees(found.cycle.ankle_angle[known]) - expected
@@ -84,15 +76,18 @@ def test_ankle_angle_agrees_with_inverse_kinematics_but_for_a_stated_offset(name
 
 
 @pytest.mark.parametrize("side", SIDES)
-@pytest.mark.parametrize("name", TRIALS)
+@pytest.mark.parametrize("name", real_trials.TRIALS)
 def test_stride_is_that_between_heel_strikes_on_the_plates(name: str, side: str) -> None:
-    trial = TRIALS[name]
+    trial = real_trials.TRIALS[name]
     stride = imported(trial, side).strides[imported(trial, side).chosen[0]]
     assert stride.side == side
-    strikes = heel_strikes(trial.force(side))
+    strikes = real_trials.heel_strikes(trial.force(side))
     own = np.diff(strikes)
     if len(own) == 0:  # one strike alone: a steady walker's other leg, and the error of events by kinematics
-        own, allowed = np.diff(heel_strikes(trial.force("left" if side == "right" else "right"))), 0.04
+        own, allowed = (
+            np.diff(real_trials.heel_strikes(trial.force("left" if side == "right" else "right"))),
+            0.04,
+        )
     else:
         own, allowed = own[strikes[:-1] < 1.6], 0.015
     assert np.abs(stride.end - stride.start - own).min() <= allowed
@@ -100,9 +95,9 @@ def test_stride_is_that_between_heel_strikes_on_the_plates(name: str, side: str)
 
 
 @pytest.mark.parametrize("side", SIDES)
-@pytest.mark.parametrize("name", TRIALS)
+@pytest.mark.parametrize("name", real_trials.TRIALS)
 def test_body_mass_is_found(name: str, side: str) -> None:
-    trial = TRIALS[name]
+    trial = real_trials.TRIALS[name]
     found = imported(trial, side)
     assert found.mass.mass == pytest.approx(trial.mass, rel=1e-3 if trial.model else 0.03)
     if found.mass.estimated is not None:  # what the plates carry, which the model does not know
@@ -112,14 +107,14 @@ def test_body_mass_is_found(name: str, side: str) -> None:
 @pytest.mark.parametrize("side", SIDES)
 def test_treadmill_gives_the_belt_speed(side: str) -> None:
     """The markers of the flat foot, in the same file as the joint angles, go back at 1.11 to 1.14 m/s."""
-    found = imported(TRIALS["treadmill, model and joint angles"], side)
+    found = imported(real_trials.TRIALS["treadmill, model and joint angles"], side)
     assert found.frame.belt_speed == pytest.approx(1.125, abs=0.03)
     assert found.cycle.walking_speed == pytest.approx(1.125, abs=0.05)
 
 
 @pytest.mark.parametrize("side", SIDES)
 def test_given_inverse_dynamics_are_the_reference(side: str) -> None:
-    trial = TRIALS["overground, all there is"]
+    trial = real_trials.TRIALS["overground, all there is"]
     found = imported(trial, side)
     assert found.reference is not None
     known, expected = in_stance(found, trial.force(side), trial.moment(side))
@@ -132,8 +127,8 @@ def test_given_inverse_dynamics_are_the_reference(side: str) -> None:
 @pytest.mark.parametrize("side", SIDES)
 def test_inverse_dynamics_without_ground_forces_are_told_and_not_taken(side: str) -> None:
     """The set's own file: its pelvis carries the body weight, its ankle 2.4 N·m at most."""
-    trial = TRIALS["treadmill, model and joint angles"]
-    dynamics = SUBJECT01 / "subject01_walk1_InverseDynamics.sto"
+    trial = real_trials.TRIALS["treadmill, model and joint angles"]
+    dynamics = real_trials.SUBJECT01 / "subject01_walk1_InverseDynamics.sto"
     found = first_try((*trial.files, dynamics), side, trial.model)
     known, expected = in_stance(found, trial.force(side), trial.moment(side))
     expected += trial.about_malleoli(side, recorded_time(found)[known], found.cycle.shank_angle[known])
@@ -144,7 +139,7 @@ def test_inverse_dynamics_without_ground_forces_are_told_and_not_taken(side: str
 @pytest.fixture(params=C3D_FILES)
 def c3d(request: pytest.FixtureRequest) -> C3d:
     pytest.importorskip("ezc3d")
-    return c3d_trial(request.param), (C3D / request.param,)
+    return real_trials.c3d_trial(request.param), (real_trials.C3D / request.param,)
 
 
 def test_c3d_strides_of_both_feet_begin_with_the_heel(c3d: C3d) -> None:
