@@ -10,7 +10,6 @@ it is fast.
 """
 
 import argparse
-from collections.abc import Iterator
 
 import afo_sim as afo
 
@@ -26,7 +25,7 @@ FRONT = "orthosis.muscle.dorsiflexor."
 CABLES = (f"{FRONT}cable.stiffness", "orthosis.muscle.plantarflexor.cable.stiffness")
 LINK, LENGTH = 112, 215  # of S1's dorsiflexors [mm]
 STIFFENING = {"stiffening": {"force": "33 N", "length": "17 mm"}}
-LATE = {"phases.dorsiflexor.outlet[0][0]": 0.40}
+LATE: Sets = {"phases.dorsiflexor.outlet[0][0]": 0.40}
 PLATE_ALONE = {"foot": {"stiffness": "50 kN/m"}}
 CUFF_ALONE = {"shank": {"stiffness": "4 kN/m"}}
 HEAD = (
@@ -39,11 +38,10 @@ HEAD = (
     "cuff gives [mm]",
     "pull [N]",
 )
-MINUS = "−"
-
 OUTLET = "orthosis.chamber.dorsiflexor.outlet.conductance"
 
 Case = tuple[str, str, Sets]  # label, scenario, what it sets
+CUFFS = {None: "rigid", 16: "16 kN/m", 8: "8 kN/m", 4: "4 kN/m", 2: "2 kN/m"}
 
 
 def cuff(stiffness: int | None) -> Sets:
@@ -68,86 +66,65 @@ def cables(stiffness: str) -> Sets:
     return dict.fromkeys(CABLES, stiffness)
 
 
-def of_bare() -> Iterator[Case]:
-    """What they are held against: nobody wears an orthosis."""
-    for scenario in (HEALTHY, BARE):
-        yield f"{scenario}, barefoot", scenario, {}
-        yield f"{scenario}, in the trainer", scenario, SHOD
-
-
-def of_cuffs() -> Iterator[Case]:
-    """The cuff alone; plate and cables stay as shipped."""
-    yield "cuff and plate rigid", PLAIN, {"orthosis.anchor": {}}
-    for stiffness in (None, 16, 8, 4, 2):
-        yield "rigid" if stiffness is None else f"{stiffness} kN/m", PLAIN, cuff(stiffness)
-    yield "stiffening, 33 N, 17 mm", PLAIN, {SHANK: STIFFENING}
-
-
-def of_parts() -> Iterator[Case]:
-    """Cables and plate at half, double and rigid."""
-    yield "as shipped", PLAIN, {}
-    for stiffness in ("50 kN/m", "200 kN/m", "1000 kN/m"):
-        yield f"cables {stiffness}", PLAIN, cables(stiffness)
-    for stiffness in ("25 kN/m", "100 kN/m"):
-        yield f"plate {stiffness}", PLAIN, {f"{FOOT}.stiffness": stiffness}
-    yield "plate rigid", PLAIN, {"orthosis.anchor": CUFF_ALONE}
-
-
-def of_remedies() -> Iterator[Case]:
-    """What restores the lift, on 4 kN/m and on a cuff half and twice as stiff."""
-    for stiffness in (4, 2, 8):
-        on = cuff(stiffness)
-        yield f"{stiffness} kN/m: as shipped", PLAIN, on
-        for shorter in (10, 20, 25, 30):
-            yield f"{stiffness} kN/m: links {shorter} mm shorter", PLAIN, on | link(shorter)
-        for more in (20, 40, 80):
-            yield f"{stiffness} kN/m: muscles {more} mm longer", PLAIN, on | longer(more)
-        yield f"{stiffness} kN/m: vented from 0.40", PLAIN, on | LATE
-        yield f"{stiffness} kN/m: vented from 0.40, links 30 mm shorter", PLAIN, on | LATE | link(30)
-
-
-def of_shipped() -> Iterator[Case]:
-    """The shipped scenario on shorter links, on other cuffs."""
-    for stiffness in (None, 8, 4, 2):
-        yield "rigid" if stiffness is None else f"{stiffness} kN/m", SHORT, cuff(stiffness)
-    yield "stiffening, 33 N, 17 mm", SHORT, {SHANK: STIFFENING}
-    yield "3 bar", SHORT, {"supply.pressure": "3 bar"}
-
-
-def of_walkers() -> Iterator[Case]:
-    """Other strides than the natural mean curves: who walks, alone in a trainer and with both devices."""
-    for walker in WALKERS:
-        cycle: Sets = {"gait.cycle": walker}
-        yield f"{walker}: healthy, in the trainer", HEALTHY, cycle | SHOD
-        yield f"{walker}: drop foot, in the trainer", BARE, cycle | SHOD
-        yield f"{walker}: S1's device", PLAIN, cycle
-        yield f"{walker}: on shorter links", SHORT, cycle
-
-
-def of_rigid() -> Iterator[Case]:
-    """Nothing gives: cables of 1e6 N/m, no cuff, no plate."""
-    rigid = cables("1000 kN/m") | {"orthosis.anchor": {}}
-    yield "rigid, 4 bar", PLAIN, rigid
-    yield "the same, cables 10 MN/m", PLAIN, rigid | cables("10 MN/m")
-    yield "rigid, 3 bar", PLAIN, rigid | {"supply.pressure": "3 bar"}
-    yield "rigid, 2.5 bar", PLAIN, rigid | {"supply.pressure": "2.5 bar"}
-    yield "rigid, outlet three times as large", PLAIN, rigid | {OUTLET: "0.165 dm^3/(s*bar)"}
-
-
-PARTS = {
-    "bare": of_bare,
-    "cuff": of_cuffs,
-    "parts": of_parts,
-    "remedies": of_remedies,
-    "shipped": of_shipped,
-    "walkers": of_walkers,
-    "rigid": of_rigid,
+REMEDIES: dict[str, Sets] = {
+    "as shipped": {},
+    **{f"links {shorter} mm shorter": link(shorter) for shorter in (10, 20, 25, 30)},
+    **{f"muscles {more} mm longer": longer(more) for more in (20, 40, 80)},
+    "vented from 0.40": LATE,
+    "vented from 0.40, links 30 mm shorter": LATE | link(30),
+}
+RIGID = cables("1000 kN/m") | {"orthosis.anchor": {}}
+PARTS: dict[str, list[Case]] = {
+    "bare": [  # what they are held against: nobody wears an orthosis
+        (f"{scenario}, {shod}", scenario, sets)
+        for scenario in (HEALTHY, BARE)
+        for shod, sets in (("barefoot", {}), ("in the trainer", SHOD))
+    ],
+    "cuff": [  # alone; plate and cables stay as shipped
+        ("cuff and plate rigid", PLAIN, {"orthosis.anchor": {}}),
+        *((CUFFS[stiffness], PLAIN, cuff(stiffness)) for stiffness in CUFFS),
+        ("stiffening, 33 N, 17 mm", PLAIN, {SHANK: STIFFENING}),
+    ],
+    "parts": [  # cables and plate at half, double and rigid
+        ("as shipped", PLAIN, {}),
+        *((f"cables {each}", PLAIN, cables(each)) for each in ("50 kN/m", "200 kN/m", "1000 kN/m")),
+        ("plate 25 kN/m", PLAIN, {f"{FOOT}.stiffness": "25 kN/m"}),
+        ("plate 100 kN/m", PLAIN, {f"{FOOT}.stiffness": "100 kN/m"}),
+        ("plate rigid", PLAIN, {"orthosis.anchor": CUFF_ALONE}),
+    ],
+    "remedies": [  # what restores the lift, on 4 kN/m and on a cuff half and twice as stiff
+        (f"{stiffness} kN/m: {label}", PLAIN, cuff(stiffness) | sets)
+        for stiffness in (4, 2, 8)
+        for label, sets in REMEDIES.items()
+    ],
+    "shipped": [  # the scenario on shorter links, on other cuffs
+        *((CUFFS[stiffness], SHORT, cuff(stiffness)) for stiffness in (None, 8, 4, 2)),
+        ("stiffening, 33 N, 17 mm", SHORT, {SHANK: STIFFENING}),
+        ("3 bar", SHORT, {"supply.pressure": "3 bar"}),
+    ],
+    "walkers": [  # other strides than the natural mean curves, alone in a trainer and with both devices
+        (f"{walker}: {label}", scenario, {"gait.cycle": walker} | sets)
+        for walker in WALKERS
+        for label, scenario, sets in (
+            ("healthy, in the trainer", HEALTHY, SHOD),
+            ("drop foot, in the trainer", BARE, SHOD),
+            ("S1's device", PLAIN, {}),
+            ("on shorter links", SHORT, {}),
+        )
+    ],
+    "rigid": [  # nothing gives: cables of 1e6 N/m, no cuff, no plate
+        ("rigid, 4 bar", PLAIN, RIGID),
+        ("the same, cables 10 MN/m", PLAIN, RIGID | cables("10 MN/m")),
+        ("rigid, 3 bar", PLAIN, RIGID | {"supply.pressure": "3 bar"}),
+        ("rigid, 2.5 bar", PLAIN, RIGID | {"supply.pressure": "2.5 bar"}),
+        ("rigid, outlet three times as large", PLAIN, RIGID | {OUTLET: "0.165 dm^3/(s*bar)"}),
+    ],
 }
 
 
 def shown(value: float, digits: int = 1) -> str:
     """A number with a true minus sign."""
-    return f"{round(value, digits) + 0.0:.{digits}f}".replace("-", MINUS)
+    return f"{round(value, digits) + 0.0:.{digits}f}".replace("-", "−")
 
 
 def mounted(run: afo.Recording) -> list[str]:
@@ -193,7 +170,7 @@ def main() -> None:
     parser.add_argument("--part", choices=PARTS, action="append")
     for part in parser.parse_args().part or PARTS:
         print(f"\n| {part} | {' | '.join(HEAD)} |\n|{'---|' * (len(HEAD) + 1)}")
-        for case in PARTS[part]():
+        for case in PARTS[part]:
             print(row(case), flush=True)
     for scenario in (PLAIN, SHORT):
         print(f"\n{scenario}, toe by stride: {begun(scenario, {})}")
