@@ -22,11 +22,8 @@ import numpy as np
 KINKS = ("Unkink", "kinked25", "kinked50", "kinked75")
 RESTS = {10: (8.3, 7.0), 20: (18.2, 15.2), 30: (28.1, 23.2)}  # cut [cm]: at rest, free at 620 kPa [cm]
 SOURCE = "Portland State University, Muscle_Sensory e3a82772, no licence stated"
-HELD = {
-    10: (8.3, 7.975, 7.65, 7.325),
-    20: (18.2, 17.45, 16.7, 15.95),
-    30: (28.1, 26.875, 25.65, 24.425),
-}  # [cm]
+# length of a muscle by its cut, in the order of KINKS [cm]
+HELD = {10: (8.3, 7.975, 7.65, 7.325), 20: (18.2, 17.45, 16.7, 15.95), 30: (28.1, 26.875, 25.65, 24.425)}
 APART = 0.05  # at least, between passes [ms]
 EVEN = 12  # passes on either side over which they are even
 ZERO, FIRST = 8180.0, 0.008  # reading of the gauge without air [Pa], time before the first pulse [s]
@@ -34,14 +31,7 @@ ZERO, FIRST = 8180.0, 0.008  # reading of the gauge without air [Pa], time befor
 # PAMY. Published: radii, lengths of muscles, upper arm (pam_mujoco ec114ef1, pamy1/body_template.xml); counts
 # at zero of joints 1 and 2 (pam_models 9d821247, pam.json). Read off: counts from 0 to 1. Assumed: 4 to 20 mA
 # of 15 bits for 0 to 6 bar, so that 6554 counts are no gauge pressure; these at zero of joints 3 and 4.
-ARM_COUNTS = (
-    (13e3, 9e3),
-    (13e3, 9e3),
-    (13.5e3, 9.5e3),
-    (14.5e3, 7.5e3),
-    *2 * [(6554, 13e3)],
-    *2 * [(6554, 15e3)],
-)
+ARM_COUNTS = [*2 * [(13e3, 9e3)], (13.5e3, 9.5e3), (14.5e3, 7.5e3), *2 * [(6554, 13e3)], *2 * [(6554, 15e3)]]
 ARM_ZERO, ARM_COUNT = 6554.0, 6e5 / (32767.0 - 6554.0)  # [counts], [Pa]
 ARM_JUMP = 0.4  # of an angle in a sample [rad], by which the last one belongs to the next episode
 

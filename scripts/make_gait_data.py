@@ -96,13 +96,7 @@ def belt_speed(trial: WalkingTrial, strides: Imported) -> float:
 
 
 def body_height(trial: WalkingTrial, ankle_height: float) -> float:
-    """The subject's height by that of the trochanter over straight legs [m].
-
-    Parameters
-    ----------
-    trial : with the markers on trochanter, epicondyle and malleolus
-    ankle_height : of the malleolus above the floor [m]
-    """
+    """The subject's height by that of the trochanter over straight legs [m]."""
     assert trial.markers is not None
     hip, knee, ankle = (trial.markers.positions[name] for name in ("RGTRO", "RLEK", "RLM"))
     lengths = (np.linalg.norm(upper - lower, axis=1) for upper, lower in ((hip, knee), (knee, ankle)))

@@ -80,12 +80,6 @@ def typed(file: pathlib.Path) -> dict[str, np.ndarray]:
     return resampled(table["pct"] / 100.0, curves)
 
 
-def published_columns(file: pathlib.Path) -> dict[str, np.ndarray]:
-    """The same columns of a shipped file."""
-    cycle = read(file)
-    return {name: getattr(cycle, name) for name in ("phase", *(field for field, _ in TYPED.values()))}
-
-
 def mean_adult(task: str, columns: dict[str, np.ndarray]) -> GaitCycle:
     """The mean adult of Bovi 2011 in one task, with the ankle's path and the centre of pressure derived."""
     words, length, cadence = TASKS[task]
@@ -241,7 +235,10 @@ def main() -> None:
         if given.folder is not None:
             columns = typed(given.folder / f"bovi2011_adult_{task}.csv")
         else:
-            columns = published_columns(GAIT_DATA / f"bovi2011_{task}.csv")
+            cycle = read(GAIT_DATA / f"bovi2011_{task}.csv")
+            columns = {
+                name: getattr(cycle, name) for name in ("phase", *(field for field, _ in TYPED.values()))
+            }
         save(f"bovi2011_{task}", mean_adult(task, columns), given.out)
     if given.opensim is not None:
         save("opensim_walk", overground(given.opensim), given.out)

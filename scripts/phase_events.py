@@ -88,9 +88,8 @@ class Stride:
 
 
 def _ramp(to: float) -> list[Stride]:
-    return [Stride(duration=1.0 / cadence) for cadence in np.linspace(1.0, to, 6)] + [
-        Stride(duration=1.0 / cadence) for cadence in np.linspace(to, 1.0, 6)
-    ]
+    cadences = (*np.linspace(1.0, to, 6), *np.linspace(to, 1.0, 6))
+    return [Stride(duration=1.0 / cadence) for cadence in cadences]
 
 
 def _turn(amplitude: float, random: np.random.Generator) -> list[Stride]:

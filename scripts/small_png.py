@@ -23,11 +23,6 @@ def save(picture: Image.Image, path: pathlib.Path) -> None:
     """Write a picture as PNG of few colours; refuse one that is too large.
 
     Its most frequent colours stay as they are: a light shade beside white would be lost in a common palette.
-
-    Parameters
-    ----------
-    picture : of any mode
-    path : to write
     """
     pixels = np.asarray(picture.convert("RGB"))
     own, which, counts = np.unique(pixels.reshape(-1, 3), axis=0, return_inverse=True, return_counts=True)

@@ -186,10 +186,8 @@ def examined(seed: int) -> Outcome:
                 return begun("failed", why="; ".join(run.status for run in runs))
             beyond, fixed = beyond | _beyond(runs[0], runs[2]), fixed | _beyond(runs[1], runs[2])
             named += [n for w in with_code(runs[0].warnings, "step-matters") for n in w.data["names"]]
-            if with_code(
-                runs[0].warnings, "strides-unsettled"
-            ):  # no stride repeats, whose numbers these were
-                named += beyond
+            if with_code(runs[0].warnings, "strides-unsettled"):
+                named += beyond  # no stride repeats, whose numbers these were
             taken = min(taken, 1e3 * float(runs[0].studies[STEP_STUDY]["step"]))
     except InputError as error:
         return begun("refused", why=str(error))

@@ -78,16 +78,7 @@ class Tracked:
 def sets(
     factor: float, gains: Gains, sine: Sine, *, rate: float = 100.0, step: float = 2.0
 ) -> dict[str, Any]:
-    """What is set in the scenario `seated`.
-
-    Parameters
-    ----------
-    factor : of the valves' conductance
-    gains : of the PID
-    sine : that is followed
-    rate : of the controller [Hz]
-    step : time step [ms]
-    """
+    """What is set in the scenario `seated`."""
     conductance = f"{factor * CONDUCTANCE:.6g} dm^3/(s*bar)"
     valves = {
         f"orthosis.chamber.{chamber}.{side}.conductance": conductance

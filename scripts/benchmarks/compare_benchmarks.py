@@ -49,13 +49,7 @@ def read(path: pathlib.Path) -> dict[str, Any]:
 
 
 def check_alike(old: dict[str, Any], new: dict[str, Any], other_machine: bool) -> list[str]:
-    """Differences that do not forbid a comparison, in words.
-
-    Raises
-    ------
-    NotComparable
-        Another benchmark; another machine, unless that is said to be meant.
-    """
+    """Differences that do not forbid a comparison, in words."""
     if old["benchmark"] != new["benchmark"]:
         raise NotComparable(f"one file is of {old['benchmark']!r}, the other of {new['benchmark']!r}")
     apart = _unlike(*({key: repr(found["machine"].get(key)) for key in SAME} for found in (old, new)))

@@ -140,13 +140,7 @@ def bare(
 
 
 def design_rates(count: int, repeats: int) -> list[Figure]:
-    """Settled designs per second, as a scenario settles them by default, and walked beside.
-
-    Parameters
-    ----------
-    count : designs whose strides are walked
-    repeats : rounds
-    """
+    """Settled designs per second, as a scenario settles them by default, and walked beside."""
     processor: dict[str, list[float]] = {}  # time of each design [ms]: what else runs disturbs it least
 
     def watched(name: str, cases: int, once: Callable[[], float]) -> Callable[[], float]:
@@ -179,13 +173,7 @@ def design_rates(count: int, repeats: int) -> list[Figure]:
 
 
 def overheads(count: int, repeats: int) -> list[Figure]:
-    """Processor time of designs over that of the engine alone for as many steps of the same models.
-
-    Parameters
-    ----------
-    count : designs
-    repeats : rounds
-    """
+    """Processor time of designs over that of the engine alone for as many steps of the same models."""
     ways = {way: (SCENARIO, {"timestep": "2 ms", **WAYS[way][0]}, WAYS[way][1]) for way in list(WAYS)[::2]}
     ways |= {f"{name}, all metrics": (name, {}, EVERYTHING) for name in sorted(names("scenario"))}
     found: list[Figure] = []
@@ -198,9 +186,7 @@ def overheads(count: int, repeats: int) -> list[Figure]:
         steps = round(sum(counted) / count)
         models = [_ready(scenario, k, case) for k, case in enumerate(cases)]
         engine_alone = bare(models, 1, 1.0, steps)
-        times = in_turn(
-            {way: _processor_of(once), "engine": _processor_of(engine_alone)}, repeats, first=True
-        )
+        times = in_turn({way: _processor_of(once), "engine": _processor_of(engine_alone)}, repeats)
         found += [
             figure(f"{way}, steps of each", "", "lower", steps),
             figure(f"{way}, Python calls of each", "", "lower", python_calls(once) / count),
@@ -262,13 +248,7 @@ def steps_counted() -> Iterator[list[int]]:
 
 
 def stride_rates(count: int, repeats: int) -> list[Figure]:
-    """Walked strides per second of whole sweeps, with metrics and files, and of the engine alone.
-
-    Parameters
-    ----------
-    count : cases of a sweep
-    repeats : rounds
-    """
+    """Walked strides per second of whole sweeps, with metrics and files, and of the engine alone."""
     measures: dict[str, Callable[[], float]] = {}
     for step in STEPS:
         sets = {"timestep": step, **WALKED}
@@ -291,7 +271,7 @@ def _ready(scenario: str, number: int, sets: Mapping[str, object]) -> engine.Pre
 
 def _told(measures: Mapping[str, Callable[[], float]], unit: str, repeats: int) -> list[Figure]:
     """Rates, and what two threads or processes are to one."""
-    rates = in_turn(measures, repeats, first=True)
+    rates = in_turn(measures, repeats)
     one = [name for name in rates if name.endswith("threads 1")]
     return [
         *(figure(name, unit, "higher", values) for name, values in rates.items()),

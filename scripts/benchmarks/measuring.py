@@ -57,30 +57,10 @@ def ratio(name: str, above: Sequence[float], below: Sequence[float], better: Bet
     return Figure(name, "", better, middle, middle, len(above))
 
 
-def difference(name: str, unit: str, whole: Sequence[float], *parts: Sequence[float]) -> Figure:
-    """What is left of a row of repeats where others are taken off: of the bests, and of the medians."""
-    best = min(whole) - sum(min(part) for part in parts)
-    middle = float(np.median(whole)) - sum(float(np.median(part)) for part in parts)
-    return Figure(name, unit, "lower", best, middle, len(whole))
-
-
-def in_turn(
-    measures: Mapping[str, Callable[[], float]], repeats: int, first: bool = False
-) -> dict[str, list[float]]:
-    """Repeat measurements in turn, round by round.
-
-    Parameters
-    ----------
-    measures : each returns its number
-    repeats : rounds that count
-    first : do a round before that does not count
-
-    Returns
-    -------
-    {name: numbers of all rounds}
-    """
+def in_turn(measures: Mapping[str, Callable[[], float]], repeats: int) -> dict[str, list[float]]:
+    """Numbers of measurements that are repeated in turn; a round before those does not count."""
     found: dict[str, list[float]] = {name: [] for name in measures}
-    for k in range(-int(first), repeats):
+    for k in range(-1, repeats):
         for name, once in measures.items():
             value = once()
             if k >= 0:
@@ -162,7 +142,7 @@ def collect(
     benchmark: str, parts: Mapping[str, Callable[[], list[Figure]]], options: argparse.Namespace
 ) -> list[Figure]:
     """Measure part by part, print each as a table, and write all of them to the file that was asked for."""
-    started, figures = _now(), []
+    started, figures = datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"), []
     for name, part in parts.items():
         with spent() as took:
             found = part()
@@ -179,7 +159,3 @@ def collect(
         }
         options.out.write_text(json.dumps(written, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
     return figures
-
-
-def _now() -> str:
-    return datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")

@@ -75,14 +75,7 @@ def python_rate(built: Built, control: np.ndarray, state: np.ndarray) -> float:
 
 
 def against_motors(simulations: int, steps: int, repeats: int) -> list[Figure]:
-    """Figures of `seated`: native muscles, motors and Python callbacks, on one thread and on two.
-
-    Parameters
-    ----------
-    simulations : in each batch
-    steps : of each simulation
-    repeats : rounds
-    """
+    """Figures of `seated`: native muscles, motors and Python callbacks, on one thread and on two."""
     built = build(load("scenario", "seated"))
     control, motors = schedule.controls(built, steps), motor_model(built)
     recording = run("seated", {"duration": f"{1e3 * steps * built.scenario.timestep:g} ms"})
@@ -99,7 +92,6 @@ def against_motors(simulations: int, steps: int, repeats: int) -> list[Figure]:
             "python 1": lambda: python_rate(built, control[:PYTHON_STEPS], state),
         },
         repeats,
-        first=True,
     )
     return [
         *(

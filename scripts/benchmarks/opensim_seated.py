@@ -200,7 +200,7 @@ def measured(osim: Any, accuracy: float, repeats: int) -> str:
         error, far = apart(moved, fine[kind]), apart(moved, ours)
         lines.append(f"{name}: {len(moved[0]) - 1} steps, error {error:.2g} deg, {far:.2g} deg from afo-sim")
         measures[name] = functools.partial(_seconds, osim, models[kind], recording, asked, longest)
-    seconds = in_turn(measures, repeats, first=True)
+    seconds = in_turn(measures, repeats)
     first = next(iter(measures))
     figures = [
         *(figure(name, "s", "lower", values) for name, values in seconds.items()),
