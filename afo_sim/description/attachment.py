@@ -4,9 +4,7 @@ Positions are in metres from the joint at an angle of zero: x forward, y left, z
 """
 
 import math
-from typing import Annotated, Literal, Self
-
-from pydantic import model_validator
+from typing import Annotated, Literal
 
 from afo_sim.description.joint import Segment as Segment
 from afo_sim.description.law_set import Contraction
@@ -48,11 +46,9 @@ class Surface(Described):
     axis: tuple[_Component, _Component, _Component] = (0.0, 1.0, 0.0)
     """Direction of a cylinder's axis: forward, left, up; any length but zero."""
 
-    @model_validator(mode="after")
-    def _has_an_axis(self) -> Self:
+    def _must_have_an_axis(self) -> None:
         if self.shape == "cylinder" and not math.hypot(*self.axis) > 1e-3:
             raise refusal("has no length: it gives no direction", "[0.0, 1.0, 0.0], to the left", "axis")
-        return self
 
     @property
     def lateral(self) -> bool:
@@ -122,8 +118,7 @@ class Mounting(Described):
     damping: Annotated[float, Quantity("N*s/m", at_least=0.0, at_most=1e6)] = 0.0
     """Viscous damping of the displacement."""
 
-    @model_validator(mode="after")
-    def _has_one_law(self) -> Self:
+    def _must_have_one_law(self) -> None:
         laws = 'stiffness = "4 kN/m", or stiffening = { force = "33 N", length = "17 mm" }'
         if self.stiffness is not None and self.stiffening is not None:
             raise refusal("stands beside a stiffening law: one of them gives the force", laws, "stiffness")
@@ -133,7 +128,6 @@ class Mounting(Described):
                 raise refusal(problem, f"beside it {laws}", "damping")
             problem = "is missing: a table of an anchor needs it; without a table the anchor is rigid"
             raise refusal(problem, laws, "stiffness")
-        return self
 
     def displacement(self, pull: float) -> float:
         """Displacement [m] at rest under a pull [N]; none under a push."""

@@ -1,7 +1,7 @@
 """Parameters of force laws and frictions for one muscle, read from flat tables and checked."""
 
 from collections.abc import Mapping, Sequence
-from typing import Annotated, Any, Self
+from typing import Annotated, Any
 
 from pydantic import ValidationInfo, field_validator, model_serializer, model_validator
 from pydantic_core import PydanticCustomError
@@ -43,13 +43,11 @@ class LawSet(Described):
     def _are_the_laws(cls, values: Any, info: ValidationInfo) -> Any:
         return _read_parameters(LAWS.get(info.data.get("law", "")), values, info)
 
-    @model_validator(mode="after")
-    def _ranges_rise(self) -> Self:
+    def _must_rise(self) -> None:
         for key in ("pressure_range", "contraction_range"):
             lower, upper = getattr(self, key)
             if not lower < upper:
                 raise refusal("the first value is not below the second", "", key)
-        return self
 
     @model_serializer(mode="wrap")
     def _write(self, handler: Any) -> dict[str, Any]:

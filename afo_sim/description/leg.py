@@ -1,9 +1,9 @@
 """A leg and what it wears, as they are described: relaxed ankle, toes, outsole, shoe."""
 
 import pathlib
-from typing import Annotated, Self
+from typing import Annotated
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from afo_sim.description.attachment import Side
 from afo_sim.description.joint import JOINTS, JointName, a_joint
@@ -34,12 +34,10 @@ class Toes(Described):
     swing_extension_range: tuple[_Extension, _Extension] = (0.105, 0.279)
     """Least and greatest rest angle in swing for which clearance is reported, beside the walked one."""
 
-    @model_validator(mode="after")
-    def _is_a_range(self) -> Self:
+    def _must_be_a_range(self) -> None:
         low, high = self.swing_extension_range
         if not low <= high:
             raise refusal("the first angle is above the second", "", "swing_extension_range")
-        return self
 
 
 _Word = Annotated[str, Field(pattern=r"^[a-z]+$")]
@@ -102,10 +100,9 @@ class Leg(Named):
     toes: Toes | None = None
     """Hinge of the toes; a rigid foot without it."""
 
-    @model_validator(mode="after")
-    def _has_an_ankle(self) -> Self:
+    def _must_have_an_ankle(self) -> None:
         if self.joint == "ankle":
-            return self
+            return
         if self.passive.scale != 0.0:
             allowed = "0, and stiffness and springref of the hinge in the file"
             problem = f"is the tissue of an ankle, and this is {a_joint(self.joint)}"
@@ -113,7 +110,6 @@ class Leg(Named):
         if self.toes is not None:
             problem = f"belongs under an ankle, and this is {a_joint(self.joint)}"
             raise refusal(problem, "no such table", "toes")
-        return self
 
 
 _Stack = Annotated[float, Quantity("m", at_least=0.0, at_most=0.15)]

@@ -2,9 +2,7 @@
 
 import math
 from collections.abc import Iterator
-from typing import Annotated, Self
-
-from pydantic import model_validator
+from typing import Annotated
 
 from afo_sim.description.quantity import Described, Quantity, provenance_note, refusal
 
@@ -23,12 +21,10 @@ class LengthForce(Described):
     longest: BraidLength
     """Longest nominal length at which the effect was measured."""
 
-    @model_validator(mode="after")
-    def _was_measured(self) -> Self:
+    def _must_be_measured(self) -> None:
         if not self.offset < self.shortest < self.longest:
             allowed = f"above the offset and below the longest, {100.0 * self.longest:g} cm"
             raise refusal("was not measured over a range of lengths", allowed, "shortest")
-        return self
 
     def factor(self, length: float, reference: float) -> float:
         """Force at a nominal length [m] over that at a reference length [m], at equal κ and pressure [-]."""
@@ -50,14 +46,12 @@ class Lengths(Described):
     force: LengthForce | None = None
     """Effect of the length on the force; without it the force depends on the contraction ratio alone."""
 
-    @model_validator(mode="after")
-    def _range_rises(self) -> Self:
+    def _must_rise(self) -> None:
         if not self.shortest <= self.reference <= self.longest:
             allowed = f"{amounts(self.shortest)} to {amounts(self.longest)}"
             raise refusal("is outside of the lengths that are made", allowed, "reference")
         if self.force is not None and self.force.offset >= self.reference:
             raise refusal("no force is left at the reference length", "", "force.offset")
-        return self
 
     def problems(self, length: float) -> Iterator[str]:
         """Reasons why a nominal length [m] cannot be bought."""

@@ -188,8 +188,7 @@ class Muscle(Named, RestCurves, Draws):
             beside=kind,
         )
 
-    @model_validator(mode="after")
-    def _has_a_braid(self) -> Self:
+    def _must_have_a_braid(self) -> None:
         if self.end_length >= self.total_length:
             raise refusal(
                 f"the ends ({self.end_length * 100:g} cm) are not shorter than the whole muscle "
@@ -197,10 +196,8 @@ class Muscle(Named, RestCurves, Draws):
                 f"less than the total length, {self.total_length * 100:g} cm",
                 "end_length",
             )
-        return self
 
-    @model_validator(mode="after")
-    def _law_has_ends(self) -> Self:
+    def _must_have_ends_of_law(self) -> None:
         law = LAWS[self.law]
         pull = law.kernel(0.0, self.test_pressure, *law.coefficients(self.piece, self.law_set.parameters))
         problem = f"the law {law.name} does not pull at {amount(self.test_pressure, 'Pa')}"
@@ -210,10 +207,8 @@ class Muscle(Named, RestCurves, Draws):
         for key in ("blocked_force", "force_factor", "end_loss"):
             if getattr(self, key) != type(self).model_fields[key].default and not law.force_powers:
                 raise refusal(f"the force of the law {law.name} cannot be scaled", "", key)
-        return self
 
-    @model_validator(mode="after")
-    def _ends_leave_force(self) -> Self:
+    def _must_leave_force(self) -> None:
         if self.end_loss >= self.piece.nominal_length:
             least = f"less than the braid of a piece, {amounts(self.piece.nominal_length)}"
             raise refusal("no force would be left", least, "end_loss")
@@ -221,12 +216,10 @@ class Muscle(Named, RestCurves, Draws):
         told[f"the law {self.law}"] = True if LAWS[self.law].length == "own" else None
         for key in (key for key, value in told.items() if self.end_loss and value is not None):
             raise refusal(f"{key} says what the ends take", "one of the two", "end_loss")
-        return self
 
-    @model_validator(mode="after")
-    def _tube_fits(self) -> Self:
+    def _must_fit_its_tube(self) -> None:
         if self.tube is None:
-            return self
+            return
         if not 2.0 * self.tube.wall_thickness < self.bore:
             problem, most = "no air would be left", f"less than half the bore, {amounts(self.bore / 2.0)}"
             raise refusal(problem, most, "tube.wall_thickness")
@@ -237,12 +230,10 @@ class Muscle(Named, RestCurves, Draws):
         if not math.isfinite(self.contraction_scale):
             problem = f"its rubber takes more at this contraction than {self.law} pulls"
             raise refusal(problem, "a smaller one, or a softer tube", "free_contraction")
-        return self
 
-    @model_validator(mode="after")
-    def _has_a_length_that_is_made(self) -> Self:
+    def _must_have_a_length_that_is_made(self) -> None:
         if self.lengths is None:
-            return self
+            return
         made = f"{amounts(self.lengths.shortest)} to {amounts(self.lengths.longest)} between the fittings"
         for problem in self.lengths.problems(self.piece.nominal_length):
             raise refusal(problem, made, "total_length")
@@ -256,15 +247,12 @@ class Muscle(Named, RestCurves, Draws):
         for name in self.laws if self.lengths.force is not None else ():
             if not LAWS[name].force_powers:
                 raise refusal(f"the force of the law {name} cannot be scaled", "", "lengths.force")
-        return self
 
-    @model_validator(mode="after")
-    def _covariance_is_its_own(self) -> Self:
+    def _must_own_covariance(self) -> None:
         if self.covariance is not None and self.covariance.law not in self.laws:
             nearest = nearest_name(self.covariance.law, self.laws) or ""
             problem = "the muscle has no parameters of this law"
             raise refusal(problem, f"one of those it has: {', '.join(self.laws)}", "covariance.law", nearest)
-        return self
 
     @property
     def law_set(self) -> LawSet:

@@ -9,9 +9,9 @@ import math
 import pathlib
 import re
 from collections.abc import Mapping
-from typing import Annotated, Any, Self, get_args
+from typing import Annotated, Any, get_args
 
-from pydantic import Field, ValidationInfo, field_validator, model_validator
+from pydantic import Field, ValidationInfo, field_validator
 from pydantic_core import PydanticCustomError
 
 from afo_sim.common import nearest_name
@@ -70,8 +70,7 @@ class MuscleGroup(Described):
     chamber: str | None = None
     """Chamber that fills the muscles; the group's own name by default."""
 
-    @model_validator(mode="after")
-    def _spans_the_joint(self) -> Self:
+    def _must_span_the_joint(self) -> None:
         between = {key: getattr(self, key) for key in ("origin", "insertion", "link_length")}
         if self.pulley is None:
             for key, given in between.items():
@@ -97,12 +96,10 @@ class MuscleGroup(Described):
         for number, k in itertools.product(range(len(self.path)), range(self.count)):
             if refused := self._inside(number, k):
                 raise refused
-        return self
 
-    @model_validator(mode="after")
-    def _rubs_where_it_slides(self) -> Self:
+    def _must_rub_where_it_slides(self) -> None:
         if self.wrap_friction == 0.0:
-            return self
+            return
         if not self.path:
             problem = "has no effect: the path is straight, and touches nothing"
             raise refusal(problem, "0, or a path with points or surfaces", "wrap_friction")
@@ -118,18 +115,15 @@ class MuscleGroup(Described):
                 f"0, or a point or surface of the path on the {segments[0]}",
                 "wrap_friction",
             )
-        return self
 
-    @model_validator(mode="after")
-    def _has_a_cable_within_its_path(self) -> Self:
+    def _must_have_a_cable_within_its_path(self) -> None:
         if self.guided_by_surfaces:  # only the compiled model knows how long it is
-            return self
+            return
         path = min(self.path_lengths, default=math.inf)
         if self.cable.offset >= path:
             long = f"{path * 100:.3g} cm"
             problem = f"is not shorter than the path between the anchors, {long} at an angle of zero"
             raise refusal(problem, f"less than {long}", "cable.offset")
-        return self
 
     @property
     def series_length(self) -> float:
@@ -268,8 +262,7 @@ class Orthosis(Named):
                 raise refusal(f"is an unknown {info.field_name}", " or ".join(known), str(name), nearest)
         return tables
 
-    @model_validator(mode="after")
-    def _has_its_joints_segments(self) -> Self:
+    def _must_have_its_joints_segments(self) -> None:
         places = []
         for name, group in self.muscle.items():
             keys = ("origin", *(f"path.{k}" for k in range(len(group.path))), "insertion")
@@ -281,10 +274,8 @@ class Orthosis(Named):
             if segment not in own:
                 problem = f"{segment!r} is not a segment of {a_joint(self.joint)}, its `joint`"
                 raise refusal(problem, known, key)
-        return self
 
-    @model_validator(mode="after")
-    def _anchors_are_pulled_on(self) -> Self:
+    def _must_be_pulled_on(self) -> None:
         if self.anchor and self.muscle and not self.anchored:
             problem = "is pulled on by no muscle: all of them run over pulleys"
             raise refusal(problem, "no such table, or a muscle between two anchors", "anchor")
@@ -293,19 +284,15 @@ class Orthosis(Named):
             if len(over_pulleys) > 1:
                 problem = "holds muscles over pulleys and between anchors, and only these pull on the anchors"
                 raise refusal(problem, "a chamber for each", f"chamber.{chamber}")
-        return self
 
-    @model_validator(mode="after")
-    def _centre_moves(self) -> Self:
+    def _must_move_centre(self) -> None:
         angles = [angle for angle, *_ in self.joint_centre]
         if angles and (angles != sorted({*angles}) or not angles[0] <= 0.0 <= angles[-1] or len(angles) < 2):
             raise refusal("is not over rising angles about 0", "two rows or more", "joint_centre")
         if angles and any(group.path or group.pulley for group in self.muscle.values()):
             raise refusal("needs muscles straight between two anchors", "no path, no pulley", "joint_centre")
-        return self
 
-    @model_validator(mode="after")
-    def _chambers_exist(self) -> Self:
+    def _must_know_chambers(self) -> None:
         if not self.muscle and (self.cuff or self.plate or self.chamber or self.anchor):
             raise refusal("there is no muscle", "at least one muscle group", "muscle")
         for kind in ("muscle", "chamber", "volume", "restriction"):
@@ -324,7 +311,6 @@ class Orthosis(Named):
         if not self.range_of_motion[0] < self.range_of_motion[1]:
             raise refusal("the first angle is not below the second", "", "range_of_motion")
         check_network(self)
-        return self
 
     @property
     def words(self) -> Joint:

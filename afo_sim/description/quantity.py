@@ -1,6 +1,7 @@
 """Field types of the descriptions: quantities read from text, and numbers that name their source."""
 
 import copy
+import functools
 import marshal
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
@@ -161,6 +162,13 @@ class FrozenDict(dict[Any, Any]):
         return type(self), (dict(self),)
 
 
+@functools.cache
+def _checks(described: type) -> list[str]:
+    """Methods `_must_…` of a class: they refuse fields that are good alone and not together, bases first."""
+    names = (name for base in reversed(described.__mro__) for name in vars(base) if name.startswith("_must_"))
+    return list(dict.fromkeys(names))
+
+
 class Described(Shown, BaseModel):
     """A frozen description whose numbers may be written { value = …, source = …, kind = … }."""
 
@@ -179,6 +187,12 @@ class Described(Shown, BaseModel):
             raise refusal("is not a table", f"a table with {keys}" if keys else "a table")
         values, sources = split_sources(table)
         return values if not sources else values | {"provenance": sources}
+
+    @model_validator(mode="after")
+    def _fits_together(self) -> Self:
+        for check in _checks(type(self)):
+            getattr(self, check)()
+        return self
 
     @classmethod
     def __get_pydantic_core_schema__(cls, source: Any, handler: Any) -> CoreSchema:

@@ -7,9 +7,9 @@ dorsiflexion positive, pressures gauge.
 import math
 import re
 from collections.abc import Callable, Mapping
-from typing import Annotated, Any, ClassVar, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from afo_sim.common import nearest_name
 from afo_sim.description.air.supplied import check_supplied, check_switched, check_three_way
@@ -40,11 +40,9 @@ class Shank(Described):
     knee_angle: Annotated[float, Quantity("rad", at_least=0.0, at_most=2.8)] | None = None
     """Knee flexion of a fixed shank; the tissue's moment depends on it."""
 
-    @model_validator(mode="after")
-    def _has_a_knee(self) -> Self:
+    def _must_have_a_knee(self) -> None:
         if self.pose == "driven" and self.knee_angle is not None:
             raise refusal("follows from the gait where the shank is driven", "nothing", "knee_angle")
-        return self
 
 
 class Scenario(Named):
@@ -149,8 +147,7 @@ class Scenario(Named):
         """Leg that is simulated: as the scenario says, else the leg's own."""
         return self.side or self.leg.side
 
-    @model_validator(mode="after")
-    def _walks_or_sits(self) -> Self:
+    def _must_walk_or_sit(self) -> None:
         if self.leg.joint == "ankle" and not self.walking and self.shank.knee_angle is None:
             raise refusal("is missing; a fixed shank needs it", 'such as "90 deg"', "shank.knee_angle")
         if self.leg.joint != "ankle" and self.walking:
@@ -174,10 +171,8 @@ class Scenario(Named):
                 raise refusal(problem, f"controller or {kind}", "controller")
         if self.orthosis.chamber and not (self.timer or self.phases or self.controller):
             raise refusal("is missing: nothing switches the valves", "timer, or phases when walking", "timer")
-        return self
 
-    @model_validator(mode="after")
-    def _fits_together(self) -> Self:
+    def _must_fit_together(self) -> None:
         if self.orthosis.anchored and self.orthosis.joint != self.leg.joint:
             own, other = a_joint(self.leg.joint), a_joint(self.orthosis.joint)
             problem = f"is for {other}, and the leg's joint is {own}"
@@ -218,7 +213,6 @@ class Scenario(Named):
         if stride < 1.0 - 1e-9 or abs(stride - round(stride)) > 1e-6 * stride:
             problem = "is not a whole fraction of the step rate"
             raise refusal(problem, f"{1.0 / self.timestep:g} Hz divided by 1, 2, 3, …", "record_rate")
-        return self
 
     @property
     def n_step(self) -> int:

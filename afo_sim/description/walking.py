@@ -1,9 +1,9 @@
 """Walking as it is described: the recorded gait, the patient, the ground, and the limits of a verdict."""
 
 from itertools import pairwise
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from afo_sim.description.muscle import Pressure
 from afo_sim.description.quantity import Described, Named, OfChambers, Quantity, refusal
@@ -51,8 +51,7 @@ class Gait(Described):
     settled: Literal["solved", "walked"] = "solved"
     """The settled stride is solved for, or walked to from the start; walked where strides do not repeat."""
 
-    @model_validator(mode="after")
-    def _has_one_pace_at_a_time(self) -> Self:
+    def _must_have_one_pace_at_a_time(self) -> None:
         if self.speed is not None and self.stride_time is not None:
             raise refusal("stands beside gait.speed, which sets the pace", "one of the two", "stride_time")
         for (before, _), (after, _) in pairwise(self.pace):
@@ -64,7 +63,6 @@ class Gait(Described):
                     f"from {earliest:g} s on, a shorter gait.pace_change, or times that rise",
                     "pace",
                 )
-        return self
 
 
 class Patient(Named):
@@ -126,11 +124,9 @@ class ChamberStart(Described):
     fill_time: Annotated[float, Quantity("s", at_least=0.0, at_most=60.0)] | None = None
     """Time for which the inlet valve is open before the first step, standing."""
 
-    @model_validator(mode="after")
-    def _is_one(self) -> Self:
+    def _must_be_one(self) -> None:
         if (self.pressure is None) == (self.fill_time is None):
             raise refusal("needs one of the two", "pressure or fill_time", "pressure")
-        return self
 
 
 class Start(OfChambers[ChamberStart]):
@@ -184,11 +180,9 @@ class Limits(Named):
     muscle_life: _Life
     """Cycles of filling and venting that a muscle is to last."""
 
-    @model_validator(mode="after")
-    def _are_in_order(self) -> Self:
+    def _must_be_in_order(self) -> None:
         for key, pair in self:
             falls = key in _FALLING
             if isinstance(pair, tuple) and (pair[1] > pair[0] if falls else pair[1] < pair[0]):
                 order = f"one not {'above' if falls else 'below'} the first"
                 raise refusal("the second value is on the wrong side of the first", order, key)
-        return self

@@ -3,9 +3,7 @@ through, whose kinds have one entry each in `PARTS`."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Annotated, Literal, Self
-
-from pydantic import model_validator
+from typing import Annotated, Literal
 
 from afo_sim.common import AMBIENT_PRESSURE, STANDARD_DENSITY
 from afo_sim.description.air.regulator import Regulator
@@ -101,8 +99,7 @@ class Restriction(Described):
         """Critical pressure ratio [-]; of a leak that tells none 0.3."""
         return USUAL_RATIO if self.critical_ratio is None else self.critical_ratio
 
-    @model_validator(mode="after")
-    def _has_what_its_kind_has(self) -> Self:
+    def _must_have_what_its_kind_has(self) -> None:
         a_kind = f"an {self.kind}" if self.kind[0] in "aeiou" else f"a {self.kind}"
         part = self.part
         for name in sorted({name for each in PARTS.values() for name in each.own} - {*part.own}):
@@ -119,7 +116,6 @@ class Restriction(Described):
         if self.downstream == AMBIENT and not part.to_ambient:
             problem = f"of a {self.kind} is the ambient air"
             raise refusal(problem, "a volume or a chamber", "downstream")
-        return self
 
 
 @dataclass(frozen=True)

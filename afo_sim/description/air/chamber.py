@@ -1,8 +1,6 @@
 """A chamber as it is described: the muscles' air, with its valves, its tube and where these lead."""
 
-from typing import Annotated, Self
-
-from pydantic import model_validator
+from typing import Annotated
 
 from afo_sim.description.air.air_parts import AMBIENT, SUPPLY, ByFlow, QuickExhaust, TubeLength
 from afo_sim.description.air.tube import Tube
@@ -64,8 +62,7 @@ class Chamber(Described):
             rated_switches=valve.rated_switches,
         )
 
-    @model_validator(mode="after")
-    def _vents(self) -> Self:
+    def _must_vent(self) -> None:
         if self.outlet is None and self.inlet.exhaust is None:
             problem = "is missing: the inlet is a 2/2 valve, and nothing would let the air out"
             raise refusal(problem, "a valve, or a 3/2 valve as the inlet", "outlet")
@@ -77,4 +74,3 @@ class Chamber(Described):
                 raise refusal("belongs to a tube, and has none", "tube and tube_length beside it", key)
         if self.tube is None and "tube_volume" not in self.model_fields_set:
             raise refusal("is missing", "the air between valves and muscles, or a tube", "tube_volume")
-        return self

@@ -1,7 +1,7 @@
 """A nominal flow as a data sheet prints it, with the norm and the pressures that make it a conductance."""
 
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal
 
 from pydantic import field_validator, model_validator
 
@@ -60,12 +60,10 @@ class NominalFlow(Described):
         nearest = MEANT.get(plain) or nearest_name(str(norm), DENSITIES) or ""
         raise refusal("is not a valid choice", WHOSE, nearest=nearest)
 
-    @model_validator(mode="after")
-    def _flows_down(self) -> Self:
+    def _must_flow_down(self) -> None:
         if not self.downstream < self.upstream:
             problem = "is not below the pressure before the valve"
             raise refusal(problem, f"less than {amount(self.upstream, 'Pa')}", "downstream")
-        return self
 
     @property
     def words(self) -> str:

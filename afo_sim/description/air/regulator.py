@@ -1,8 +1,6 @@
 """A pressure regulator as it is described: its droop, its full opening, its relief."""
 
-from typing import Annotated, Self
-
-from pydantic import model_validator
+from typing import Annotated
 
 from afo_sim.common import STANDARD_DENSITY
 from afo_sim.description.quantity import Named, Quantity, refusal
@@ -51,8 +49,7 @@ class Regulator(Named):
             return 0.0
         return self.conductance if self.relief_conductance is None else self.relief_conductance
 
-    @model_validator(mode="after")
-    def _fits_together(self) -> Self:
+    def _must_fit_together(self) -> None:
         low, high = self.set_range
         if low >= high:
             raise refusal("is not a valid range: its first pressure is not below its second", "", "set_range")
@@ -61,4 +58,3 @@ class Regulator(Named):
             raise refusal("is more than can be set", most, "droop")
         if self.relief is None and self.relief_conductance is not None:
             raise refusal("has no relief that it is of", "nothing without `relief`", "relief_conductance")
-        return self

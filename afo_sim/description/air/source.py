@@ -1,9 +1,7 @@
 """A source of gas as it is described: a bottle, a cartridge of liquid carbon dioxide, a compressor."""
 
 import math
-from typing import Annotated, Literal, Self
-
-from pydantic import model_validator
+from typing import Annotated, Literal
 
 from afo_sim.common import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE
 from afo_sim.description.quantity import Named, Quantity, amount, refusal
@@ -123,8 +121,7 @@ class Source(Named):
         """Gauge pressure when full [Pa]."""
         return self.filling_pressure or self.switch_off or 0.0
 
-    @model_validator(mode="after")
-    def _has_and_holds_what_its_kind_does(self) -> Self:
+    def _must_have_and_hold_what_its_kind_does(self) -> None:
         own = (*NEEDED[self.kind], *MAY_HAVE[self.kind])
         for name in sorted(OF_ONE_KIND - {*own}):
             if getattr(self, name) is not None:
@@ -144,13 +141,11 @@ class Source(Named):
         if self.gas == CO2.name and (self.filling_pressure or 0.0) >= liquid:
             most = f"below {1e-5 * liquid:.1f} bar, or a cartridge with its content"
             raise refusal("would make it liquid", most, "filling_pressure")
-        return self
 
-    @model_validator(mode="after")
-    def _switches_in_order(self) -> Self:
+    def _must_switch_in_order(self) -> None:
         on, off, stall = self.switch_on, self.switch_off, self.stall_pressure
         if on is None or off is None or stall is None:
-            return self
+            return
         if on >= off:
             least = f"below the {1e-5 * off:g} bar at which it stops"
             raise refusal("is not below the pressure at which it stops", least, "switch_on")
@@ -160,4 +155,3 @@ class Source(Named):
         if (self.delivery_pressure or 0.0) >= stall:
             most = f"below the {1e-5 * stall:g} bar at which it delivers nothing"
             raise refusal("is not below the stall pressure", most, "delivery_pressure")
-        return self

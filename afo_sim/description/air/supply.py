@@ -1,8 +1,6 @@
 """Compressed air before the orthosis: its pressure, where it comes from, what holds its pressure."""
 
-from typing import Annotated, Self
-
-from pydantic import model_validator
+from typing import Annotated
 
 from afo_sim.description.air.regulator import Regulator
 from afo_sim.description.air.source import Source
@@ -30,8 +28,7 @@ class Supply(Described):
         """Gauge pressure of the endless air, or the set one [Pa]."""
         return self.pressure if self.line_pressure is None else self.line_pressure
 
-    @model_validator(mode="after")
-    def _fits_together(self) -> Self:
+    def _must_fit_together(self) -> None:
         if self.regulator is None and self.line_pressure is not None:
             raise refusal("stands without a regulator", "a regulator beside it", "line_pressure")
         if self.regulator is not None and self.source is None and self.line_pressure is None:
@@ -52,4 +49,3 @@ class Supply(Described):
             has = self.source.highest
             problem = f"is more than its source has when full ({self.source.name or self.source.kind}, {has})"
             raise refusal(problem, f"less than {has.removeprefix('at most ')}, or another source", "pressure")
-        return self

@@ -1,8 +1,6 @@
 """A tube as it is described: its bore, from which its flow follows for any length."""
 
-from typing import Annotated, Self
-
-from pydantic import model_validator
+from typing import Annotated
 
 from afo_sim.description.quantity import Named, Quantity, refusal
 from afo_sim.physics import AIR, Gas, sound_delay, tube_conductance, tube_critical_ratio, tube_volume
@@ -34,9 +32,7 @@ class Tube(Named):
         """Time that sound takes through a length [m] at 20 °C [s]."""
         return sound_delay(length, gas_constant=gas.constant, heat_capacity_ratio=gas.heat_capacity_ratio)
 
-    @model_validator(mode="after")
-    def _has_a_wall(self) -> Self:
+    def _must_have_a_wall(self) -> None:
         if self.outer_diameter is not None and self.outer_diameter <= self.bore:
             least = f"more than the bore's {1e3 * self.bore:g} mm"
             raise refusal("is not above the bore: the tube would have no wall", least, "outer_diameter")
-        return self

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Annotated, Any, Self
 
-from pydantic import Field, ValidationInfo, field_validator, model_validator
+from pydantic import Field, ValidationInfo, field_validator
 from pydantic_core import PydanticCustomError
 
 from afo_sim.common import format_quantity, parse_quantity
@@ -70,17 +70,15 @@ class Rated(Described):
             raise PydanticCustomError("missing", "{problem}", facts)
         return format_quantity(_conductance(rated[0], data[rated[0]], data[CRITICAL_RATIO]), UNIT)
 
-    @model_validator(mode="after")
-    def _says_how_it_was_converted(self) -> Self:
+    def _must_say_how_it_was_converted(self) -> None:
         rated = self.rating
         if rated is None:
-            return self
+            return
         given = _conductance(rated, getattr(self, rated), self.critical_ratio)
         if abs(self.conductance - given) > ALIKE * given:
             problem = f"stands beside {rated}, which gives {amount(given, UNIT, 4)}"
             raise refusal(problem, f"{CONDUCTANCE} or {rated}", CONDUCTANCE)
         self.provenance[CONDUCTANCE] = Provenance(kind="derived", source=self._conversion(rated))
-        return self
 
     @property
     def rating(self) -> str | None:
@@ -204,8 +202,7 @@ class Valve(Rated, Named):
             raise PydanticCustomError("missing", "{problem}", facts)
         return "0 s"
 
-    @model_validator(mode="after")
-    def _is_one_kind_of_valve(self) -> Self:
+    def _must_be_one_kind_of_valve(self) -> None:
         if self.bandwidth is None and self.dead_band is not None:
             raise refusal("is a proportional valve's, which has a bandwidth", "a bandwidth", "dead_band")
         for key in TIMES if self.bandwidth is not None else ():
@@ -217,7 +214,6 @@ class Valve(Rated, Named):
             raise refusal(f"does nothing without {other}", f"{other} beside it", key)
         if self.working_pressure is not None and not self.working_pressure[0] < self.working_pressure[1]:
             raise refusal("the first value is not below the second", "", "working_pressure")
-        return self
 
     @property
     def three_way(self) -> bool:

@@ -6,9 +6,7 @@ time after which it repeats [s].
 """
 
 from collections.abc import Collection
-from typing import Annotated, Any, Literal, Self
-
-from pydantic import model_validator
+from typing import Annotated, Any, Literal
 
 from afo_sim.common import nearest_name
 from afo_sim.description.control.feedback import Pid
@@ -58,8 +56,7 @@ class ToeLoad(Described):
         pressures = {"lifts": self.lift_pressure, "pushes": self.push_pressure}
         return {key: chamber for key, chamber in self.named.items() if pressures[key] is not None}
 
-    @model_validator(mode="after")
-    def _fits_together(self) -> Self:
+    def _must_fit_together(self) -> None:
         if not self.named:
             raise refusal("commands no chamber", "lifts, pushes, or both", "lifts")
         if self.lifts == self.pushes:
@@ -70,7 +67,6 @@ class ToeLoad(Described):
         for chamber, pressure in (("lifts", "lift_pressure"), ("pushes", "push_pressure")):
             if getattr(self, chamber) is None and getattr(self, pressure) is not None:
                 raise refusal(f"has no effect without {chamber}", f"a chamber for {chamber}", pressure)
-        return self
 
 
 _LagTime = Annotated[float, Quantity("s", at_least=0.0, at_most=10.0)]
@@ -114,13 +110,11 @@ class Emg(Described):
         """The same where its drive is asked for a pressure."""
         return self.named if self.pressure is not None else {}
 
-    @model_validator(mode="after")
-    def _fits_together(self) -> Self:
+    def _must_fit_together(self) -> None:
         if in_si(self.full) <= 0.0:
             raise refusal("is not positive", "a value above 0; side gives the sign", "full")
         if self.vent_below > self.fill_above:
             raise refusal("is above fill_above", f"at most {self.fill_above:g}", "vent_below")
-        return self
 
 
 class ControllerDescription(Described):
@@ -180,11 +174,9 @@ class ControllerDescription(Described):
                 problem = f"asks for a pressure, and the chamber {chamber!r} has no drive"
                 raise refusal(problem, f"a table [drive.{chamber}]", f"controller.{self.kind}.{key}")
 
-    @model_validator(mode="after")
-    def _is_one_kind(self) -> Self:
+    def _must_be_one_kind(self) -> None:
         there = self._there
         if len(there) != 1:
             said = "has no kind" if not there else f"has several kinds: {', '.join(there)}"
             tables = ", ".join(f"[controller.{kind}]" for kind in self.kinds())
             raise refusal(said, f"one of the tables {tables}", there[-1] if there else "")
-        return self

@@ -1,8 +1,6 @@
 """A pressure drive: what turns a pressure that is asked for into currents of a chamber's two valves."""
 
-from typing import Annotated, Literal, Self
-
-from pydantic import model_validator
+from typing import Annotated, Literal
 
 from afo_sim.description.quantity import Described, Quantity, refusal
 
@@ -67,12 +65,10 @@ class Drive(Described):
         fields = type(self).model_fields
         return tuple(name for name in WITHOUT[self.kind] if getattr(self, name) != fields[name].default)
 
-    @model_validator(mode="after")
-    def _has_a_hysteresis(self) -> Self:
+    def _must_have_a_hysteresis(self) -> None:
         if self.release is not None and self.release > self.dead_band:
             most = f"at most the dead band's {1e-5 * self.dead_band:g} bar"
             raise refusal("is above the dead band: an open valve would be shut at once", most, "release")
         if self.kind == "pwm" and (self.least_on or 0.0) > self.period:
             most = f"at most the period's {1e3 * self.period:g} ms"
             raise refusal("is longer than the period: no pulse would ever be given", most, "least_on")
-        return self

@@ -1,9 +1,7 @@
 """Feedback control as it is described: what is followed over time, a PID."""
 
 import itertools
-from typing import Annotated, Any, Generic, Literal, Self, TypeVar
-
-from pydantic import model_validator
+from typing import Annotated, Any, Generic, Literal, TypeVar
 
 from afo_sim.description.quantity import Described, Quantity, refusal
 
@@ -46,8 +44,7 @@ class Signal(Described, Generic[Value, Size]):
         repeats = self.amplitude > 0.0 and self.end_frequency is None
         return 1.0 / self.frequency if repeats else None
 
-    @model_validator(mode="after")
-    def _is_one_signal(self) -> Self:
+    def _must_be_one_signal(self) -> None:
         sine = self.mean or self.amplitude
         if self.column is not None and (sine or self.table):
             raise refusal("stands beside a sine or a table", "a column, a sine or a table", "column")
@@ -58,7 +55,6 @@ class Signal(Described, Generic[Value, Size]):
             raise refusal("is missing: a chirp has both", "end_frequency and sweep_time", missing)
         if any(after[0] <= before[0] for before, after in itertools.pairwise(self.table)):
             raise refusal("has times that do not rise", "[[time, value], …], each time later", "table")
-        return self
 
 
 class Reference(Signal[_Angle, Annotated[float, Quantity("rad", at_least=0.0, at_most=1.6)]]):
@@ -180,8 +176,7 @@ class Pid(Described):
         """Period of what is followed [s]; None where it does not repeat."""
         return self.loop.reference.cycle
 
-    @model_validator(mode="after")
-    def _fits_together(self) -> Self:
+    def _must_fit_together(self) -> None:
         there = [name for name in QUANTITIES if getattr(self, name) is not None]
         if len(there) != 1:
             said = "is missing: nothing is controlled" if not there else f"stands beside {there[0]}"
@@ -190,4 +185,3 @@ class Pid(Described):
             raise refusal("is the chamber that raises too", "another chamber, or none", "lowers")
         if self.pressures is not None and self.least_output > 0.0:
             raise refusal("goes with valves, and pressures are asked for", "0", "least_output")
-        return self

@@ -2,10 +2,10 @@
 
 import functools
 from dataclasses import dataclass
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import field_validator, model_validator
+from pydantic import field_validator
 
 from afo_sim.common import dimension, parse_quantity, read_any_quantity
 from afo_sim.description.quantity import Described, Named, Quantity, refusal
@@ -133,13 +133,11 @@ class SensorFields(Described):
             raise refusal(str(error), 'a text in the column\'s unit, such as "0.02 bar"') from None
         return value
 
-    @model_validator(mode="after")
-    def _is_not_negative(self) -> Self:
+    def _must_be_not_negative(self) -> None:
         for key in _NOT_NEGATIVE:
             text = getattr(self, key)
             if text is not None and _any(text) < 0.0:
                 raise refusal("is negative", "0 or more", key)
-        return self
 
 
 @functools.lru_cache(maxsize=1024)
@@ -172,8 +170,7 @@ class SensorType(Named, SensorFields):
         """Reading [SI] at a physical output [V], by the line that the electronics take for true."""
         return self.line.value(volts)
 
-    @model_validator(mode="after")
-    def _fits_its_unit(self) -> Self:
+    def _must_fit_its_unit(self) -> None:
         try:
             dimension(self.unit or "m/m")
         except Exception:  # pint's many
@@ -182,7 +179,6 @@ class SensorType(Named, SensorFields):
             numbers(self, self.unit)
         except FieldError as error:
             raise refusal(str(error), "", error.key) from None
-        return self
 
 
 class Sensor(SensorFields):
@@ -196,11 +192,9 @@ class Sensor(SensorFields):
     seed: int = 0
     """Seed of the noise, from 0; each sensor has noise of its own by its name."""
 
-    @model_validator(mode="after")
-    def _has_seed(self) -> Self:
+    def _must_have_seed(self) -> None:
         if not 0 <= self.seed <= _HIGHEST_SEED:
             raise refusal("is out of range", f"0 to {_HIGHEST_SEED}", "seed")
-        return self
 
     @property
     def whole(self) -> SensorFields:

@@ -8,9 +8,9 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from numbers import Real
-from typing import Annotated, Any, Literal, Self, TypeVar
+from typing import Annotated, Any, Literal, TypeVar
 
-from pydantic import Field, ValidationInfo, model_validator
+from pydantic import Field, ValidationInfo
 from pydantic_core import CoreSchema, core_schema
 
 from afo_sim.common import format_quantity, parse_quantity, read_any_quantity
@@ -124,15 +124,13 @@ class Clock(OfChambers[Times]):
     period: PositiveTime
     """Time after which the valves' intervals repeat."""
 
-    @model_validator(mode="after")
-    def _events_fit(self) -> Self:
+    def _must_fit_events(self) -> None:
         for name, times in self.chambers.items():
             for valve in ("inlet", "outlet", "open"):
                 for start, end in getattr(times, valve, ()):
                     if not 0.0 <= start < end <= self.period * (1.0 + 1e-12):
                         problem = f"the event [{start:g} s, {end:g} s] is not within the period"
                         raise refusal(problem, f"0 s ≤ from < to ≤ {self.period:g} s", f"{name}.{valve}")
-        return self
 
 
 class Timer(Clock[SwitchTimes]):
@@ -161,11 +159,9 @@ class ClockTimer(Clock[ValveTimes]):
         """Period of a clock that repeats [s]; None of one that a foot switch starts."""
         return self.period if self.restart is None else None
 
-    @model_validator(mode="after")
-    def _switches_something(self) -> Self:
+    def _must_switch_something(self) -> None:
         if not self.chambers:
             raise refusal("names no chamber", "a table for each chamber, such as [dorsiflexor]")
-        return self
 
 
 class ValvePhases(Described):
@@ -176,14 +172,12 @@ class ValvePhases(Described):
     outlet: tuple[tuple[Phase, Phase], ...] = ()
     """Intervals [from, to] of gait phase in which the outlet valve's coil has current."""
 
-    @model_validator(mode="after")
-    def _are_intervals(self) -> Self:
+    def _must_be_intervals(self) -> None:
         for valve in ("inlet", "outlet", "open"):
             for start, end in getattr(self, valve, ()):
                 if start == end:
                     problem = f"the event [{start:g}, {end:g}] is empty"
                     raise refusal(problem, "two different gait phases from 0 to 1", valve)
-        return self
 
 
 class SwitchPhases(ValvePhases):
@@ -203,15 +197,13 @@ class ChamberPhases(ValvePhases):
     pressure: tuple[tuple[Phase, GaugePressure], ...] = ()
     """Points [phase, pressure] that its drive is asked for, linear between them and over heel strike."""
 
-    @model_validator(mode="after")
-    def _is_one(self) -> Self:
+    def _must_be_one(self) -> None:
         if self.pressure and (self.inlet or self.outlet):
             problem = "stands beside intervals of the valves"
             raise refusal(problem, "pressure, or inlet and outlet", "pressure")
         phases = [phase for phase, _ in self.pressure]
         if any(after <= before for before, after in itertools.pairwise(phases)):
             raise refusal("its phases do not rise", "points in the order of their phases", "pressure")
-        return self
 
 
 class GaitPhase(OfChambers[ChamberPhases]):
@@ -245,13 +237,11 @@ class GaitPhase(OfChambers[ChamberPhases]):
         """Column of the foot switch, "" where there is none."""
         return self.switch or ("foot/heel_load" if self.estimator == "foot_switch" else "")
 
-    @model_validator(mode="after")
-    def _switches_something(self) -> Self:
+    def _must_switch_something(self) -> None:
         if not self.chambers:
             raise refusal("names no chamber", "a table for each chamber, such as [dorsiflexor]")
         if self.estimator == "foot_switch" and self.column is not None:
             raise refusal("is for an oscillator; a foot switch has its own key", "switch", "column")
-        return self
 
 
 STATE_TIME = "state_time"  # column of a transition: time since the state was entered
@@ -277,13 +267,11 @@ class MachineTransition(Described):
     after: Annotated[float, Quantity("s", at_least=0.0, at_most=1e3)] = 0.0
     """Least time in the state before the condition is looked at."""
 
-    @model_validator(mode="after")
-    def _is_one(self) -> Self:
+    def _must_be_one(self) -> None:
         if (self.above is None) == (self.below is None):
             raise refusal("needs one of the two", "above or below", "above")
         if self.state == self.to:
             raise refusal("leads to the state that it leaves", "another state", "to")
-        return self
 
 
 class StateMachine(Described):
@@ -315,8 +303,7 @@ class StateMachine(Described):
             if isinstance(command, float)
         }
 
-    @model_validator(mode="after")
-    def _is_connected(self) -> Self:
+    def _must_be_connected(self) -> None:
         named = {"start": self.start}
         for number, transition in enumerate(self.transition):
             named |= {f"transition.{number}.{end}": getattr(transition, end) for end in ("state", "to")}
@@ -330,4 +317,3 @@ class StateMachine(Described):
             if name not in reached:
                 allowed = f"states that transitions lead to from {self.start!r}"
                 raise refusal("is never reached", allowed, f"state.{name}")
-        return self
