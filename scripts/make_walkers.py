@@ -217,8 +217,7 @@ def draw(folder: pathlib.Path, path: pathlib.Path) -> None:
     for place, what in titles.items():
         axes[place].set_title(what, fontsize=9, loc="right")
     for axis in axes.flat:
-        axis.set_xlabel("stride [%]")
-        axis.set_xlim(0, 100)
+        axis.set(xlabel="stride [%]", xlim=(0, 100))
     figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=8)
     figure.savefig(path, dpi=110, format="png")
     small_png.save(Image.open(path), path)

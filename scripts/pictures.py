@@ -264,8 +264,7 @@ def fill_landing(views: dict[str, RunView], figure: Any) -> None:
     for limit, what, side in ((8.0, "heel from here on", "bottom"), (-1.6, "forefoot below", "top")):
         axes[0].axhline(limit, color=GREY, lw=0.8, ls="--")
         axes[0].text(19.5, limit, what, ha="right", va=side, color=GREY)
-    axes[0].set_ylim(-8.0, 20.0)
-    axes[0].set_ylabel("outsole to the floor [deg], toe up +")
+    axes[0].set(ylim=(-8.0, 20.0), ylabel="outsole to the floor [deg], toe up +")
     axes[1].set_ylabel("plantarflexion velocity [deg/s]")
     axes[1].axvspan(0.0, 12.0, color="#D6EBFC", lw=0.0, zorder=0)
     for axis in axes:

@@ -111,6 +111,5 @@ def write_numbers(write: Write, columns: list[np.ndarray], report: Report) -> No
     """Write columns (n,) row by row, each number as the shortest text that is read back to the same bits."""
     count = len(columns[0])
     for start in range(0, count, _BLOCK):
-        block = [column[start : start + _BLOCK].tolist() for column in columns]
-        write(zip(*block, strict=True))
+        write(zip(*[column[start : start + _BLOCK].tolist() for column in columns], strict=True))
         report(min(start + _BLOCK, count), count)

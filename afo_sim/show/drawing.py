@@ -157,7 +157,13 @@ def _draw_curves(axes: list[Any], design: Design) -> None:
         _ground(axis, design.facts[0])
         for entry in design.facts:
             draw(axis, entry, named[entry.name])
-        _scale(axis, design.facts[0])
+        low, high = np.degrees(design.facts[0].range)
+        values = [
+            y for line in axis.lines if len(line.get_xdata()) > 2
+            for x, y in zip(line.get_xdata(), line.get_ydata(), strict=True) if low <= x <= high
+        ]  # fmt: skip
+        room = _ROOM * max(max(values) - min(values), 1e-6)
+        axis.set_ylim(min(values) - room, max(values) + room)
         axis.set_title(title, loc="left", fontsize=_SMALL, pad=2.5)
     _limits(axes[0], design)
     label = f"{plain(leg.ankle, 20)} angle [deg], {leg.directions[0]} +; grey: beyond the range of motion"
@@ -240,17 +246,6 @@ def _torque(axis: Any, entry: PathFacts, colour: str) -> None:
     for column, style in enumerate(_STYLES):
         width = 1.6 if column == len(_STYLES) - 1 else 1.0
         axis.plot(np.degrees(entry.angles), entry.torque[:, column], color=colour, lw=width, ls=style)
-
-
-def _scale(axis: Any, entry: PathFacts) -> None:
-    """Show what is within the range of motion; what is stretched beyond it would dwarf that."""
-    low, high = np.degrees(entry.range)
-    values = [
-        y for line in axis.lines if len(line.get_xdata()) > 2
-        for x, y in zip(line.get_xdata(), line.get_ydata(), strict=True) if low <= x <= high
-    ]  # fmt: skip
-    room = _ROOM * max(max(values) - min(values), 1e-6)
-    axis.set_ylim(min(values) - room, max(values) + room)
 
 
 def page(figure: Any, design: Design) -> None:

@@ -139,7 +139,8 @@ def _draw_muscle(
     """A muscle without air: ends, braid as thick as its bore, and the cable beyond, dashed if it hangs."""
     points, group = pose.path(muscle), facts.group
     way = float(along(points)[-1])
-    ends = parts(facts.group, float(facts.muscle_length[facts.at(0.0), 0]), way)
+    own = float(group.type.end_length + group.type.nominal_length * (1.0 - facts.own[facts.at(0.0), 0]))
+    ends = parts(group, own, way)
     thick = max(1e3 * group.type.bore * millimetre, 1.5)
     hangs = facts.chain_length[facts.at(0.0), 0] > facts.length[facts.at(0.0)] + 5e-4
     style = (0, (4, 1.5)) if hangs and group.pulley is None else "-"
@@ -376,8 +377,7 @@ def sole(design: Design, pose: Pose) -> tuple[str, float] | None:
     """The bare sole below the ankle [m]: the heel's site, else the lowest of the foot's shapes."""
     if not design.built.scenario.orthosis.anchored:
         return None
-    sites = [pose.model.site(k).name for k in range(pose.model.nsite)]
-    if "heel" in sites:
+    if "heel" in [pose.model.site(k).name for k in range(pose.model.nsite)]:
         height = float(pose.flat(pose.data.site("heel").xpos[None, :])[0, 1])
     else:
         height = _extreme(design, highest=False) or 0.0

@@ -72,8 +72,7 @@ def draw_gait(cycle: GaitCycle, path: pathlib.Path, imported: Imported | None = 
         words = leg if imported is None else taken_words(imported)
         facts = f"{cycle.body_mass:.3g} kg, {cycle.walking_speed:.2f} m/s, stride {cycle.stride_time:.2f} s, "
         facts += f"stance {100 * stance(cycle):.0f} %"
-        title = paragraph(cycle.source, words, facts)
-        figure.suptitle(title, x=0.01, ha="left", fontsize=9.0)
+        figure.suptitle(paragraph(cycle.source, words, facts), x=0.01, ha="left", fontsize=9.0)
         if cycle.warnings:
             figure.supxlabel(_warned(cycle.warnings), x=0.01, ha="left", fontsize=_SMALL, color=_DORSAL)
 

@@ -68,8 +68,7 @@ def draw_points(axis: Any, imported: Imported) -> None:
     from matplotlib.ticker import MaxNLocator
 
     leg = imported.legs[imported.cycle.side]
-    stride = imported.strides[imported.chosen[0]]
-    k = _flat_instant(imported, stride)
+    k = _flat_instant(imported, imported.strides[imported.chosen[0]])
     if k is None:
         axis.text(0.5, 0.5, "no instant shows\nthe whole leg", transform=axis.transAxes, ha="center")
         return
@@ -88,8 +87,7 @@ def draw_points(axis: Any, imported: Imported) -> None:
         place = {"xytext": offset, "textcoords": "offset points", "ha": across, "va": along}
         axis.annotate(words, (x, z if joint else 0.0), fontsize=8.0, **place)
     axis.axhline(0.0, color="0.3", lw=0.8, zorder=0)
-    axis.set_aspect("equal")
-    axis.set_xlim(-0.66, 0.72)
+    axis.set(aspect="equal", xlim=(-0.66, 0.72))
     top = max(place[1] for place in places.values())
     axis.set_ylim(-0.15 * top, 1.06 * top)
     axis.yaxis.set_major_locator(MaxNLocator(5))

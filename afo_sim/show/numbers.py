@@ -122,8 +122,7 @@ def of_leg(scenario: Mapping[str, Any]) -> list[Notice]:
     if passive.get("scale") == 0.0 and "spring" in spring:
         words = "the ankle has no tissue but the spring of the leg's file: a person's resists more or less "
         found.append(Notice("no-tissue", f"{words}(leg.passive.scale)", subject="leg.passive.scale"))
-    shapes = (sources.get("foot_length") or {}).get("kind") == "derived"
-    if shapes and scenario.get("gait"):
+    if (sources.get("foot_length") or {}).get("kind") == "derived" and scenario.get("gait"):
         words = "the leg is an imported one: toe clearance is that of its sole's points, "
         words += "which its shapes tell unless the file has them"
         found.append(Notice("imported-sole", words, subject="toe_clearance"))

@@ -250,8 +250,7 @@ def _pressures(name: str, runs: Sequence[RunView], over: Over) -> _Drawing:
     """Pressures and valves, with the air's flow where any run has an air path."""
     flowing = any(panels.has_flow(run) for run in runs)
     height, explained = (4.2, ("pressures", "flow")) if flowing else (3.1, ("pressures",))
-    draw = partial(draw_pressures, over=over)
-    return _figure(name, len(runs), height, draw, runs, *explained)
+    return _figure(name, len(runs), height, partial(draw_pressures, over=over), runs, *explained)
 
 
 def _sources(runs: Sequence[RunView]) -> Iterator[_Drawing]:

@@ -250,8 +250,7 @@ def _numbers(axis: Any, x: _Cells, y: _Cells, means: np.ndarray, shown: Any) -> 
 def _draw_fronts(figure: Any, results: Results, objectives: Mapping[str, Better]) -> None:
     """For each two metrics all cases, and the front of those that no other case is better than in both."""
     pairs = list(combinations(objectives, 2))
-    axes = figure.subplots(1, len(pairs), squeeze=False)[0]
-    for axis, names in zip(axes, pairs, strict=True):
+    for axis, names in zip(figure.subplots(1, len(pairs), squeeze=False)[0], pairs, strict=True):
         lowest = objectives[names[0]] == "lowest", objectives[names[1]] == "lowest"
         looks = [scale(results, name) for name in names]
         points = np.column_stack([look.factor * results[n] for look, n in zip(looks, names, strict=True)])

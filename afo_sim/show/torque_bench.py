@@ -48,8 +48,7 @@ def _fill(figure: Any, found: TorqueFit, profiled: Profile | None, columns: int,
 
 def _colour(pressure: float, found: TorqueFit) -> Any:
     every = found.problem.column("pressure")
-    share = (pressure - every.min()) / max(float(np.ptp(every)), 1e4)
-    return on_scale(min(max(share, 0.0), 1.0))
+    return on_scale(min(max((pressure - every.min()) / max(float(np.ptp(every)), 1e4), 0.0), 1.0))
 
 
 def _draw_torque(axis: Any, found: TorqueFit, group: Group, level: np.ndarray) -> None:
@@ -77,8 +76,7 @@ def _draw_torque(axis: Any, found: TorqueFit, group: Group, level: np.ndarray) -
     low, high = axis.get_ylim()
     axis.set_ylim(max(low, -most), min(high, most))
     axis.set(xlabel=f"angle [deg], {group.orthosis.words.directions[0]} positive", ylabel="torque [N·m]")
-    name = readings.group if len(found.problem.groups) > 1 else readings.file.stem
-    axis.set_title(plain(name))
+    axis.set_title(plain(readings.group if len(found.problem.groups) > 1 else readings.file.stem))
     axis.legend(frameon=True, framealpha=0.8, edgecolor="none")
 
 

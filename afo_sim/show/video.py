@@ -191,8 +191,7 @@ def write_video(
     progress: _Progress | None = None,
 ) -> tuple[str, ...]:
     """Film one stride of a walk in slow motion, or a seated run from its beginning to its end, as MP4."""
-    given = {"": runs} if isinstance(runs, Recording) else runs
-    shots = _shots(given, stride, reference)
+    shots = _shots({"": runs} if isinstance(runs, Recording) else runs, stride, reference)
     moments = _moments(shots[-1], slow, rate)
     wide = width // len(shots)
     widths = [width - wide * (len(shots) - 1), *[wide] * (len(shots) - 1)]

@@ -168,8 +168,7 @@ class Studio:
         self.document.change(sets, follow=asked.get("follow", True) is True, join=asked.get("join") is True)
 
     def _save(self, asked: dict[str, Any]) -> None:
-        folder = str(asked.get("folder") or self.saved)
-        self.saved = save(self.document, folder).parent
+        self.saved = save(self.document, str(asked.get("folder") or self.saved)).parent
         self._tell({"kind": "saved", "folder": str(self.saved), "serial": self.serial})
 
     async def _import(self, asked: dict[str, Any]) -> None:

@@ -162,5 +162,4 @@ def _template(name: str) -> str:
 
 
 def _filled(*templates: str, **places: object) -> str:
-    text = "".join(map(_template, templates))
-    return _PLACE.sub(lambda found: str(places[found[1]]), text)
+    return _PLACE.sub(lambda found: str(places[found[1]]), "".join(map(_template, templates)))

@@ -56,8 +56,7 @@ def write_design(design: Design, path: pathlib.Path) -> None:
 
 def _swept(design: Design) -> Columns:
     """The columns that leg and muscles are drawn from, at every whole degree between the ankle's stops."""
-    first = design.facts[0]
-    low, high = np.degrees(first.angles[[0, -1]])
+    low, high = np.degrees(design.facts[0].angles[[0, -1]])
     degrees = np.arange(np.ceil(low - 1e-6), np.floor(high + 1e-6) + 1.0)
     angles = np.radians(degrees)
     model = design.built.full_model

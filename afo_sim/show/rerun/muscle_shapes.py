@@ -55,12 +55,21 @@ class DrawnMuscle:
         radius = tube_radius(block[f"muscle/{self.name}/contraction"], muscle)
         own = block[f"muscle/{self.name}/length"]
         length = np.clip(own + muscle.end_length, 0.02, path)
+        cross = np.column_stack([-direction[:, 1], direction[:, 0], np.zeros(len(direction))])
+        quaternion = np.column_stack([cross, 1.0 + direction[:, 2]])
+        quaternion[quaternion[:, 3] < 1e-9] = (1.0, 0.0, 0.0, 0.0)  # straight down: half a turn about x
+        if self.colour_by == "pressure":
+            share = block[self.columns[-1]] / _PRESSURE_SCALE
+        else:
+            share = np.sqrt(np.clip(block[f"muscle/{self.name}/force"], 0.0, None) / _FORCE_SCALE)
+        colour = SLACK + np.clip(share, 0.0, 1.0)[:, None] * (PULLING - SLACK)
+        rgba = np.column_stack([colour, np.full(len(share), 255 * self.opacity)])
         tube = rr.Capsules3D.columns(
             lengths=(length - 2.0 * radius).clip(0.001).astype(np.float32),
             radii=radius.astype(np.float32),
             translations=(ends[:, 0] + radius[:, None] * direction).astype(np.float32),
-            quaternions=_turn_from_z(direction).astype(np.float32),
-            colors=self._colours(block),
+            quaternions=(quaternion / np.linalg.norm(quaternion, axis=1)[:, None]).astype(np.float32),
+            colors=rgba.round().astype(np.uint8),
         )
         send(stream, f"{self.root}/muscles/{self.name}", block, tube)
         free = block[f"muscle/{self.name}/path_length"] - self.group.series_length - given
@@ -85,16 +94,6 @@ class DrawnMuscle:
         )
         send(stream, f"{self.root}/cables/{self.name}", block, cable)
 
-    def _colours(self, block: Columns) -> np.ndarray:
-        """Of the tube, by force or pressure (n, 4)."""
-        if self.colour_by == "pressure":
-            share = block[self.columns[-1]] / _PRESSURE_SCALE
-        else:
-            share = np.sqrt(np.clip(block[f"muscle/{self.name}/force"], 0.0, None) / _FORCE_SCALE)
-        colour = SLACK + np.clip(share, 0.0, 1.0)[:, None] * (PULLING - SLACK)
-        rgba = np.column_stack([colour, np.full(len(share), 255 * self.opacity)])
-        return rgba.round().astype(np.uint8)
-
 
 def bow(ends: np.ndarray, excess: np.ndarray, axis: np.ndarray) -> np.ndarray:
     """Parabolas between two points, longer than the straight lines, bent away from a third point."""
@@ -107,8 +106,7 @@ def bow(ends: np.ndarray, excess: np.ndarray, axis: np.ndarray) -> np.ndarray:
     sag = chord * np.interp(1.0 + excess / chord, _ARCS, _SAGS)
     share = np.linspace(0.0, 1.0, POINTS)[None, :, None]
     bent = (4.0 * share * (1.0 - share)) * (sag[:, None] * away)[:, None]
-    points: np.ndarray = ends[:, :1] + share * span[:, None] + bent
-    return points
+    return ends[:, :1] + share * span[:, None] + bent
 
 
 def tube_radius(contraction: np.ndarray, muscle: Muscle) -> np.ndarray:
@@ -117,11 +115,3 @@ def tube_radius(contraction: np.ndarray, muscle: Muscle) -> np.ndarray:
     cosine = np.clip((1.0 - contraction) * np.cos(angle), np.sqrt(1.0 / 3.0), 1.0)
     grown = np.sqrt(1.0 - cosine**2) / np.sin(angle)
     return 0.5 * muscle.bore * np.maximum(grown, 2.0 / 3.0)
-
-
-def _turn_from_z(direction: np.ndarray) -> np.ndarray:
-    """Quaternions (xyzw) that turn the z axis to unit vectors (n, 3)."""
-    cross = np.column_stack([-direction[:, 1], direction[:, 0], np.zeros(len(direction))])
-    quaternion = np.column_stack([cross, 1.0 + direction[:, 2]])
-    quaternion[quaternion[:, 3] < 1e-9] = (1.0, 0.0, 0.0, 0.0)  # straight down: half a turn about x
-    return quaternion / np.linalg.norm(quaternion, axis=1)[:, None]

@@ -44,8 +44,7 @@ def log_texts(stream: rr.RecordingStream, sources: _Sources) -> None:
     for label, source in sources:
         lines += ["", f"**{label}**: {source.header.status}"]
         lines += [f"- {warning}" for warning in source.header.warnings]
-    versions = sources[0][1].header.versions
-    lines += ["", " · ".join(f"{n} {v}" for n, v in versions.items())]
+    lines += ["", " · ".join(f"{n} {v}" for n, v in sources[0][1].header.versions.items())]
     document(stream, "summary", "\n".join(lines))
     texts = [f"# {label}\n```toml\n{_flat(s.header.scenario)}\n```" for label, s in sources]
     document(stream, "scenario", "\n".join(texts))

@@ -210,5 +210,4 @@ def log_walker_styles(stream: rr.RecordingStream, walker: Walker) -> None:
         stream.log(f"{root}/figure", shapes, static=True)
     look: dict[str, Any] = {"radii": [0.0001], "colors": [[200, 205, 215]], "show_labels": True}
     stream.log(f"{CARRIAGE}/caption", rr.Points3D([[-0.36, 0.0, 0.8]], **look), static=True)
-    arrow = rr.Arrows3D.from_fields(radii=[0.01])
-    stream.log(f"{root}/ground_force", arrow, static=True)
+    stream.log(f"{root}/ground_force", rr.Arrows3D.from_fields(radii=[0.01]), static=True)
