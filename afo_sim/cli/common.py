@@ -119,11 +119,6 @@ def read_sets(
     return values
 
 
-def plainly(plain: bool, walks: bool) -> dict[str, Any]:
-    """The keys that `--plain` sets."""
-    return {"gait.settled": "walked"} if plain and walks else {}
-
-
 def hertz_of(text: str) -> float:
     """A rate given on the command line [Hz]."""
     return quantity("--rate", text, "Hz", above=0.0)
@@ -292,8 +287,7 @@ def _widths(block: list[int], least: list[int], whole: list[int], room: int) -> 
     if spare < 0:  # a word that is longer than the terminal is wide is folded
         widest = max(block, key=lambda k: widths[k])
         widths[widest] = max(widths[widest] + spare, 1)
-    lacking = sorted(block, key=lambda k: whole[k] - least[k])
-    for number, k in enumerate(lacking):
+    for number, k in enumerate(sorted(block, key=lambda k: whole[k] - least[k])):
         more = min(whole[k] - least[k], max(spare, 0) // (len(block) - number))
         widths[k] += more
         spare -= more

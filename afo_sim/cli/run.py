@@ -17,7 +17,6 @@ from afo_sim.cli.common import (
     app,
     drawn,
     hertz_of,
-    plainly,
     print_table,
     print_tables,
     progress,
@@ -83,7 +82,7 @@ def run(
         from afo_sim.study import check_studies, with_studies
 
         description = load("scenario", scenario, values)
-        description = description.set(plainly(plain, description.walking))
+        description = description.set({"gait.settled": "walked"} if plain and description.walking else {})
         check_studies(description, draws=uncertainty, spreads=spreads)
         check_step(step)
         folder = out or Path("runs") / description.name

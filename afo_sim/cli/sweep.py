@@ -30,7 +30,7 @@ from afo_sim.cli.overwriting import check_folder
 from afo_sim.common import InputError
 
 if TYPE_CHECKING:
-    from afo_sim.study import Opened, Store, SweepProgress, Workload
+    from afo_sim.study import Opened, Store, SweepProgress
 
 LINE_EVERY = 60.0  # of progress, where no terminal shows it [s]
 
@@ -71,7 +71,11 @@ def sweep(given: _Sweep) -> None:
         raise InputError("is missing", field="SWEEP", allowed="a sweep file, or --show DIR")
     check_changed(given.if_changed, given.dry_run)
     check_counts(given.threads, given.workers)
-    which = _part(given.part)
+    found = re.fullmatch(r"(\d+)/(\d+)", given.part)
+    if found is None or not 1 <= int(found[1]) <= int(found[2]):
+        allowed = "K/N with 1 ≤ K ≤ N, such as 3/20"
+        raise InputError("is not a valid part", field="--part", value=given.part, allowed=allowed)
+    which = int(found[1]), int(found[2])
     with progress("reading, compiling the muscles") as report:
         from afo_sim.show import unseen
         from afo_sim.study import SWEEP, design, pool, runner, sweep_plan, time_step
@@ -83,7 +87,11 @@ def sweep(given: _Sweep) -> None:
         store = runner.open_store(plan, cases, folder, given.if_changed)  # type: ignore[arg-type]
         threads = given.threads or pool.processors()
         workload = runner.estimate(store, given.workers or (1 if given.scheduler else threads), which)
-        print(_workload_text(workload, given.scheduler))
+        done = f", {workload.done} of them done" if workload.done else ""
+        dropped = f" ({workload.dropped} outside the constraints)" if workload.dropped else ""
+        takes = "" if workload.done == workload.cases else f"; about {duration(workload.seconds)}"
+        takes += " by one worker" if takes and given.scheduler else ""
+        print(f"{workload.cases} cases{dropped}{done}{takes}; about {workload.bytes / 1e6:.3g} MB of results")
         for note in plan.notes:
             print(f"note: {note}")
         if given.dry_run:
@@ -172,22 +180,6 @@ def replay(
         sys.exit(1)
     verdict = "every metric is its row's, to the last bit" if again.recording.ok else again.recording.status
     print(f"case {case}: {verdict}: {target}")
-
-
-def _part(text: str) -> tuple[int, int]:
-    found = re.fullmatch(r"(\d+)/(\d+)", text)
-    if found is None or not 1 <= int(found[1]) <= int(found[2]):
-        allowed = "K/N with 1 ≤ K ≤ N, such as 3/20"
-        raise InputError("is not a valid part", field="--part", value=text, allowed=allowed)
-    return int(found[1]), int(found[2])
-
-
-def _workload_text(expected: "Workload", scheduler: str) -> str:
-    done = f", {expected.done} of them done" if expected.done else ""
-    dropped = f" ({expected.dropped} outside the constraints)" if expected.dropped else ""
-    time = "" if expected.done == expected.cases else f"; about {duration(expected.seconds)}"
-    time += " by one worker" if time and scheduler else ""
-    return f"{expected.cases} cases{dropped}{done}{time}; about {expected.bytes / 1e6:.3g} MB of results"
 
 
 def reporter(show: Callable[..., None]) -> Callable[["SweepProgress"], None]:
