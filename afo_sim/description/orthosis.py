@@ -280,8 +280,7 @@ class Orthosis(Named):
             problem = "is pulled on by no muscle: all of them run over pulleys"
             raise refusal(problem, "no such table, or a muscle between two anchors", "anchor")
         for chamber in self.chamber if self.anchor else ():
-            over_pulleys = {group.pulley is not None for group in self.muscles_of(chamber).values()}
-            if len(over_pulleys) > 1:
+            if len({group.pulley is not None for group in self.muscles_of(chamber).values()}) > 1:
                 problem = "holds muscles over pulleys and between anchors, and only these pull on the anchors"
                 raise refusal(problem, "a chamber for each", f"chamber.{chamber}")
 

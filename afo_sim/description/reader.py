@@ -212,8 +212,7 @@ def with_keys(description: D, sets: Mapping[str, Any]) -> D:
         sources = owner.get("provenance") if isinstance(owner, dict) else None
         if sources and path[-1] in sources:
             sources[path[-1]] = {"kind": "user", "source": SET_BY_HAND}
-    found: D = read(kind, table, sets).description
-    return found
+    return read(kind, table, sets).description
 
 
 def expand(kind: str, source: _Source) -> dict[str, Any]:

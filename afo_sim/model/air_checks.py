@@ -183,8 +183,7 @@ def _shortest(scenario: Scenario) -> dict[str, float]:
     else:
         return found
     for name, times in tables.items():
-        sides = ("inlet", "outlet") if name in scenario.orthosis.chamber else ("open",)
-        for side in sides:
+        for side in ("inlet", "outlet") if name in scenario.orthosis.chamber else ("open",):
             spans = durations(getattr(times, side), period)
             if spans:
                 found[name if side == "open" else f"{name}_{side}"] = unit * min(spans)

@@ -278,7 +278,7 @@ def drive_of(drive: Drive, shortest: float = 0.0) -> native.CircuitDrive:
         "derivative_time": drive.derivative_time,
         "filter_time": drive.filter_time,
     }
-    return native.CircuitDrive(row, drive.valve_bandwidth)
+    return native.CircuitDrive(row, drive.bandwidth if drive.kind == "regulator" else 0.0)
 
 
 def _anchor(name: str, mounting: Mounting) -> native.CircuitAnchor:

@@ -273,8 +273,7 @@ def _hinge_moment(walk: Walk, foot: Foot, armature: float) -> np.ndarray:
     x, z = (at[1:-1] for at in turned(toes.centre, walk.toes))
     extending = np.diff(walk.toe, 2) / square
     own = toes.inertia * (walk.turning + extending) + armature * extending
-    found: np.ndarray = own + toes.mass * (x * (upward + GRAVITY) - z * along)
-    return found
+    return own + toes.mass * (x * (upward + GRAVITY) - z * along)
 
 
 def shares(place: np.ndarray, ahead: np.ndarray, height: np.ndarray, taller: float = 1.0) -> np.ndarray:

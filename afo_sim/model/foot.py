@@ -22,7 +22,6 @@ from afo_sim.common import GRAVITY, InputError, unknown
 from afo_sim.description import Leg, Scenario
 from afo_sim.gait import Wave
 from afo_sim.gait.toe_extension import toe_extension
-from afo_sim.model.mounting import add_motor
 from afo_sim.model.outsole import POINTS, SOLE, Point, worn
 from afo_sim.model.person import Size
 
@@ -65,15 +64,13 @@ def turned_all(
 def carried(point: tuple[float, float], pitch: np.ndarray | Turn, acceleration: np.ndarray) -> np.ndarray:
     """Moment about the ankle that accelerates a point of the foot with it, over its mass [m²/s²] (n,)."""
     x, z = turned(point, pitch)
-    found: np.ndarray = x * acceleration[:, 1] - z * acceleration[:, 0]
-    return found
+    return x * acceleration[:, 1] - z * acceleration[:, 0]
 
 
 def _along(axis: int, points: np.ndarray, turn: Turn) -> np.ndarray:
     """x (axis 0) or z (axis 1) of points (k, 2) from the ankle [m] (k, n)."""
     x, z = points.T.reshape(2, -1, *[1] * np.ndim(turn.cosine))
-    found: np.ndarray = x * turn.cosine - z * turn.sine if axis == 0 else x * turn.sine + z * turn.cosine
-    return found
+    return x * turn.cosine - z * turn.sine if axis == 0 else x * turn.sine + z * turn.cosine
 
 
 @dataclass(frozen=True)
@@ -97,8 +94,7 @@ class ToeSegment:
             upward = upward + change * ahead - rate**2 * above
         own = self.inertia - self.mass * (self.centre[0] ** 2 + self.centre[1] ** 2)
         carried = x * (ankle[:, 1] + upward + GRAVITY) - z * (ankle[:, 0] + along)
-        found: np.ndarray = own * motions[-1][2] + self.mass * carried
-        return found
+        return own * motions[-1][2] + self.mass * carried
 
 
 @dataclass(frozen=True)
@@ -300,12 +296,6 @@ def fill_hinge(model: mujoco.MjModel, scenario: Scenario, size: Size) -> None:
         model.jnt_stiffness[joint] = _toe_spring(scenario, size)[0]
 
 
-def add_rest(spec: mujoco.MjSpec, scenario: Scenario) -> None:
-    """The actuator that moves the hinge's rest angle: its input is a moment."""
-    if scenario.leg.toes is not None:
-        add_motor(spec, REST, scenario.leg.toes.joint, (1.0,))
-
-
 def rest_moment(
     model: mujoco.MjModel, scenario: Scenario, resting: np.ndarray, timestep: float
 ) -> np.ndarray:
@@ -313,5 +303,4 @@ def rest_moment(
     assert scenario.leg.toes is not None
     joint = model.joint(scenario.leg.toes.joint)
     stiffness, damping = model.jnt_stiffness[joint.id], model.dof_damping[int(joint.dofadr[0])]
-    found: np.ndarray = stiffness * resting[1:-1] + damping * (resting[2:] - resting[:-2]) / (2.0 * timestep)
-    return found
+    return stiffness * resting[1:-1] + damping * (resting[2:] - resting[:-2]) / (2.0 * timestep)

@@ -63,8 +63,7 @@ class LegShapes:
         """To the mesh itself: MuJoCo's distances are to its convex hull."""
         import trimesh  # large, and for meshes alone
 
-        turn = self.data.geom_xmat[geom].reshape(3, 3)
-        local = (points - self.data.geom_xpos[geom]) @ turn
+        local = (points - self.data.geom_xpos[geom]) @ self.data.geom_xmat[geom].reshape(3, 3)
         if geom not in self.meshes:
             # Corners of a mesh's triangles in the shape's own axes [m] (n, 3, 3)
             mesh = self.model.geom_dataid[geom]
@@ -197,10 +196,9 @@ class ThroughLeg:
         )
 
 
-def through_leg(built: Built, shapes: LegShapes | None = None) -> list[ThroughLeg]:
+def through_leg(built: Built) -> list[ThroughLeg]:
     """Every muscle whose path passes through the leg within the range of motion, at its deepest."""
-    shapes = leg_shapes(built) if shapes is None else shapes
-    groups = muscle_names(built.scenario.orthosis)
+    shapes, groups = leg_shapes(built), muscle_names(built.scenario.orthosis)
     worst: dict[tuple[str, str, bool], ThroughLeg] = {}
     above = JOINTS[built.scenario.leg.joint].above
     top = _knee_height(shapes, above)

@@ -89,5 +89,4 @@ def _turn(element: Any, name: str, instead: str) -> None:
 
 def _flipped(values: Iterable[float], signs: np.ndarray) -> np.ndarray:
     """Values with some signs turned, and never a −0."""
-    found: np.ndarray = np.asarray(values, dtype=float) * signs + 0.0
-    return found
+    return np.asarray(values, dtype=float) * signs + 0.0

@@ -162,12 +162,10 @@ def _strength(
     # Instants of a walk at which the active side changes, and the side that it starts with
     edges = crossings(moment)
     start, end = walk.phase[1], walk.phase[-1]
-    strides = np.arange(math.floor(start), math.ceil(end) + 1)
-    every = (strides[:, np.newaxis] + edges).ravel()
+    every = (np.arange(math.floor(start), math.ceil(end) + 1)[:, np.newaxis] + edges).ravel()
     passed = int(np.searchsorted(edges, start % 1.0, side="right"))
     dorsal = bool(moment[0] > 0.0) != bool(passed % 2)
-    ahead = every[(every > start) & (every <= end)]
-    switches = np.interp(ahead, walk.phase, walk.time)
+    switches = np.interp(every[(every > start) & (every <= end)], walk.phase, walk.time)
     return activated(time, switches, sides[(np.arange(len(switches) + 1) + dorsal) % 2])
 
 

@@ -63,21 +63,12 @@ class PathFacts(Shown):
     def inside(self) -> np.ndarray:
         """Which angles are within the range of motion (n,)."""
         low, high = self.range
-        found: np.ndarray = (self.angles >= low) & (self.angles <= high)
-        return found
-
-    @property
-    def muscle_length(self) -> np.ndarray:
-        """Length of a muscle between the ends of its fittings, at each pressure [m] (n, 3)."""
-        kind = self.group.type
-        found: np.ndarray = kind.end_length + kind.nominal_length * (1.0 - self.own)
-        return found
+        return (self.angles >= low) & (self.angles <= high)
 
     @property
     def chain_length(self) -> np.ndarray:
         """Length of muscle, link and slack at each pressure [m] (n, 3); beyond the path's, it hangs."""
-        found: np.ndarray = self.hardware + self.group.type.nominal_length * (1.0 - self.own)
-        return found
+        return self.hardware + self.group.type.nominal_length * (1.0 - self.own)
 
     def at(self, angle: float) -> int:
         """The row of the angle [rad] that is nearest."""

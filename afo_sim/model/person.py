@@ -56,8 +56,7 @@ def _once(of: Callable[[Scenario], T]) -> Callable[[Scenario], T]:
             return of(scenario)
         if (key := (of, id(scenario))) not in known:
             known[key] = of(scenario), scenario  # which lives on, and nothing else has its number
-        found: T = known[key][0]
-        return found
+        return known[key][0]
 
     return asked
 

@@ -66,8 +66,7 @@ class Ratio:
 def lengths_of(leg: Leg) -> tuple[float, float]:
     """Length of a leg's shank and foot [m]: its own, or Winter's shares of the body's height."""
     shank = SHANK * leg.body_height if leg.shank_length is None else leg.shank_length
-    foot = FOOT * leg.body_height if leg.foot_length is None else leg.foot_length
-    return shank, foot
+    return shank, (FOOT * leg.body_height if leg.foot_length is None else leg.foot_length)
 
 
 def refit(orthosis: Orthosis, shank: float = 1.0, foot: float = 1.0, *, words: str = "") -> Orthosis:
@@ -122,8 +121,7 @@ def _rescaled(name: str, group: MuscleGroup, by: Ratio) -> MuscleGroup:
         return group
     ends = {"origin": _moved(group.origin, by), "insertion": _moved(group.insertion, by)}
     moved = group.model_copy(update={**ends, "path": tuple(_moved(place, by) for place in group.path)})
-    longer = mean_length(moved) - mean_length(group)
-    link = group.link_length + longer
+    link = group.link_length + (mean_length(moved) - mean_length(group))
     if link < 0.0:
         path, rest = mean_length(moved), group.series_length - group.link_length + group.type.nominal_length
         raise InputError(

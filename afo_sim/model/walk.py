@@ -153,14 +153,9 @@ class Walk:
         return _kept((self.ankle[2:] - self.ankle[:-2]) / (2.0 * self.timestep))
 
     @functools.cached_property
-    def ankle_acceleration(self) -> np.ndarray:
-        """Of the recorded ankle [rad/s²] (n_step,)."""
-        return _kept(np.diff(self.ankle, 2) / self.timestep**2)
-
-    @functools.cached_property
     def turning(self) -> np.ndarray:
         """Angular acceleration of the recorded foot [rad/s²] (n_step,)."""
-        return _kept(self.ankle_acceleration - self.acceleration[:, 2])
+        return _kept(np.diff(self.ankle, 2) / self.timestep**2 - self.acceleration[:, 2])
 
     @functools.cached_property
     def turn(self) -> Turn:
@@ -263,8 +258,7 @@ class _Stands:
         """Points that are rigid, unlike toes; `offset` is added to the recorded ankle angle [rad]."""
         assert scenario.gait is not None
         names = [name for name in foot.points if foot.toes is None or name not in TOE_POINTS]
-        turn = Turn.by(np.array(offset))
-        points = turned_all([foot.points[name] for name in names], turn)
+        points = turned_all([foot.points[name] for name in names], Turn.by(np.array(offset)))
         outsole = worn(scenario)
         (back, _), (front, _) = foot.points["heel"], foot.points["ball"]
         share = -back / (front - back)  # of the way from heel to ball, where the ankle stands

@@ -6,7 +6,7 @@ import numpy as np
 from afo_sim import native
 from afo_sim.description import Scenario
 from afo_sim.model.contact import ground_of, pad_stiffness
-from afo_sim.model.foot import REST, Foot, add_rest
+from afo_sim.model.foot import REST, Foot
 from afo_sim.model.mounting import ANKLE, GAIN_STATE, add_motor
 from afo_sim.model.outsole import POINTS, SOLE, padded
 from afo_sim.model.person import Size, in_contact, reflex_gain
@@ -48,7 +48,8 @@ def add_walking(spec: mujoco.MjSpec, scenario: Scenario, size: Size) -> None:
     add_motor(spec, ACTIVE, ANKLE, (1.0,))
     add_motor(spec, STIFFNESS, ANKLE, (0.0, -1.0))  # −ctrl × angle
     add_motor(spec, SPASTIC, ANKLE, (0.0, 0.0, -1.0), callback=True)
-    add_rest(spec, scenario)
+    if leg.toes is not None:  # it moves their rest angle
+        add_motor(spec, REST, leg.toes.joint, (1.0,))
     if in_contact(scenario):
         _add_contact(spec, padded(leg.toes))
 

@@ -148,8 +148,7 @@ def cycle_of(recording: Recording) -> Cycle:
 def _stride_of(recording: Recording) -> Cycle:
     columns, time = recording.columns, recording["time"]
     step = float(time[1] - time[0]) if len(time) > 1 else 1.0
-    whole = strides(columns, step, body_mass(recording.scenario))
-    counted = settled(columns, whole)
+    counted = settled(columns, strides(columns, step, body_mass(recording.scenario)))
     if not counted:
         raise _too_short(recording, "no whole stride follows the first, which is the start's transient")
     last = counted[-1]

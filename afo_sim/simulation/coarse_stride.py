@@ -45,9 +45,7 @@ def _inputs(built: Built, control: np.ndarray, n: int, count: int) -> np.ndarray
 def _between(rows: np.ndarray, at: np.ndarray) -> np.ndarray:
     """Rows (n, width) at places between them, linear."""
     first = np.minimum(at.astype(int), len(rows) - 2)
-    share = (at - first)[:, np.newaxis]
-    found: np.ndarray = rows[first] + share * (rows[first + 1] - rows[first])
-    return found
+    return rows[first] + (at - first)[:, np.newaxis] * (rows[first + 1] - rows[first])
 
 
 def at_heel_strike(built: Built, state: np.ndarray, step: float) -> np.ndarray:

@@ -24,11 +24,6 @@ INTERNAL = "internal, dorsiflexion positive"
 SIDES = ("inlet", "outlet")
 
 
-def _passive_moment(f: Frame) -> np.ndarray:
-    held = f.built.scenario.load_moment + f.dof("qfrc_passive") + f.dof("qfrc_constraint")
-    return f.force(f.built.index.passive) + held
-
-
 def _nominal(f: Frame, muscle: int) -> float:
     return float(f.built.model.actuator_user[muscle, native.MUSCLE_NOMINAL_LENGTH])
 
@@ -68,15 +63,13 @@ def _mass_flow(f: Frame, node: int, direction: float) -> np.ndarray:
 
 
 def _held(f: Frame, node: int, place: int) -> np.ndarray:
-    held: np.ndarray = f.rows["act"][:, f.built.model.actuator_actadr[node] + place]
-    return held
+    return f.rows["act"][:, f.built.model.actuator_actadr[node] + place]
 
 
 def _temperature(f: Frame, node: int) -> np.ndarray:
     air = native.read_node(f.built.model, f.rows["act"], f.rows["userdata"], node)
     gas = native.gas_of(f.built.model, node)
-    found: np.ndarray = air.absolute_pressure * air.volume / (air.mass * gas.constant)
-    return found
+    return air.absolute_pressure * air.volume / (air.mass * gas.constant)
 
 
 def _target(f: Frame, chamber: int) -> np.ndarray:
@@ -110,8 +103,7 @@ def _inversion(f: Frame) -> np.ndarray:
     assert arms is not None
     ankle = f.rows["qpos"][:, f.built.index.ankle_qpos]
     tension = 0.0 - f.rows["actuator_force"][:, [f.built.index.muscles[name] for name in arms.names]]
-    found: np.ndarray = np.einsum("nm,nm->n", tension, arms.at(ankle))
-    return found
+    return np.einsum("nm,nm->n", tension, arms.at(ankle))
 
 
 COLUMNS = (
@@ -124,8 +116,9 @@ COLUMNS = (
         lambda f: f.dof("qfrc_actuator") - f.force(f.built.index.passive)),
     Column("ankle/acceleration", "rad/s^2", "dorsiflexion positive; instantaneous, not the step's mean",
         lambda f: f.dof("qacc"), whole=True),
-    Column("ankle/moment/passive", "N*m", f"{INTERNAL}; tissue, damping, friction and stops", _passive_moment,
-        whole=True),
+    Column("ankle/moment/passive", "N*m", f"{INTERNAL}; tissue, damping, friction and stops",
+        lambda f: f.force(f.built.index.passive)
+        + (f.built.scenario.load_moment + f.dof("qfrc_passive") + f.dof("qfrc_constraint")), whole=True),
     Column("ankle/moment/gravity", "N*m", "dorsiflexion positive; weight of what turns",
         lambda f: 0.0 - f.dof("qfrc_bias"), whole=True),
     Column("ankle/moment/inversion", "N*m",
@@ -187,8 +180,7 @@ COLUMNS = (
 
 def frame_of(built: "Built", rows: dict[str, np.ndarray], control: np.ndarray, first_step: int) -> Frame:
     """A stretch as the columns of this scenario take it."""
-    kind = Frame if built.walk is None else WalkFrame
-    return kind(built, rows, control, first_step)
+    return (Frame if built.walk is None else WalkFrame)(built, rows, control, first_step)
 
 
 def columns_of(built: "Built", rollout: Rollout) -> LazyColumns:

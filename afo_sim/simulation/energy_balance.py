@@ -111,8 +111,7 @@ def _numbers(orthosis: Orthosis) -> tuple[dict[str, MuscleGroup], np.ndarray]:
 def _own(muscle: Muscle) -> tuple[AtRest, tuple[float, ...]]:
     """A muscle at rest, and what `energies` asks beside that."""
     damper = (0.0,) * DAMPER_COEFFICIENTS if muscle.damper is None else muscle.damper.coefficients
-    rubs = float(muscle.friction != "none")
-    own = rubs, muscle.damping, muscle.returning, muscle.rubber_volume
+    own = float(muscle.friction != "none"), muscle.damping, muscle.returning, muscle.rubber_volume
     return at_rest(muscle), (*own, *damper, *muscle.law_volume.numbers)
 
 

@@ -96,7 +96,8 @@ COMPARISONS = frozenset(row.name for row in REPORTED[reference_metrics])
 
 def make_recording(built: Built, rollout: Rollout, *, seed: int = 0) -> Recording:
     """Name the rows of a roll-out, and compute metrics and warnings."""
-    examined, stride = name_rows(built, rollout), built.scenario.record_stride
+    examined = with_limits(built, rollout, *examine(built, rollout))
+    stride = built.scenario.record_stride
     n = len(examined.columns["time"])
     whole = rollout.first_step == 0 and (bool(rollout.final) or rollout.failure is not None)
     columns = examined.columns | (
@@ -136,11 +137,6 @@ def timing_of(built: Built, steps: int, seconds: float) -> dict[str, float]:
     numbers = {f"{name}_stability_number": number for name, number in built.stability.items()}
     rate = steps / seconds if seconds else 0.0
     return {"wall_seconds": seconds, "steps": steps, "steps_per_second": rate} | numbers
-
-
-def name_rows(built: Built, rollout: Rollout, *, solved: bool = False) -> Examined:
-    """Columns, numbers and warnings of a roll-out; `solved` says that its last stride is the settled one."""
-    return with_limits(built, rollout, *examine(built, rollout, solved=solved))
 
 
 def with_limits(built: Built, rollout: Rollout, columns: Columns, found: WalkMetrics) -> Examined:

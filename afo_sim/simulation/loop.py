@@ -60,7 +60,7 @@ def unit_of(scenario: Scenario, column: str) -> str:
     """SI unit of what a controller sees; a sensor's is that of its column, and a switch has none."""
     if column.startswith(SENSOR):
         sensor = scenario.sensor[column.removeprefix(SENSOR)]
-        return "" if sensor.is_switch else describe(sensor.column)[0]
+        return describe(sensor.column)[0] if sensor.whole.threshold is None else ""
     return describe(column)[0]
 
 
@@ -81,8 +81,7 @@ class Commander:
         index = self.built.index
         described = self.built.scenario.orthosis.chamber
         three_way = [name for name, chamber in described.items() if chamber.three_way]
-        found = checked(commands, index.chambers, index.drives, three_way)
-        merged = self.commands | found
+        merged = self.commands | checked(commands, index.chambers, index.drives, three_way)
         self.commands = {name: command for name, command in merged.items() if command is not None}
 
     def apply(self, inputs: np.ndarray) -> None:

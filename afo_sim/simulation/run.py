@@ -37,7 +37,6 @@ from afo_sim.simulation.examine import (
     examine,
     first_strides,
     make_recording,
-    name_rows,
     recording_of,
     timing_of,
     until_near,
@@ -314,8 +313,7 @@ class _Parts:
     @property
     def first(self) -> Built:
         """What walks from the start."""
-        built: Built = self.begins()
-        return built
+        return self.begins()
 
     @functools.cached_property
     def walked(self) -> Rollout:
@@ -328,7 +326,7 @@ class _Parts:
     @functools.cached_property
     def before(self) -> Examined:
         """What the strides from the start say."""
-        return name_rows(self.first, self.walked)
+        return with_limits(self.first, self.walked, *examine(self.first, self.walked))
 
     @functools.cached_property
     def examined(self) -> tuple[Mapping[str, np.ndarray], WalkMetrics]:
@@ -348,8 +346,14 @@ class _Parts:
 
     @functools.cached_property
     def found(self) -> WalkMetrics:
-        """Metrics of both."""
-        return _found(self.first, self.before, self.after, settled_metrics(self.settled) | self.stops[0])
+        """Totals of the settled stride, with what stands beside them, and the metrics of every stride."""
+        first, solved, end = self.first, self.after.found.totals, _end(self.first)
+        strides = self.before.found.strides | {end + k: m for k, m in self.after.found.strides.items()}
+        totals = solved | emptied(first.scenario.supply.source, solved, end + 2)
+        totals |= sag_of_both(self.before.columns, solved)
+        said = tuple(empty_warnings(first.scenario, totals, "the settled stride on a full source"))
+        beside = settled_metrics(self.settled) | self.stops[0]
+        return WalkMetrics(totals | until_empty(totals) | beside, strides, said)
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -389,16 +393,6 @@ def _end(first: Built) -> int:
     """Number of the stride that follows those walked from the start."""
     assert first.walk is not None
     return round(float(first.walk.phase[first.scenario.n_step + 1]))
-
-
-def _found(first: Built, before: Examined, after: Examined, beside: dict[str, Metric]) -> WalkMetrics:
-    """Totals of the settled stride, with what stands beside them, and the metrics of every stride."""
-    strides = before.found.strides | {_end(first) + k: m for k, m in after.found.strides.items()}
-    solved = after.found.totals
-    empty = emptied(first.scenario.supply.source, solved, _end(first) + 2)
-    totals = solved | empty | sag_of_both(before.columns, solved)
-    said = tuple(empty_warnings(first.scenario, totals, "the settled stride on a full source"))
-    return WalkMetrics(totals | until_empty(totals) | beside, strides, said)
 
 
 def _warnings(

@@ -11,7 +11,7 @@ import dataclasses
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import lru_cache, partial
+from functools import partial
 from itertools import accumulate
 from typing import Any
 
@@ -271,7 +271,7 @@ def first_air(built: Built, data: mujoco.MjData, control: np.ndarray) -> dict[in
     set_to = built.scenario.supply.pressure  # a line before a regulator has more
     supply = {i: min(float(control[n, i]), set_to) for i in index.chambers.values()}
     native.fill_chambers(built.model, data, {i: FILLED * pressure for i, pressure in supply.items()})
-    cuts = _cuts(n)
+    cuts = np.linspace(0, n, PARTS + 1).astype(int)
     found, shut = {}, []
     (filled,) = compiled_filling()
     for name, chamber in built.scenario.orthosis.chamber.items():
@@ -295,11 +295,6 @@ def first_air(built: Built, data: mujoco.MjData, control: np.ndarray) -> dict[in
         for k, mass in zip(shut, held, strict=True):
             found[k] = cooled(built.model, data, k, mass) - AMBIENT_PRESSURE
     return found
-
-
-@lru_cache(maxsize=8)
-def _cuts(n: int) -> np.ndarray:
-    return np.linspace(0, n, PARTS + 1).astype(int)
 
 
 def _filled(

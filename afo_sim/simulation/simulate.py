@@ -99,20 +99,15 @@ def begun_case(
         return Case(built.model, np.empty(0), policy, failure=error)
 
 
-def first_beyond(built: Built, angle: np.ndarray) -> int | None:
-    """First of some ankle angles [rad] (n,) that is far beyond the ankle's stops; None where none is."""
-    lower, upper = built.model.jnt_range[built.model.dof_jntid[built.index.ankle_dof]]
-    beyond = np.flatnonzero((angle < lower - PLAY) | (angle > upper + PLAY))
-    return int(beyond[0]) if len(beyond) else None
-
-
 def _within_stops(built: Built, rollout: Rollout) -> Rollout:
     """The roll-out up to where the ankle has gone far beyond its stops, if it has."""
     if not len(rollout.rows["time"]):
         return rollout
     ankle = built.index.ankle_qpos
     angle = np.append(rollout.rows["qpos"][1:, ankle], rollout.final["qpos"][ankle])  # after each step
-    end = first_beyond(built, angle)
+    lower, upper = built.model.jnt_range[built.model.dof_jntid[built.index.ankle_dof]]
+    beyond = np.flatnonzero((angle < lower - PLAY) | (angle > upper + PLAY))
+    end = int(beyond[0]) if len(beyond) else None
     if end is None:
         return rollout
     return dataclasses.replace(

@@ -99,13 +99,11 @@ class BatchStepper:
 
     def state(self, k: int) -> np.ndarray:
         """The present mjSTATE_INTEGRATION row of a simulation, a copy."""
-        found: np.ndarray = self.batch.state[k].copy()
-        return found
+        return self.batch.state[k].copy()
 
     def begun(self, alive: Sequence[int]) -> np.ndarray:
         """Time, qpos, qvel and act of some simulations between two blocks (n, width), a copy."""
-        found: np.ndarray = self.batch.state[alive, : self.width]
-        return found
+        return self.batch.state[alive, : self.width]
 
     def begin(self, alive: Sequence[int], states: np.ndarray) -> None:
         """Go on from such states."""

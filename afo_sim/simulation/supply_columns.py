@@ -19,8 +19,7 @@ def _set_pressure(f: Frame) -> np.ndarray:
     supply = f.built.scenario.supply
     if supply.regulator is not None:  # the input is what stands before it
         return np.full(f.n, supply.pressure)
-    found: np.ndarray = f.control[:, next(iter(f.built.index.chambers.values()))]
-    return found
+    return f.control[:, next(iter(f.built.index.chambers.values()))]
 
 
 def _pressure(f: Frame) -> np.ndarray:
@@ -62,8 +61,7 @@ def _specific_of_supply(f: Frame) -> np.ndarray:
     """Flow exergy of what stands at the supply's pressure and ambient temperature, R T0 ln(p/p0) [J/kg]."""
     ratio = (_pressure(f) + AMBIENT_PRESSURE) / AMBIENT_PRESSURE
     gas = native.gas_of(f.built.model, next(iter(f.built.index.chambers.values())))
-    found: np.ndarray = gas.constant * AMBIENT_TEMPERATURE * np.log(ratio)
-    return found
+    return gas.constant * AMBIENT_TEMPERATURE * np.log(ratio)
 
 
 def _exergy_vented(f: Frame) -> np.ndarray:
@@ -82,10 +80,9 @@ def _specific(f: Frame, node: int) -> np.ndarray:
     heat = gas.heat_capacity_ratio / (gas.heat_capacity_ratio - 1.0) * gas.constant
     mass, volume, pressure = native.read_node(model, f.rows["act"], f.rows["userdata"], node)
     warm = pressure * volume / (mass * gas.constant) / AMBIENT_TEMPERATURE
-    found: np.ndarray = AMBIENT_TEMPERATURE * (
+    return AMBIENT_TEMPERATURE * (
         heat * (warm - 1.0 - np.log(warm)) + gas.constant * np.log(pressure / AMBIENT_PRESSURE)
     )
-    return found
 
 
 def _runs(built: Built) -> bool:

@@ -228,8 +228,7 @@ def _toes_moment(f: WalkFrame) -> np.ndarray:
     toes, described = f.foot.toes, f.built.scenario.leg.toes
     assert toes is not None and described is not None
     joint = f.built.model.joint(described.joint).dofadr[0]
-    shank = f.built.model.joint(JOINTS[2]).dofadr[0]
-    speed = f.dof("qvel") - f.rows["qvel"][:, shank]
+    speed = f.dof("qvel") - f.rows["qvel"][:, f.built.model.joint(JOINTS[2]).dofadr[0]]
     angular = f.dof("qacc") - f.driven[:, 2]
     straight = toes.moment(f.driven[:, :2], [(f.turn, speed, angular)] * 2)
     bent = (f.toes_turn, speed + f.rows["qvel"][:, joint], angular + f.rows["qacc"][:, joint])

@@ -137,11 +137,6 @@ class AirPart:
         """Fields that restrictions of this kind alone have."""
         return (*self.needs, *self.may_have)
 
-    @property
-    def always_open(self) -> bool:
-        """Whether air comes through both ways, whatever is switched."""
-        return self.feeds and self.both_ways
-
 
 def tube_edge(name: str, origin: str, end: str, tube: Tube, length: float, inertia: bool = False) -> FlowEdge:
     """A length of a tube [m]."""

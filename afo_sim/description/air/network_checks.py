@@ -219,7 +219,7 @@ def _check_regulators(orthosis: HasAir, found: list[Way]) -> None:
             raise refusal("cannot be set on this regulator", told, f"restriction.{name}.pressure")
         _check_by_passes(f"restriction.{name}", each, found)
     # those that hold the same air must hold it at the same pressure
-    open_ways = [way for way in found if way.part.always_open]
+    open_ways = [way for way in found if way.part.feeds and way.part.both_ways]
     holds: dict[str, str] = {}
     for name, each in regulators.items():
         for node in reached([each.downstream], open_ways):

@@ -3,7 +3,7 @@
 from typing import Annotated
 
 from afo_sim.description.quantity import Named, Quantity, refusal
-from afo_sim.physics import AIR, Gas, sound_delay, tube_conductance, tube_critical_ratio, tube_volume
+from afo_sim.physics import AIR, sound_delay, tube_conductance, tube_critical_ratio, tube_volume
 
 Diameter = Annotated[float, Quantity("m", above=0.0, at_most=0.05)]
 
@@ -28,9 +28,9 @@ class Tube(Named):
         """Air volume [m³] of a length [m]."""
         return tube_volume(self.bore, length)
 
-    def delay(self, length: float, gas: Gas = AIR) -> float:
+    def delay(self, length: float) -> float:
         """Time that sound takes through a length [m] at 20 °C [s]."""
-        return sound_delay(length, gas_constant=gas.constant, heat_capacity_ratio=gas.heat_capacity_ratio)
+        return sound_delay(length, gas_constant=AIR.constant, heat_capacity_ratio=AIR.heat_capacity_ratio)
 
     def _must_have_a_wall(self) -> None:
         if self.outer_diameter is not None and self.outer_diameter <= self.bore:

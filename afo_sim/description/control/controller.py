@@ -153,8 +153,7 @@ class ControllerDescription(Described):
     @property
     def cycle(self) -> float | None:
         """Time after which it repeats what it does, of itself [s]; None where it does not."""
-        found: float | None = getattr(self.described, "cycle", None)
-        return found
+        return getattr(self.described, "cycle", None)
 
     @property
     def _there(self) -> list[str]:

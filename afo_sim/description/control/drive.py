@@ -55,11 +55,6 @@ class Drive(Described):
         return min(answered, self.period) if self.kind == "pwm" else 0.0
 
     @property
-    def valve_bandwidth(self) -> float:
-        """Bandwidth of the valves [Hz]; 0 where they are solenoid valves."""
-        return self.bandwidth if self.kind == "regulator" else 0.0
-
-    @property
     def idle(self) -> tuple[str, ...]:
         """Fields that are set and change nothing in a drive of this kind."""
         fields = type(self).model_fields

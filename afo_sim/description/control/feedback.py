@@ -158,8 +158,7 @@ class Pid(Described):
     @property
     def loop(self) -> AngleLoop | MomentLoop | PressureLoop:
         """The table of what is controlled."""
-        found: AngleLoop | MomentLoop | PressureLoop = getattr(self, self.quantity)
-        return found
+        return getattr(self, self.quantity)
 
     @property
     def named(self) -> dict[str, str]:

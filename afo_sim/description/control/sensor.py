@@ -204,11 +204,6 @@ class Sensor(SensorFields):
             own |= {name: getattr(self.type, name) for name, value in own.items() if value is None}
         return SensorFields.model_construct(**own)
 
-    @property
-    def is_switch(self) -> bool:
-        """Whether it reads 0 or 1."""
-        return self.whole.threshold is not None
-
 
 FIELDS = tuple(name for name in SensorFields.model_fields if name != "provenance")
 

@@ -7,9 +7,8 @@ from typing import Any, NoReturn
 import numpy as np
 
 from afo_sim.common import RETIRED, refuse_retired, unknown
-from afo_sim.model import Built
 from afo_sim.rl.environments.episodes import Setting, setting
-from afo_sim.rl.environments.task import Observed, Random, Sample, Task
+from afo_sim.rl.environments.task import Observed, Sample, Task
 from afo_sim.rl.environments.walking import CLOSES, FIRST_NOISE, LEAST, MOST, readers, script, walking_reward
 
 CHAMBERS = ("dorsiflexor", "plantarflexor")
@@ -34,11 +33,6 @@ def reference(draws: np.ndarray, times: np.ndarray) -> np.ndarray:
     instants = np.stack([times, times + AHEAD], axis=1)
     angle = 2.0 * np.pi * (frequencies * instants[..., None] + phases)
     return SPAN * np.sum(weights * np.sin(angle), axis=-1)
-
-
-def drawn_reference(built: Built, times: np.ndarray) -> Callable[[Random], np.ndarray]:
-    """What draws a reference at times [s] (k,)."""
-    return lambda random: reference(random.uniform(0.0, 1.0, size=1 + 3 * WAVES)[1:], times)
 
 
 def tracking_reward(sample: Sample) -> Any:
@@ -70,7 +64,9 @@ SEATED_TRACKING = Task(
     reward=tracking_reward,
     lowest=0.0,
     highest=1.0,
-    script=drawn_reference,
+    script=lambda built, times: lambda random: reference(
+        random.uniform(0.0, 1.0, size=1 + 3 * WAVES)[1:], times
+    ),
 )  # fmt: skip
 
 # Walking with a drop foot: what the verdict asks, by what sensors see.
