@@ -21,7 +21,6 @@ from .run_studies import UNCERTAINTY as UNCERTAINTY
 from .run_studies import check_studies as check_studies
 from .run_studies import with_studies as with_studies
 from .runner import SweepProgress as SweepProgress
-from .runner import Workload as Workload
 from .runner import left as left
 from .scales import Better as Better
 from .scales import chosen as chosen
