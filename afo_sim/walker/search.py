@@ -152,7 +152,7 @@ def adapt(
     drawn: Sequence[Body] = (),
 ) -> Found:
     """Search gains of bodies by way of stronger ones, since a gait that falls at once teaches nothing."""
-    quarter, seconds = max(generations // 4, 1), 0.0
+    quarter, seconds, first = max(generations // 4, 1), 0.0, vector
     counts = [quarter] * (len(stages) - 1) + [generations]
     one = functools.partial(search, cost=cost, free=free, seed=seed, threads=threads, spread=ADAPTING)
     for k, (bodies, count) in enumerate(zip(stages, counts, strict=True)):
@@ -165,6 +165,9 @@ def adapt(
         file = kept and kept / f"{k + 1}.json"
         found = one(bodies, vector, generations=count, progress=told, kept=file, drawn=last)
         vector, seconds = found.vector, seconds + found.seconds
+    as_first = one(stages[-1], first, generations=0, drawn=drawn)  # whom the first gait carries keeps it
+    if sum(as_first.parts.values()) < sum(found.parts.values()):
+        found = dataclasses.replace(as_first, history=found.history)
     return dataclasses.replace(found, evaluations=POPULATION * sum(counts), seconds=seconds)
 
 
@@ -236,10 +239,16 @@ def search(
             if progress is not None:
                 progress(generation + 1, generations, min(told[generation]["costs"]))
     mean = np.clip(first + scale * np.array(evolution.result.xfavorite), lower, upper)
-    with ThreadPoolExecutor(threads) as pool:  # pushes and drawn bodies that no generation had
-        held = list(pool.map(functools.partial(parts, mean), [-k % 2**31 for k in range(1, HELD_OUT + 1)]))
-    found = {name: float(np.mean([each[name] for each, _ in held])) for name in held[0][0]}
-    walked = next((walked for _, walked in held if walked.fell is not None), held[0][1])
+    judged = []
+    for values in (mean, first) if generations else (mean,):  # it never ends worse than it began
+        with ThreadPoolExecutor(threads) as pool:  # pushes and drawn bodies that no generation had
+            held = list(
+                pool.map(functools.partial(parts, values), [-k % 2**31 for k in range(1, HELD_OUT + 1)])
+            )
+        found = {name: float(np.mean([each[name] for each, _ in held])) for name in held[0][0]}
+        walked = next((walked for _, walked in held if walked.fell is not None), held[0][1])
+        judged.append((sum(found.values()), values, found, walked))
+    _, mean, found, walked = min(judged, key=lambda each: each[0])
     history = np.array([(min(each["costs"]), float(np.median(each["costs"]))) for each in told[:generations]])
     used = sum(each["seconds"] for each in told[:generations])
     return Found(free.unpack(vector, mean), history, POPULATION * generations, found, walked, used)
