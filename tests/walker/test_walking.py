@@ -113,21 +113,24 @@ def test_excitations_are_those_of_delayed_signals() -> None:
         for _ in range(600):
             mujoco.mj_step(model, data)
             row = [data.act[at[name] + act.force] for name in ANKLE_MUSCLES]
-            row += [data.act[at["tibialis"] + act.length]]
+            row += [data.act[at[name] + act.length] for name in ANKLE_MUSCLES]
             row += [data.act[at[name] + act.excitation] for name in ANKLE_MUSCLES]
             row += [np.round(data.act[int(model.actuator_actadr[body.reflexes[0]])])]
             kept.append(row)
-    force = np.array(kept)[:, :3]
-    length, asked, phase = np.array(kept)[:, 3], np.array(kept)[:, 4:7], np.array(kept)[:, 7]
+    force, length, asked, phases = np.split(np.array(kept), [3, 6, 9], axis=1)
     gains = dict(zip(GAINS, gait.vector.gains[0], strict=True))
     back, rows = 20, np.arange(100, 600)
-    stands = phase[rows] <= 2.0
+    phase, before = phases[rows, 0], rows - back
+    stands, swings = phase <= 2.0, phase == 3.0
     for column, name in ((0, "gastrocnemius"), (1, "soleus")):
-        expected = np.where(stands, gains[f"{name}_force"] * force[rows - back, column], 0.0)
+        beyond = np.maximum(length[before, column] - gains[f"{name}_offset"], 0.0)
+        expected = gains[f"{name}_force"] * force[before, column] + gains[f"{name}_length"] * beyond
+        expected = np.where(stands, expected, 0.0) + np.where(swings, 0.0, gains[f"{name}_start"])
         assert np.abs(asked[rows, column] - np.clip(expected, 0.01, 1.0)).max() < 1e-9
-    expected = gains["tibialis_length"] * (length[rows - back] - gains["tibialis_offset"])
-    expected += gains["tibialis_soleus"] * force[rows - back, 1]
+    expected = gains["tibialis_length"] * (length[before, 2] - gains["tibialis_offset"])
+    expected += gains["tibialis_soleus"] * force[before, 1]
     expected += np.where(stands, 0.0, gains["tibialis_swing"])
+    expected += np.where(phase == 0.0, gains["tibialis_loading"], 0.0)
     assert np.abs(asked[rows, 2] - np.clip(expected, 0.01, 1.0)).max() < 1e-9
 
 
@@ -222,8 +225,9 @@ def test_a_controller_sees_the_switch_under_the_heel() -> None:
     phases = {"estimator": "foot_switch", "dorsiflexor": {"outlet": [[0.15, 0.45]]}}
     sets = {"timestep": "1 ms", "patient": "healthy", "phases": None, "controller": {"gait_phase": phases}}
     walked = walk(build_body(prepared("walk-dropfoot-afo", sets)), read_gait("natural").vector, 4.0)
-    mass, time = walked["chamber/dorsiflexor/mass"], walked["time"]
-    assert np.ptp(mass[time < 1.5]) < 1e-9 and mass[-1] < 0.95 * mass[0]
+    mass, pressed = walked["chamber/dorsiflexor/mass"], walked["right/load"] > 30.0
+    second = np.flatnonzero(pressed[1:] & ~pressed[:-1])[1]  # the first is of the start
+    assert np.ptp(mass[:second]) < 1e-9 and mass[-1] < 0.95 * mass[0]
 
 
 def test_the_board_switches_valves_by_intervals_that_may_wrap() -> None:
