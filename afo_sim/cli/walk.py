@@ -109,6 +109,7 @@ def walk_command(walk: _Walk) -> None:
     if key:
         title = f"{described[0].name}: the wearer at values of {key}"
         common.print_table(title, list(rows[0]), [list(row.values()) for row in rows], whole_names=True)
+        _print_limits()
         print(f"written to {folder}: walk.csv, walk.json, walk.png")
     else:
         _print(found, f"written to {folder}", f"; to view: afo-sim view {folder}/walk.rrd" if rrd else "")
@@ -141,8 +142,7 @@ def _varied(text: str | None) -> tuple[str, list[Any]]:
 
 
 def _print(found: Any, written: str, view: str) -> None:
-    from afo_sim.metrics import NO_DEVICE
-    from afo_sim.walker import EXPERIMENTAL, asked_in_words, in_words, table, verdict
+    from afo_sim.walker import asked_in_words, in_words, table, verdict
 
     replies = verdict(found)
     for line in (*in_words(found), *(f"{reply.question} {reply.text}" for reply in replies)):
@@ -153,5 +153,12 @@ def _print(found: Any, written: str, view: str) -> None:
     assumed = dict.fromkeys(f"assumed: {text}" for reply in replies for text in reply.assumptions)
     for line in (*assumed, *asked_in_words(found)):
         print_line(line, hang=2)
-    print_line(f"{EXPERIMENTAL} {NO_DEVICE}")
+    _print_limits()
     print(f"{written}: walk.html, walk.png, walk.gif, walk.json{view}")
+
+
+def _print_limits() -> None:
+    from afo_sim.metrics import NO_DEVICE
+    from afo_sim.walker import EXPERIMENTAL
+
+    print_line(f"{EXPERIMENTAL} Falls are the walker's, never a patient's risk. {NO_DEVICE}")

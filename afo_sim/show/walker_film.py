@@ -20,7 +20,7 @@ _WIDE, _BEHIND, _TALL = 8.0, 0.6, 1.95  # walkway, its part behind the first pla
 _DOTS, _SHADES = 80, 32  # per metre, colours
 _LIMBS = {"left": ("0.72", 3.5), "trunk": ("0.2", 9.0), "right": ("0.2", 4.0)}
 _LIMBS |= {
-    f"healthy {limb}": ("#fc8" if limb == "left" else "#e80", 1.4) for limb in _LIMBS
+    f"healthy {limb}": ("#9ed8d0" if limb == "left" else "#0a8f7f", 1.4) for limb in _LIMBS
 }  # beside another
 _SIDES = dict(zip(("left", "right"), reversed(SIDES), strict=True))  # what the model's names begin with
 

@@ -189,8 +189,8 @@ def _doubts(response: Response) -> Iterator[str]:
         yield "Numbers are of one undisturbed walk; where starts fall, another start gives other numbers."
     if any(name.endswith("adapted") for name in response.cases):
         yield (
-            "An adapted gait is adapted to exactly this body. Patients who differ from it as much as is not "
-            "known, and do not adapt anew, fall far more often (--draws)."
+            "An adapted gait was searched for this body, beside 12 drawn patients. Patients who differ from "
+            "it and do not adapt anew may fall more often (--draws)."
         )
     for name, case in response.cases.items():
         known = _converged(case)

@@ -14,7 +14,7 @@ _SPANS = {
     (0.001, 1.0): "load",
     (-1.0, 0.0): "knee_straight",
     (-2.0, 0.0): "tibialis_soleus",
-    (0.3, 2.0): "tibialis_offset",  # published from 0.5 on; shipped gaits have 0.30 to 0.41
+    (0.3, 2.0): "tibialis_offset",  # published from 0.5 on; the fast gait has 0.303
     (0.5, 2.0): "soleus_offset gastrocnemius_offset",
     (0.0, 2.0): "iliopsoas_offset stretch_offset",
     (0.0, 10.0): "tibialis_length soleus_length gastrocnemius_length iliopsoas_length lean soleus_force "

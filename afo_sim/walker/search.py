@@ -241,7 +241,7 @@ def search(
     mean = np.clip(first + scale * np.array(evolution.result.xfavorite), lower, upper)
     judged = []
     for values in (mean, first) if generations else (mean,):  # it never ends worse than it began
-        with ThreadPoolExecutor(threads) as pool:  # pushes and drawn bodies that no generation had
+        with ThreadPoolExecutor(threads) as pool:  # pushes that no generation had
             held = list(
                 pool.map(functools.partial(parts, values), [-k % 2**31 for k in range(1, HELD_OUT + 1)])
             )

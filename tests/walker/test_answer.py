@@ -128,7 +128,7 @@ def test_adapted_is_compared_with_adapted_and_a_search_that_did_not_converge_is_
         and "−10.0 → 5.0°" in half.text
         and "7.0" not in half.text
     )
-    assert "exactly this body" in half.assumptions[1]
+    assert "drawn patients" in half.assumptions[1]
     assert half.assumptions[2] == (
         "The search of “with device, adapted” did not converge: a longer one may find another walk."
     )
