@@ -58,9 +58,7 @@ def _curves(axis: Any, response: Response, side: str, name: str) -> None:
     if name == "ankle" and (tilt := np.degrees(sole_tilt(healthy.walked.body))) > 0.1:
         axis.plot(cycle, norm - tilt, color="0.6", lw=1.2, ls=":")
         words = f"dotted: the norm in these shoes,\nwhose soles tilt by {tilt:.1f}°"
-        axis.text(
-            0.98, 0.97, words, transform=axis.transAxes, ha="right", va="top", fontsize="small", color="0.4"
-        )
+        axis.text(0.14, 0.03, words, transform=axis.transAxes, fontsize="small", color="0.4")
     for case in response.cases.values():
         strides, label = strides_of(case.walked, side), f"{CASES[case.name]}: {walk_in_words(case)}"
         curve = factor * strides.mean(name) if len(strides.duration) else np.full(SAMPLES, np.nan)
