@@ -4,6 +4,8 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from afo_sim.walker.gait_signs import signs_of
 from afo_sim.walker.likeness import measured_cost
 from afo_sim.walker.respond import Case, Falls, Response
@@ -25,7 +27,8 @@ NONE = "–"
 _FALLS = (
     "A walker in the sagittal plane with reflexes, without eyes, arms or steps aside, starts from poses "
     "drawn about its own and is pushed once, if it has not fallen before. Falls compare walkers; they are "
-    "not a patient's risk of falling."
+    "not a patient's risk of falling. The shipped natural gait does not bear weak plantarflexors: where one "
+    "leg has lost 15 % of them, 14 of 20 starts fall."
 )
 _CHANGES = (
     "Both legs are in the sagittal plane. A case that is not adapted keeps the reflexes of the healthy walk. "
@@ -192,8 +195,12 @@ def _doubts(response: Response) -> Iterator[str]:
             "An adapted gait was searched for this body, beside 12 drawn patients. Patients who differ from "
             "it and do not adapt anew may fall more often (--draws)."
         )
+    healthy = response["healthy"].gait.vector.gains
     for name, case in response.cases.items():
         known = _converged(case)
+        if name.endswith("adapted") and np.array_equal(case.gait.vector.gains, healthy):
+            yield f"“{CASES[name]}” keeps the healthy gait: the searches that were made found no better one."
+            continue
         if name.endswith("adapted") and not known:
             what = "is not known to have converged" if known is None else "did not converge"
             yield f"The search of “{CASES[name]}” {what}: a longer one may find another walk."

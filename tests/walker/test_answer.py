@@ -1,5 +1,6 @@
 """What a response says: intervals against printed ones, rules of the verdict, no number that there is not."""
 
+import dataclasses
 import math
 from types import SimpleNamespace
 from typing import Any, cast
@@ -25,7 +26,11 @@ LEVEL = SimpleNamespace(site=lambda name: SimpleNamespace(pos=np.zeros(3)))  # n
 
 
 def case(
-    name: str, falls: tuple[int, int] | None = None, converged: bool | None = True, **own: float
+    name: str,
+    falls: tuple[int, int] | None = None,
+    converged: bool | None = True,
+    same: bool = False,
+    **own: float,
 ) -> Case:
     """A case whose numbers are all 1, but for its own; NaN after a fall at a time."""
     fell = own.pop("fell_at", math.nan)
@@ -33,9 +38,9 @@ def case(
     numbers = dict.fromkeys(names, 1.0 if math.isnan(fell) else math.nan)
     numbers |= {"fell": float(not math.isnan(fell)), "duration": 20.0 if math.isnan(fell) else fell}
     natural = read_gait("natural")
-    gait = with_vector(
-        natural, natural.vector, name, "", {} if converged is None else {"converged": converged}
-    )
+    apart = 0.9 if name.endswith("adapted") and not same else 1.0
+    vector = dataclasses.replace(natural.vector, gains=apart * natural.vector.gains)
+    gait = with_vector(natural, vector, name, "", {} if converged is None else {"converged": converged})
     walked = cast(Any, SimpleNamespace(body=SimpleNamespace(size=SimpleNamespace(taller=1.0), model=LEVEL)))
     return Case(
         name,
@@ -137,6 +142,12 @@ def test_adapted_is_compared_with_adapted_and_a_search_that_did_not_converge_is_
     assert "is not known to have converged" in both[2].assumptions[3]
     sure = verdict(response(*three, case("patient adapted"), case("device adapted")))
     assert all(len(reply.assumptions) == 2 for reply in sure)
+
+
+def test_who_keeps_the_healthy_gait_is_named_and_is_no_search_that_did_not_converge() -> None:
+    cases = case("healthy"), case("patient"), case("device"), case("device adapted", None, False, True)
+    doubts = verdict(response(*cases))[1].assumptions
+    assert len(doubts) == 3 and "keeps the healthy gait" in doubts[2] and "device, adapted" in doubts[2]
 
 
 def test_a_healthy_walker_who_falls_is_named_beside_each_answer() -> None:
