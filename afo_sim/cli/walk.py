@@ -24,24 +24,41 @@ class _Walk:
 
     scenario: Scenario
     sets: Sets = None
-    gait: Annotated[str, Option(help="healthy gait: a shipped name, or a file")] = "natural"
-    strength: Annotated[
-        list[str] | None, Option(metavar="MUSCLE=SHARE", help="share left, as tibialis=0.2 or left_soleus=0")
+    patients: Annotated[
+        str | None,
+        Option(
+            metavar="NAME",
+            help="of a condition: a shipped name, a file, or `one`: the scenario's own patient alone; "
+            "by default those that are shipped for the scenario's patient",
+        ),
     ] = None
-    duration: Annotated[str, Option(help="of the undisturbed walks")] = "20 s"
-    starts: Annotated[int, Option(help="perturbed starts of each case; 0 for none")] = 50
+    spring: Annotated[str | None, Option(help='a passive orthosis beside it, as "30 N*m/rad" (patients)')] = (
+        None
+    )
+    gait: Annotated[str, Option(help="healthy gait: a shipped name, or a file (one)")] = "natural"
+    strength: Annotated[
+        list[str] | None,
+        Option(metavar="MUSCLE=SHARE", help="share left, as tibialis=0.2 or left_soleus=0 (one)"),
+    ] = None
+    duration: Annotated[str | None, Option(help="of the undisturbed walks; 10 s, of one 20 s")] = None
+    starts: Annotated[
+        int | None, Option(help="perturbed starts of each case; 2 of each patient, 50 of one")
+    ] = None
     push: Annotated[str, Option(help="on the trunk, once in each perturbed start")] = "50 N"
     generations: Annotated[
-        int, Option("--adapt", help="generations of 16 walks in which who is weak adapts")
+        int, Option("--adapt", help="generations of 16 walks in which those adapt who have no gait yet")
     ] = 0
-    subset: Annotated[str, Option(help="gains that adapt: swing, stance or all")] = "all"
-    adapted: Annotated[str | None, Option(help="gait of the patient who has adapted")] = None
-    adapted_device: Annotated[str | None, Option(help="the same, with the device")] = None
-    draws: Annotated[int, Option(help="patients drawn over what is not known of this one")] = 0
+    subset: Annotated[str, Option(help="gains that adapt: swing, stance or all (one)")] = "all"
+    adapted: Annotated[
+        str | None, Option(help="gait of who has adapted; of patients: patients.csv of a walk")
+    ] = None
+    adapted_device: Annotated[str | None, Option(help="the same, with the device (one)")] = None
+    draws: Annotated[int, Option(help="patients drawn over what is not known of this one (one)")] = 0
     seed: Annotated[int, Option(help="of perturbed starts and search")] = 0
     threads: Threads = 0
     vary: Annotated[
-        str | None, Option(metavar="KEY=V1,V2,…", help='a table: strength.soleus=1,0 supply.pressure="2 bar"')
+        str | None,
+        Option(metavar="KEY=V1,V2,…", help='a table: supply.pressure="2 bar,3 bar", strength.soleus=1,0'),
     ] = None
     out: Annotated[Path | None, Option(help="folder to write to; runs/<scenario>-walk by default")] = None
     rrd: RecordingOption = None
@@ -51,22 +68,140 @@ class _Walk:
 @common.app.command("walk")
 @common.one_group
 def walk_command(walk: _Walk) -> None:
-    """Experimental: a walker that responds. Does the wearer fall, what do they change, what does it cost?"""
+    """Experimental: walkers that respond. Who gains, who falls, what do they change, what does it cost?"""
     key, values = _varied(walk.vary)
-    weak, muscle = key.startswith("strength"), key.removeprefix("strength").removeprefix(".")
-    sets = [common.read_sets(walk.sets) | ({key: value} if key and not weak else {}) for value in values]
     common.check_counts(walk.threads, 0)
     if not 0 <= walk.draws <= 1000 or (walk.draws and key):
         allowed = "0 without --vary" if key else "0 to 1000"
         raise InputError("is out of range", field="--draws", value=walk.draws, allowed=allowed)
-    names = ("gait", "starts", "generations", "subset", "adapted", "adapted_device", "seed")
-    options = common.picked(walk, *names) | {
-        "duration": common.quantity("--duration", walk.duration, "s"),
+    common.short_lived()
+    condition = _condition_of(walk, key)
+    optional("matplotlib")  # before minutes of walking
+    if condition is None:
+        _walk_one(walk, key, values)
+    else:
+        _walk_patients(walk, condition, key, values)
+
+
+def _condition_of(walk: _Walk, key: str) -> str | None:
+    """The condition whose patients walk; None where the scenario's own one walks alone."""
+    from afo_sim.common import assets
+    from afo_sim.walker import prepared
+
+    of_one = {"strength": walk.strength, "adapted-device": walk.adapted_device, "draws": walk.draws}
+    of_one |= {"subset": walk.subset != "all", "gait": walk.gait != "natural", "rrd": walk.rrd}
+    of_one |= {"vary": key.startswith("strength") and walk.vary}
+    asked = next((name for name, given in of_one.items() if given), None)
+    sets = common.read_sets(walk.sets)
+    if walk.patients not in (None, "one"):
+        if asked:
+            raise InputError(
+                "is of one patient", field=f"--{asked}", value=of_one[asked], allowed="--patients one"
+            )
+        return walk.patients
+    own = asked or walk.adapted or any(name.startswith(("patient.", "leg")) for name in sets)
+    patient = None if walk.patients or own else prepared(walk.scenario, sets).patient
+    condition = patient.name if patient and patient.name in assets.names("population") else None
+    if condition is None and (walk.spring or key == "spring"):
+        allowed = f"--patients {'|'.join(assets.names('population'))}"
+        raise InputError(
+            "is worn by patients of a condition", field="--spring", value=walk.spring, allowed=allowed
+        )
+    return condition
+
+
+def _walk_patients(walk: _Walk, condition: str, key: str, values: list[Any]) -> None:
+    """The patients of a condition walk, at each value of what is varied."""
+    sets = [common.read_sets(walk.sets) | ({key: x} if key and key != "spring" else {}) for x in values]
+    springs = [str(value) if key == "spring" else walk.spring for value in values]
+    options: dict[str, Any] = common.picked(walk, "generations", "seed") | {
+        "patients": condition,
+        "gaits": walk.adapted,
+        "starts": 2 if walk.starts is None else walk.starts,
+        "duration": common.quantity("--duration", walk.duration or "10 s", "s"),
+        "push": common.quantity("--push", walk.push, "N"),
+    }
+    stiff = [None if each is None else common.quantity("--spring", each, "N*m/rad") for each in springs]
+    with common.progress("reading, compiling the muscles") as report:
+        from afo_sim.show import doses_over, draw_doses, write_population
+        from afo_sim.walker import (
+            JSON,
+            in_lines,
+            populate,
+            prepared,
+            recorded_walk,
+            save_population,
+            save_table,
+        )
+
+        described = [prepared(walk.scenario, each) for each in sets]
+        folder = walk.out or Path("runs") / f"{described[0].name}-walk"
+        command = options | {
+            "varied": key,
+            "springs": stiff,
+            "scenarios": [each.resolved() for each in described],
+        }
+        problem = "holds the responding walk of another description, or with other options"
+        check_same(folder, "responding walk", JSON, {"command": command}, problem, force=walk.force)
+        found = list[Any]()
+
+        def moved(what: str, share: float) -> None:
+            report(round(1000.0 * share), 1000, f"{len(found) + 1} of {len(sets)}: {what}")
+
+        searches = folder / "walk.searches"
+        for each, spring in zip(sets, stiff, strict=True):
+            options["kept"] = searches / str(len(found) + 1)
+            options["threads"] = walk.threads or os.cpu_count() or 1
+            found.append(populate(walk.scenario, each, spring=spring, progress=moved, **options))
+        report(0, 0, "drawing")
+        if key:
+            rows = [
+                {key: str(x)} | row for x, one in zip(values, found, strict=True) for row in in_lines(one)
+            ]
+            save_table(rows, folder, command)
+            draw_doses(key, values, [doses_over(one) for one in found], folder / "walk.png")
+        else:
+            recorded = recorded_walk(found[0].scenario)
+            save_population(found[0], recorded, folder, command, write_population)
+    if walk.generations:
+        shutil.rmtree(searches, ignore_errors=True)
+    if key:
+        title = f"{described[0].name}: {len(found[0].drawn)} patients ({condition}) at values of {key}"
+        common.print_table(title, list(rows[0]), [list(row.values()) for row in rows], whole_names=True)
+        _print_limits()
+        print(f"written to {folder}: walk.csv, walk.json, walk.png")
+    else:
+        _print_patients(found[0], recorded)
+        print(f"written to {folder}: walk.html, walk.png, walk.csv, walk.json, patients.csv, curves.parquet")
+
+
+def _print_patients(found: Any, recorded: Any) -> None:
+    from afo_sim.walker import in_lines, replies
+
+    answers = replies(found, recorded)
+    for reply in answers:
+        print_line(f"{reply.question} {reply.text}", hang=2)
+    rows = in_lines(found)
+    of = len(found.drawn)
+    title = f"{found.condition.name}: medians, and 5 to 95 % of {of} patients; of falls the 95 % interval"
+    common.print_table(title, list(rows[0]), [list(row.values()) for row in rows], whole_names=True)
+    for text in dict.fromkeys(text for reply in answers for text in reply.assumptions):
+        print_line(f"assumed: {text}", hang=2)
+    _print_limits()
+
+
+def _walk_one(walk: _Walk, key: str, values: list[Any]) -> None:
+    """The scenario's own patient walks, at each value of what is varied."""
+    weak, muscle = key.startswith("strength"), key.removeprefix("strength").removeprefix(".")
+    sets = [common.read_sets(walk.sets) | ({key: value} if key and not weak else {}) for value in values]
+    names = ("gait", "generations", "subset", "adapted", "adapted_device", "seed")
+    options: dict[str, Any] = common.picked(walk, *names) | {
+        "starts": 50 if walk.starts is None else walk.starts,
+        "duration": common.quantity("--duration", walk.duration or "20 s", "s"),
         "push": common.quantity("--push", walk.push, "N"),
     }
     left = common.read_sets(walk.strength, "--strength", "tibialis=0.2")
     strengths = [left | ({muscle: value} if weak else {}) for value in values]
-    common.short_lived()
     with common.progress("reading, compiling the muscles") as report:
         from afo_sim.walker import CASES, JSON, in_brief, prepared, respond, save, save_table, strengths_of
 
@@ -80,7 +215,6 @@ def walk_command(walk: _Walk) -> None:
         check_same(folder, "responding walk", JSON, {"command": command}, problem, force=walk.force)
         rrd = not key and common.drawn(walk.rrd)
         rows, responses = list[dict[str, str]](), list[Any]()
-        optional("matplotlib")  # before minutes of walking
 
         def moved(case: str, share: float) -> None:
             report(round(100.0 * share), 100, f"{len(responses) + 1} of {len(sets)}: {CASES[case]}")
@@ -96,10 +230,10 @@ def walk_command(walk: _Walk) -> None:
                 found = _drawn(found, walk.draws, threads, report, left)
         report(0, 0, "drawing")
         if key:
-            from afo_sim.show import draw_doses
+            from afo_sim.show import doses_of, draw_doses
 
             save_table(rows, folder, command)
-            draw_doses(key, values, responses, folder / "walk.png")
+            draw_doses(key, values, [doses_of(each) for each in responses], folder / "walk.png")
         else:
             from afo_sim.show import write_pictures
 

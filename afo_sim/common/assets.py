@@ -20,11 +20,11 @@ KINDS = {
     "scenario": "scenarios", "leg": "legs", "orthosis": "orthoses", "muscle": "muscles", "valve": "valves",
     "tube": "tubes", "source": "sources", "regulator": "regulators", "patient": "patients", "shoe": "shoes",
     "limits": "limits", "sensor": "sensors", "sweep": "sweeps", "search": "searches",
-    "uncertainty": "uncertainties", "walker": "walkers",
+    "uncertainty": "uncertainties", "walker": "walkers", "population": "populations",
 }  # fmt: skip
 FOLDERS = ("models", "gait_data")
 # kinds whose products are single files, not folders
-FLAT = ("scenario", "sweep", "search", "uncertainty", "walker")
+FLAT = ("scenario", "sweep", "search", "uncertainty", "walker", "population")
 _MOST_LEVELS = 32  # of tables and lists in each other
 _KEY_PART = r"""(?:[\w-]++|"(?:[^"\\\n]|\\.)*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+"""
 _LONG_KEY = re.compile(rf"(?<![\w\\-])(?:{_KEY_PART}){{{_MOST_LEVELS}}}")  # read in the cube of its length

@@ -1,33 +1,81 @@
 """The figure of a wearer at several values of one key: the ankle in swing, and falls."""
 
+import math
 import pathlib
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from afo_sim.show.patients_figure import look_of as look_in
 from afo_sim.show.style import new_figure
 from afo_sim.show.walker_figure import look_of
-from afo_sim.walker import CASES, LEGS, Response
+from afo_sim.walker import CASES, LEGS, NAMES, Falls, Population, Response, share_of_falls
 
 
-def draw_doses(key: str, values: Sequence[Any], responses: Sequence[Response], path: pathlib.Path) -> None:
-    """Draw the ankle in mid-swing and the falls of each case over a key's values, with 95 % intervals."""
+@dataclass(frozen=True)
+class Dose:
+    """A case at one value: the ankle in mid-swing [°] and starts that fall [%], each with its interval."""
+
+    case: str
+    look: Mapping[str, Any]
+    ankle: tuple[float, float, float]
+    falls: tuple[float, float, float] | None
+
+
+def doses_of(response: Response) -> list[Dose]:
+    """Each case of one wearer."""
+    return [
+        Dose(
+            CASES[case.name],
+            look_of(case),
+            (case.numbers["right/ankle_swing"],) * 3,
+            None if case.falls is None else _percent(case.falls),
+        )
+        for case in response.cases.values()
+    ]
+
+
+def _percent(falls: Falls) -> tuple[float, float, float]:
+    low, high = falls.interval
+    return 100.0 * falls.count / falls.of, 100.0 * low, 100.0 * high
+
+
+def doses_over(population: Population) -> list[Dose]:
+    """Each case over the patients: medians, and 5 to 95 % of them."""
+    found = []
+    for case in population.cases:
+        ankle = population.values(case, "right/ankle_swing")
+        known = ankle[np.isfinite(ankle)]
+        low, middle, high = np.percentile(known, (5.0, 50.0, 95.0)) if len(known) else (math.nan,) * 3
+        falls = share_of_falls(population, case) if population.asked["starts"] else None
+        found.append(Dose(NAMES[case], look_in(case), (float(middle), float(low), float(high)), falls))
+    return found
+
+
+def draw_doses(
+    key: str, values: Sequence[Any], doses: Sequence[Sequence[Dose]], path: pathlib.Path, over: str = ""
+) -> None:
+    """Draw the ankle in mid-swing and the falls of each case over a key's values, with intervals."""
     places, unit = axis_of(values)
     with new_figure(path, (6.4, 6.4)) as figure:
         upper, lower = figure.subplots(2, 1, sharex=True, subplot_kw={"xmargin": 0.05})
-        for k, name in enumerate(dict.fromkeys(case for found in responses for case in found.cases)):
-            at = np.array([x for x, found in zip(places, responses, strict=True) if name in found.cases])
-            cases = [found[name] for found in responses if name in found.cases]
-            look = look_of(cases[0]) | {"marker": "o", "ms": 4.0}
-            upper.plot(at, [case.numbers["right/ankle_swing"] for case in cases], label=CASES[name], **look)
-            if falls := [case.falls for case in cases if case.falls is not None]:  # of all, or of none
-                shares = 100.0 * np.array([each.count / each.of for each in falls])
-                off = np.abs(100.0 * np.array([each.interval for each in falls]).T - shares)
-                at += 0.008 * np.ptp(places) * (k - 2)  # so that intervals stand apart
-                lower.errorbar(at, shares, off, capsize=2.0, elinewidth=0.9, **look)
-        upper.set_title("a gap: a walk that ends before there are strides to count", loc="left")
+        for k, name in enumerate(dict.fromkeys(dose.case for each in doses for dose in each)):
+            found = [
+                (x, dose) for x, each in zip(places, doses, strict=True) for dose in each if dose.case == name
+            ]
+            at = np.array([x for x, _ in found]) + 0.008 * np.ptp(places) * (k - 2)  # intervals stand apart
+            look = {"capsize": 2.0, "elinewidth": 0.9, "marker": "o", "ms": 4.0} | dict(found[0][1].look)
+            for axis, rows in (
+                (upper, [dose.ankle for _, dose in found]),
+                (lower, [dose.falls for _, dose in found]),
+            ):
+                if all(row is not None for row in rows):
+                    middle, low, high = np.array(rows, float).T
+                    axis.errorbar(at, middle, (middle - low, high - middle), label=name, **look)
+        upper.set_title(f"a gap: a walk that ends before there are strides to count{over}", loc="left")
         upper.set(ylabel=f"ankle in mid-swing [°]\ndorsiflexion +, the {LEGS['right']}")
         lower.set(ylabel="perturbed starts that fall\nin simulation [%], 95 % interval", ylim=(-3.0, 103.0))
         lower.set_xlabel(f"{key} [{unit}]" if unit else key)

@@ -24,7 +24,7 @@ NOT_SEEN = "Circumduction, hip hiking: not in a plane. Hyperextension: the knee 
 NORM_OF = "Norm: Bovi et al. 2011 at each walker's own speed, from 0.85 m/s on."
 LEAST = 0.10  # relative difference of a cost of transport from which on it is claimed [-]
 NONE = "–"
-_FALLS = (
+FALLS = (
     "A walker in the sagittal plane with reflexes, without eyes, arms or steps aside, starts from poses "
     "drawn about its own and is pushed once, if it has not fallen before. Falls compare walkers; they are "
     "not a patient's risk of falling. The shipped natural gait does not bear weak plantarflexors: where one "
@@ -63,7 +63,7 @@ class _Row:
         return f"{round(self.factor * value, self.digits) + 0.0:.{self.digits}f}".replace("-", "−")
 
 
-_ROWS = {
+ROWS = {
     "speed": _Row("speed", "m/s", 2),
     "stride_length": _Row("stride length", "m", 2),
     "stride_time": _Row("stride time", "s", 2),
@@ -103,7 +103,7 @@ def in_words(response: Response) -> list[str]:
             for each in (sign for sign in signs or () if sign["leg"] == leg):
                 names.append(each["sign"] + " (as healthy)" * (not alone and (each["sign"], leg) in ours))
                 for name, values in each["numbers"].items():
-                    row = _ROWS[name]
+                    row = ROWS[name]
                     beside = "" if alone else f", healthy {row.of(name, healthy, leg)}"
                     own = f"{row.label} {row.of(name, case, leg)} {row.unit}"
                     told[name] = f"{own} (norm {row.text(values['norm'])}{beside})"
@@ -131,7 +131,7 @@ def table(response: Response) -> tuple[list[str], list[list[str]]]:
     cases = list(response.cases.values())
     rows = [["undisturbed walk", *map(walk_in_words, cases)]]
     rows.append(["falls of perturbed starts, with 95 % interval", *(_falls(case.falls) for case in cases)])
-    for name, row in _ROWS.items():
+    for name, row in ROWS.items():
         for side, leg in LEGS.items() if row.both else (("", ""),):
             label = f"{row.label}, {leg}" if leg else row.label
             rows.append([f"{label} [{row.unit}]", *(row.of(name, case, side) for case in cases)])
@@ -146,7 +146,7 @@ def in_brief(response: Response, rows: Sequence[str] = _BRIEF) -> dict[str, str]
     found["falls, with 95 % interval"] = _falls(case.falls)
     signs = ", ".join(each["sign"] for each in signs_of(case) or () if each["leg"] == "right")
     found["signs, device's leg"] = signs or (NONE if signs_of(case) is None else "none")
-    return found | {f"{row.label} [{row.unit}]": row.of(n, case) for n, row in _ROWS.items() if n in rows}
+    return found | {f"{row.label} [{row.unit}]": row.of(n, case) for n, row in ROWS.items() if n in rows}
 
 
 def walk_in_words(case: Case) -> str:
@@ -177,7 +177,7 @@ def verdict(response: Response) -> tuple[Reply, ...]:
     return tuple(
         Reply(question, " ".join(answers(response)), (assumed, *doubts))
         for question, answers, assumed in (
-            ("Does the wearer fall (in simulation)?", _of_falls, _FALLS),
+            ("Does the wearer fall (in simulation)?", _of_falls, FALLS),
             ("What do they change?", _of_changes, _CHANGES),
             ("What does it cost them?", _of_cost, _COST),
         )
@@ -258,7 +258,7 @@ def _compared(response: Response, words: Callable[[Case, Case], str]) -> Iterato
 
 def _of_changes(response: Response) -> Iterator[str]:
     def words(before: Case, after: Case) -> str:
-        rows = [(name, _ROWS[name]) for name in _CHANGED]
+        rows = [(name, ROWS[name]) for name in _CHANGED]
         told = [f"{row.label} {row.of(n, before)} → {row.of(n, after)} {row.unit}" for n, row in rows]
         return f"on the device's leg {', '.join(told)}".replace(" °", "°")
 
@@ -271,9 +271,9 @@ def _of_changes(response: Response) -> Iterator[str]:
 def _of_cost(response: Response) -> Iterator[str]:
     def words(before: Case, after: Case) -> str:
         name = "cost_of_transport"
-        row, change = _ROWS[name], after.numbers[name] / before.numbers[name] - 1.0
+        row, change = ROWS[name], after.numbers[name] / before.numbers[name] - 1.0
         more = f"{abs(change):.0%} {'more' if change > 0.0 else 'less'}"
-        speeds = f"at {_ROWS['speed'].of('speed', before)} and {_ROWS['speed'].of('speed', after)} m/s"
+        speeds = f"at {ROWS['speed'].of('speed', before)} and {ROWS['speed'].of('speed', after)} m/s"
         values = f"{row.of(name, before)} → {row.of(name, after)} {row.unit}, {speeds}"
         if abs(change) < LEAST:
             return f"not distinguishable ({values})"

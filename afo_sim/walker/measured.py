@@ -91,7 +91,7 @@ def pushed() -> Iterator[Compared]:
         falls = sum(walk(body, gait.vector, PUSH_HORIZON, (push,)).fell is not None for push in pushes)
         what, why = f"healthy: falls of 20 walks pushed by ±{force:g} N", f"at most {most}"
         yield Compared(what, 0.0, falls, "", _judged(falls <= most), "stated bound", why, force == 50.0)
-    falls, most = falls_of(body, gait, starts=STARTS).count, 2
+    falls, most = falls_of(body, gait.vector, starts=STARTS).count, 2
     what, why = f"healthy: falls of {STARTS} drawn starts, pushed once", f"at most {most}"
     yield Compared(what, 0.0, falls, "", _judged(falls <= most), "stated bound", why, True)
 

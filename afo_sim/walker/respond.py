@@ -16,9 +16,9 @@ from afo_sim.common import InputError, assets, called, optional, unknown
 from afo_sim.description import Scenario, load
 from afo_sim.physics import LEG_MUSCLES
 from afo_sim.walker.body import BARE, SIDES, Body, build_body
-from afo_sim.walker.drawn_patients import PLANTARFLEXORS, as_drawn, draw_patients
-from afo_sim.walker.gait import OFFSETS
+from afo_sim.walker.gait import OFFSETS, Vector
 from afo_sim.walker.gait_file import Gait, read_gait, with_vector
+from afo_sim.walker.population import PLANTARFLEXORS, as_drawn, draw_about
 from afo_sim.walker.search import STRONGER, SUBSETS, Cost, Found, Free, adapt
 from afo_sim.walker.strides import numbers
 from afo_sim.walker.walking import TICK, Push, Walked, own_copy, walk
@@ -205,7 +205,9 @@ def respond(
         walked, falls = walk(own_copy(body), gait.vector, duration), None
         if starts:
             told = functools.partial(report, name)
-            falls = falls_of(body, gait, starts=starts, push=push, seed=seed, threads=threads, report=told)
+            falls = falls_of(
+                body, gait.vector, starts=starts, push=push, seed=seed, threads=threads, report=told
+            )
         return Case(name, gait, walked, numbers(walked), falls)
 
     cases = {"healthy": case("healthy", build_body(whole), healthy)}
@@ -214,7 +216,7 @@ def respond(
     dead = shares.get("tibialis", 1.0) == 0.0  # its gains change nothing, and would end anywhere
     alive = tuple(name for name in SUBSETS[subset] if not (dead and name.startswith("tibialis")))
     stated = {"tibialis": 1.0} | shares
-    _, _, unlike = draw_patients(described, stated, DRAWN_WITH, seed + 1)
+    _, _, unlike = draw_about(described, stated, DRAWN_WITH, seed + 1)
     for name, wearing in worn.items():
         body = build_body(wearing, shares)
         cases[name] = case(name, body, healthy)
@@ -270,7 +272,7 @@ def _shipped(scenario: Scenario, worn: str = "") -> str | None:
 
 def falls_of(
     body: Body,
-    gait: Gait,
+    gait: Vector,
     *,
     starts: int,
     push: float = 50.0,
@@ -285,7 +287,7 @@ def falls_of(
         draw = np.random.default_rng([seed, k])
         noise = draw.normal(0.0, NOISE, len(OFFSETS))
         pushes = (Push(float(draw.uniform(FROM, UNTIL)), push * float(draw.choice([-1.0, 1.0]))),)
-        walked = walk(own_copy(body), gait.vector, HORIZON, pushes, noise, rows=False)
+        walked = walk(own_copy(body), gait, HORIZON, pushes, noise, rows=False)
         done[0] += 1
         if report is not None:
             report(done[0] / starts)

@@ -20,11 +20,20 @@ from afo_sim.common.versions import versions
 from afo_sim.walker.answer import CASES, verdict
 from afo_sim.walker.gait_file import write_gait
 from afo_sim.walker.gait_signs import signs_of
+from afo_sim.walker.patients import Population, gaits_table
+from afo_sim.walker.patients_answer import Recorded, replies, tables
 from afo_sim.walker.respond import Case, Response
 
-JSON, TABLE = "walk.json", "walk.csv"
+JSON, TABLE, GAITS, CURVES = "walk.json", "walk.csv", "patients.csv", "curves.parquet"
 PICTURES = ("walk.png", "walk.gif", "walk.html", "walk.rrd")
-FILES = (JSON, TABLE, *PICTURES, *(f"{n.replace(' ', '_')}.{e}" for n in CASES for e in ("parquet", "toml")))
+FILES = (
+    JSON,
+    TABLE,
+    GAITS,
+    CURVES,
+    *PICTURES,
+    *(f"{n.replace(' ', '_')}.{e}" for n in CASES for e in ("parquet", "toml")),
+)
 
 
 def save(
@@ -80,3 +89,45 @@ def save_table(rows: Sequence[Mapping[str, str]], folder: pathlib.Path, command:
     with together(folder, FILES) as scratch:
         write_sealed(scratch / TABLE, "\n".join(lines) + "\n", "wearers")
         write_json(scratch / JSON, as_stored({"command": dict(command), "rows": kept}, folder), "walk")
+
+
+def save_population(
+    population: Population,
+    recorded: Recorded,
+    folder: pathlib.Path,
+    command: Mapping[str, Any],
+    draw: Callable[[Population, Recorded, pathlib.Path], None] | None = None,
+) -> None:
+    """Write walk.json, a row of each patient and case as walk.csv, curves, adapted gaits; all or none."""
+    import pyarrow as pa
+
+    check_writable(folder)
+    names = list(population.condition.ranges)
+    rows, curves = list[dict[str, Any]](), list[dict[str, Any]]()
+    for case, patients in population.cases.items():
+        for k, (one, drawn) in enumerate(zip(patients, population.drawn, strict=True), 1):
+            who = {"case": case, "patient": k}
+            rows.append(
+                who | {n: drawn[n] for n in names} | dataclasses.asdict(one.falls) | dict(one.numbers)
+            )
+            curves += [who | {"curve": n, "angle": angle.tolist()} for n, angle in one.curves.items()]
+    contents = {
+        "command": dict(command),
+        "scenario": population.scenario.resolved(),
+        "asked": dict(population.asked),
+        "recorded": {n: x if math.isfinite(x) else None for n, x in dataclasses.asdict(recorded).items()},
+        "verdict": [dataclasses.asdict(reply) for reply in replies(population, recorded)],
+        "tables": [
+            {"title": title, "header": header, "rows": rows}
+            for title, _, (header, rows) in tables(population)
+        ],
+        "versions": versions(),
+    }
+    lines = [",".join(map(str, cells)) for cells in (rows[0], *(row.values() for row in rows))]
+    with together(folder, FILES) as scratch:
+        write_json(scratch / JSON, as_stored(contents, folder), "walk")
+        write_sealed(scratch / TABLE, "\n".join(lines) + "\n", "wearers")
+        write_sealed(scratch / GAITS, gaits_table(population), "wearers")
+        write_parquet(scratch / CURVES, pa.Table.from_pylist(curves), "walked columns")
+        if draw is not None:
+            draw(population, recorded, scratch)

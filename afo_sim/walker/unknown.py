@@ -9,8 +9,8 @@ from afo_sim.common import InputError
 from afo_sim.description import Scenario
 from afo_sim.walker.answer import CASES
 from afo_sim.walker.body import build_body
-from afo_sim.walker.drawn_patients import as_drawn, draw_patients
 from afo_sim.walker.gait_file import Gait
+from afo_sim.walker.population import as_drawn, draw_about
 from afo_sim.walker.respond import Falls, falls_of, strengths_of
 
 MOST_DRAWS = 1000
@@ -86,14 +86,14 @@ def draw_falls(
     if not 1 <= draws <= MOST_DRAWS:
         raise InputError("is out of range", field="draws", value=draws, allowed=f"1 to {MOST_DRAWS}")
     own = {"tibialis": 1.0} | strengths_of(scenario, strength)
-    drawn, corners, patients = draw_patients(scenario, own, draws, seed)
+    drawn, corners, patients = draw_about(scenario, own, draws, seed)
     if not any(case.startswith("device") for case in gaits):
         drawn.pop("cuff", None)
     found: dict[str, tuple[Falls, ...]] = dict.fromkeys(gaits, ())
     for k, patient in enumerate(patients):
         for case, gait in gaits.items():
             body = build_body(*as_drawn(scenario, own, patient, worn=case.startswith("device")))
-            falls = falls_of(body, gait, starts=starts, push=push, seed=seed, threads=threads)
+            falls = falls_of(body, gait.vector, starts=starts, push=push, seed=seed, threads=threads)
             found[case] += (falls,)
         if report is not None:
             report((k + 1) / len(patients))

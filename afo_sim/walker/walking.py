@@ -61,13 +61,13 @@ class _Board:
         if self.scenario.controller is not None:
             self.controller = make(self.scenario.controller, self.scenario)
 
-    def __call__(self, seen: "_Seen") -> Mapping[str, float]:
+    def __call__(self, recorder: "_Recorder", data: mujoco.MjData) -> Mapping[str, float]:
         """Coils by valve; the others are off."""
-        scenario, now = self.scenario, seen.time
-        self.switch.update(seen["foot/heel_load"], TICK)
+        scenario, now = self.scenario, float(data.time)
+        self.switch.update(float(data.actuator_force[self.body.pads[0, 0]]), TICK)
         if self.controller is not None:
             self.commands |= checked(
-                self.controller(seen),
+                self.controller(recorder.seen(data)),
                 self.body.ids.chambers if self.body.ids else {},
                 {},
                 [name for name, chamber in scenario.orthosis.chamber.items() if chamber.three_way],
@@ -148,7 +148,7 @@ def walk(
         data.qvel -= 0.5 * model.opt.timestep * data.qacc
         while tick < ticks:
             if body.ids is not None:
-                coils = board(recorder.seen(data))
+                coils = board(recorder, data)
                 for valve, number in body.ids.valves.items():
                     data.ctrl[number] = coils.get(valve, 0.0)
             tick += take(recorder, data, pushed[tick : tick + 1 if body.ids is not None else ticks], fallen)

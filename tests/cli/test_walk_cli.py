@@ -29,7 +29,7 @@ from afo_sim.walker.gait_signs import signs_of
 from afo_sim.walker.search import pushes_at
 
 SCENARIO = "walk-dropfoot-afo"
-SHORT = ("walk", SCENARIO, "--duration", "4 s", "--starts", "1", "--threads", "1")
+SHORT = ("walk", SCENARIO, "--patients", "one", "--duration", "4 s", "--starts", "1", "--threads", "1")
 LONGER = (*SHORT, "--duration", "8 s")
 
 

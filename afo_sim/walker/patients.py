@@ -1,0 +1,350 @@
+"""A population walks: each patient without the device, with it on the first day, and after weeks."""
+
+import csv
+import json
+import math
+import os
+import pathlib
+from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from afo_sim.common import (
+    InputError,
+    as_stored,
+    called,
+    check_text,
+    digest,
+    optional,
+    read_text,
+)
+from afo_sim.common.versions import PACKAGE
+from afo_sim.description import Scenario
+from afo_sim.physics import GAINS
+from afo_sim.walker.body import SIDES, Body, build_body
+from afo_sim.walker.bounds import LEAST, MOST
+from afo_sim.walker.cost import Cost
+from afo_sim.walker.gait import OFFSETS, Vector
+from afo_sim.walker.gait_file import read_gait
+from afo_sim.walker.population import SHARES, Condition, as_drawn, draw_about, read_condition
+from afo_sim.walker.respond import DRAWN_WITH, Falls, falls_of, prepared, strengths_of
+from afo_sim.walker.search import STRONGER, Found, Free, adapt, search
+from afo_sim.walker.strides import numbers, strides_of
+from afo_sim.walker.walking import walk
+
+WITHOUT, DEVICE, SPRING = "without", "device", "spring"
+WEEKS = " adapted"  # behind a case's name
+TIMESTEP = {"timestep": "1 ms"}
+HEALTHY = "natural"  # the gait that everybody had
+STIFFEST = 1000.0  # spring about the ankle [N·m/rad]
+OWN = "patients.csv of a walk of the same patients"
+DIGITS = 7  # of a gait's numbers, in memory as in a file
+# Of a scenario, what does not tell one device from another.
+_APART = ("name", "description", "duration", "patient", "gait", "timestep", "callback", "limits", "reference")
+_SEARCH = ("seed", "generations", "cost", "converged", "cpu_seconds")
+_GAIT = ("speed", *OFFSETS, *(f"{side}{name}" for side in SIDES for name in GAINS))
+
+
+@dataclass(frozen=True, eq=False)
+class Adapted:
+    """The gait that a patient has adapted to, and how it was found."""
+
+    vector: Vector
+    search: Mapping[str, str]
+
+
+Gaits = dict[tuple[str, int], Adapted]  # by what is worn, and the patient's number from 0 on
+
+
+@dataclass(frozen=True, eq=False)
+class Patient:
+    """A patient in a case: numbers undisturbed, falls, mean curves by "right/ankle" [rad] (101,)."""
+
+    numbers: Mapping[str, float]
+    falls: Falls
+    curves: Mapping[str, np.ndarray]  # none where there are no strides
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Population:
+    """How the patients of a condition respond to a device, or to a spring in its place."""
+
+    scenario: Scenario
+    condition: Condition
+    drawn: list[dict[str, float]]  # each patient's numbers
+    cases: Mapping[str, tuple[Patient, ...]]  # "without", "device", "device adapted", …
+    gaits: Gaits  # those that are known
+    asked: Mapping[str, Any] = field(default_factory=dict)
+
+    def __getitem__(self, case: str) -> tuple[Patient, ...]:
+        return self.cases[case]
+
+    def __repr__(self) -> str:
+        return called(self, {"condition": self.condition.name, "cases": list(self.cases)})
+
+    def values(self, case: str, name: str) -> np.ndarray:
+        """A number of each patient (n,), or the share of "falls"; NaN where a walk ends before strides."""
+        if name == "falls":
+            return np.array([each.falls.count / max(each.falls.of, 1) for each in self.cases[case]])
+        return np.array([each.numbers.get(name, math.nan) for each in self.cases[case]])
+
+
+def populate(
+    scenario: str | os.PathLike[str] | Scenario,
+    sets: Mapping[str, Any] | None = None,
+    *,
+    patients: str | os.PathLike[str],
+    spring: float | None = None,
+    gaits: str | os.PathLike[str] | None = None,
+    duration: float = 10.0,
+    starts: int = 2,
+    push: float = 50.0,
+    generations: int = 0,
+    seed: int = 0,
+    threads: int = 2,
+    progress: Callable[[str, float], None] | None = None,
+    kept: str | os.PathLike[str] | None = None,
+) -> Population:
+    """Let the patients of a condition walk without a device, with it on the first day, and after weeks.
+
+    Parameters
+    ----------
+    scenario, sets : as of `run`; its patient is replaced, its recorded walk is not used
+    patients : the condition: a shipped name, or a file
+    spring : of a passive orthosis that is worn in the device's place [N·m/rad]
+    gaits : file of adapted gaits; by default the one beside the condition's file
+    duration : of the undisturbed walks [s]
+    starts : perturbed starts of each patient and case
+    push : on the trunk, forward or backward [N]
+    generations : of the searches by which those adapt who have no gait, 16 walks each; 0 for none
+    seed : of starts and searches
+    threads : the result does not depend on them
+    progress : called with what is done and the share that is done
+    kept : folder in which searches keep where they are; the same call goes on there after a kill
+
+    Raises
+    ------
+    InputError
+        As `prepared`, `read_condition`, `read_gaits`; a number is out of range; `kept` is of other searches.
+    """
+    condition = read_condition(patients)
+    described = prepared(scenario, {**TIMESTEP, **(sets or {}), "patient": condition.patient})
+    limits = (("starts", starts, 0, 1e4), ("generations", generations, 0, 1e5), ("seed", seed, 0, 1e6))
+    for name, value, least, most in (*limits, ("duration", duration, 4, 600), ("push", push, 0, 1000)):
+        if not least <= value <= most:
+            raise InputError("is out of range", field=name, value=value, allowed=f"{least} to {most:g}")
+    if spring is not None and not 0.0 < spring <= STIFFEST:
+        allowed = f"above 0 to {STIFFEST:g} N*m/rad"
+        raise InputError("is out of range", field="spring", value=spring, allowed=allowed)
+    report = progress or (lambda name, share: None)
+    worn = {WITHOUT: "nothing"}
+    if described.orthosis.muscle:
+        worn[DEVICE] = device_key(described)
+    if spring is not None:
+        worn[SPRING] = f"spring of {spring:g} N*m/rad"
+    who = _Who(described, condition, condition.draw(), spring or 0.0)
+    beside = condition.file.with_suffix(".csv")
+    known = read_gaits(gaits or beside, who.drawn) if gaits or beside.is_file() else {}
+    if generations:
+        optional("cma")  # before anybody walks
+        how = {"generations": generations, "seed": seed, "threads": threads}
+        _let_adapt(who, worn, known, pathlib.Path(kept) if kept else None, how, report)
+    healthy, jobs = read_gait(HEALTHY).vector, dict[str, list[tuple[str, Vector]]]()
+    people = range(len(who.drawn))
+    for case, key in worn.items():
+        now = [known[worn[WITHOUT], k].vector if (worn[WITHOUT], k) in known else healthy for k in people]
+        jobs[case] = [(case, vector) for vector in now]
+        if case != WITHOUT and all((key, k) in known for k in people):
+            jobs[case + WEEKS] = [(case, known[key, k].vector) for k in people]
+
+    def one(job: tuple[int, tuple[str, Vector]]) -> Patient:
+        k, (case, vector) = job
+        body = who.body(case, k)
+        walked = walk(body, vector, duration)
+        falls = falls_of(body, vector, starts=starts, push=push, seed=1000 * seed + k, threads=1)
+        legs = {side: strides_of(walked, side) for side in ("right", "left")}
+        curves = {
+            f"{side}/{name}": strides.mean(name)
+            for side, strides in legs.items()
+            for name in ("thigh", "knee", "ankle")
+            if len(strides.duration)
+        }
+        return Patient(numbers(walked), falls, curves)
+
+    cases = dict[str, tuple[Patient, ...]]()
+    with ThreadPoolExecutor(max(threads, 1)) as pool:
+        for at, (name, job) in enumerate(jobs.items()):
+            done = list[Patient]()
+            for each in pool.map(one, enumerate(job)):
+                done.append(each)
+                report(name, (at + len(done) / len(job)) / len(jobs))
+            cases[name] = tuple(done)
+    asked: dict[str, Any] = {
+        "duration": duration,
+        "starts": starts,
+        "push": push,
+        "seed": seed,
+        "spring": spring,
+    }
+    asked |= {"generations": generations, "timestep": described.timestep, "worn": worn, "spring": spring}
+    asked |= {"unadapted": not all((worn[WITHOUT], k) in known for k in people)}
+    return Population(described, condition, who.drawn, cases, known, asked)
+
+
+def device_key(scenario: Scenario) -> str:
+    """A device's name and a mark of all that it is and does, by which gaits are adapted to it."""
+    kept = {key: value for key, value in scenario.resolved().items() if key not in _APART}
+    text = json.dumps(as_stored(kept, PACKAGE), sort_keys=True)
+    return f"{scenario.orthosis.name} {digest(text.encode())[:8]}"
+
+
+@dataclass(frozen=True, eq=False)
+class _Who:
+    """The patients, and what they wear."""
+
+    scenario: Scenario
+    condition: Condition
+    drawn: list[dict[str, float]]
+    spring: float
+
+    def person(self, numbers: Mapping[str, float], *, worn: bool) -> tuple[Scenario, dict[str, float]]:
+        """The scenario, and what is left of each muscle, of a patient with some numbers."""
+        units = {name: each.unit for name, each in self.condition.ranges.items()}
+        return as_drawn(self.scenario, strengths_of(self.scenario), numbers, worn=worn, units=units)
+
+    def body(self, case: str, k: int) -> Body:
+        """A patient's body in a case."""
+        return self._built(case, *self.person(self.drawn[k], worn=case == DEVICE))
+
+    def unlike(self, case: str, k: int, seed: int) -> list[Body]:
+        """Bodies of others, drawn about a patient by what is not known of one, and of corners."""
+        scenario, left = self.person(self.drawn[k], worn=True)
+        named = {name: left.get(name, 1.0) for name in ("tibialis", *self.condition.ranges) if name in SHARES}
+        _, _, each = draw_about(scenario, named, DRAWN_WITH, seed)
+        return [self._built(case, *as_drawn(scenario, left, one, worn=case == DEVICE)) for one in each]
+
+    def _built(self, case: str, scenario: Scenario, left: dict[str, float]) -> Body:
+        return build_body(scenario, left, self.spring if case == SPRING else 0.0)
+
+
+def _let_adapt(
+    who: _Who,
+    worn: Mapping[str, str],
+    known: Gaits,
+    kept: pathlib.Path | None,
+    how: Mapping[str, int],
+    report: Callable[[str, float], None],
+) -> None:
+    """Search for each patient's gait in each case where none is known; without a device first."""
+    healthy = read_gait(HEALTHY)
+    missing = [(case, k) for case in worn for k in range(len(who.drawn)) if (worn[case], k) not in known]
+    cost, free = Cost(healthy.speed, speed=60.0, lean=60.0), Free()
+    asked: dict[str, Any] = {"cost": cost, "free": free, "threads": how["threads"]}
+    asked |= {"generations": how["generations"], "seed": how["seed"] + 1}
+    first = healthy.vector
+    if any(case == WITHOUT for case, _ in missing):  # one in the middle of all ranges goes ahead
+        middle = {name: float(each.at(0.5)) for name, each in who.condition.ranges.items()}
+        scenario, left = who.person(middle, worn=False)
+        stronger = [
+            {muscle: min(own + share, 1.0) if own < 1.0 else own for muscle, own in left.items()}
+            for share in STRONGER
+        ]
+        stages = [[build_body(scenario, each)] for each in (*stronger, left)]
+        everybody = [who.body(WITHOUT, k) for k in range(len(who.drawn))]
+        place = kept and kept / "first"
+        found = adapt(
+            stages,
+            first,
+            progress=lambda k, n, _: report("a first patient adapts", k / n),
+            kept=place,
+            drawn=everybody,
+            **asked | {"generations": 2 * how["generations"]},
+        )
+        first = found.vector
+    for at, (case, k) in enumerate(missing):
+        begun = known[worn[WITHOUT], k].vector if case != WITHOUT else first
+
+        def told(done: int, of: int, _: float, before: int = at, name: str = case) -> None:
+            report(f"patients adapt, {name}", (before + done / of) / len(missing))
+
+        place = kept and kept / worn[case].replace("*", "").replace("/", " ") / f"{k + 1}.json"
+        drawn = who.unlike(case, k, 1000 * how["seed"] + k + 1)
+        found = search([who.body(case, k)], begun, drawn=drawn, progress=told, kept=place, **asked)
+        known[worn[case], k] = Adapted(rounded(found.vector), _told(found, how))
+
+
+def rounded(vector: Vector) -> Vector:
+    """A gait to the digits that a file has."""
+    return unpacked([f"{x:.{DIGITS}g}" for x in packed(vector)])
+
+
+def packed(vector: Vector) -> list[float]:
+    """A gait's numbers, as they stand in a file."""
+    return [float(x) for x in (vector.speed, *vector.offsets, *vector.gains.ravel())]
+
+
+def unpacked(cells: list[str]) -> Vector:
+    """The gait of some numbers, within its bounds."""
+    speed, *rest = map(float, cells)
+    offsets, gains = np.array(rest[: len(OFFSETS)]), np.array(rest[len(OFFSETS) :]).reshape(len(SIDES), -1)
+    vector = Vector(
+        np.clip(offsets, LEAST.offsets, MOST.offsets), np.clip(gains, LEAST.gains, MOST.gains), speed
+    )
+    return vector
+
+
+def _told(found: Found, how: Mapping[str, int]) -> dict[str, str]:
+    """How a gait was found, in words of a file."""
+    return {
+        "seed": str(how["seed"]),
+        "generations": str(how["generations"]),
+        "cost": f"{sum(found.parts.values()):.4f}",
+        "converged": str(found.converged).lower(),
+        "cpu_seconds": f"{found.seconds:.1f}",
+    }
+
+
+def gaits_table(population: Population) -> str:
+    """The adapted gaits of a population as CSV: who the patient is, how it was found, the gait."""
+    names = list(population.condition.ranges)
+    lines = [",".join(("worn", "patient", *names, *_SEARCH, *(f"gait {name}" for name in _GAIT)))]
+    for (worn, k), each in population.gaits.items():
+        who = [f"{population.drawn[k][name]:.6g}" for name in names]
+        gait = [f"{x:.{DIGITS}g}" for x in packed(each.vector)]
+        lines.append(
+            ",".join((worn, str(k + 1), *who, *(each.search.get(key, "") for key in _SEARCH), *gait))
+        )
+    return "\n".join(lines) + "\n"
+
+
+def read_gaits(file: str | os.PathLike[str], drawn: list[dict[str, float]]) -> Gaits:
+    """The adapted gaits of a file, of patients who are those that are drawn."""
+    path = pathlib.Path(file)
+    if not path.is_file():
+        raise InputError("there is no such file of adapted gaits", file=path, allowed=OWN)
+    rows = csv.DictReader(check_text(read_text(path), path).strip().splitlines())
+    found: Gaits = {}
+    for line, row in enumerate(rows, 2):
+        try:
+            k = int(row["patient"]) - 1
+            vector = unpacked([row[f"gait {name}"] for name in _GAIT])
+            others = [
+                n
+                for n, x in drawn[k].items()
+                if not math.isclose(float(row[n]), x, rel_tol=1e-5, abs_tol=1e-9)
+            ]
+            if k < 0 or not np.isfinite(packed(vector)).all():
+                raise ValueError("a number is not finite")
+        except (KeyError, ValueError, TypeError, IndexError) as error:
+            problem = f"line {line} is no adapted gait of one of {len(drawn)} patients: {error}"
+            raise InputError(
+                problem, file=path, allowed="patients.csv of a run with the same patients"
+            ) from None
+        if others:
+            problem = f"patient {k + 1} of line {line} has another {others[0]} than is drawn"
+            raise InputError(problem, file=path, allowed=OWN)
+        found[row["worn"], k] = Adapted(vector, {key: row.get(key) or "" for key in _SEARCH})
+    return found

@@ -1,0 +1,312 @@
+"""What a population says: who gains and who loses, and what the recorded walk says beside it."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from afo_sim.description import Scenario
+from afo_sim.simulation.run import run
+from afo_sim.walker.answer import FALLS, NONE, ROWS, Reply
+from afo_sim.walker.patients import DEVICE, SPRING, WEEKS, WITHOUT, Population
+from afo_sim.walker.respond import Falls
+
+NAMES = {
+    WITHOUT: "without a device",
+    DEVICE: "device, first day",
+    DEVICE + WEEKS: "device, after weeks",
+    SPRING: "spring, first day",
+    SPRING + WEEKS: "spring, after weeks",
+}
+ALIKE = 0.05  # probability of a sign test from which on down patients count as alike
+FEWEST = 8  # patients of whom anything is told
+BOOTSTRAP = 2000
+CANNOT = "cannot tell"
+_RECORDED = (
+    "The recorded walk is people's, with the patient's muscles and the device on it; hip and knee move as "
+    "recorded, whatever the ankle does. The patients' hip and knee respond; how they do is experimental."
+)
+_DAYS = (
+    "On the first day a patient walks with the device by the gait of before; after weeks by the gait that a "
+    "search found with it, for little effort and few falls. A person may adapt otherwise."
+)
+
+
+Rows = tuple[list[str], list[list[str]]]  # header and rows of text
+
+
+@dataclass(frozen=True)
+class Effect:
+    """A number that a device changes: the least change that the model can tell, and which sense is better."""
+
+    error: float
+    better: int = 0  # 1: more is better, -1: less, 0: neither
+    relative: bool = False
+
+
+# The errors: what two searches of one patient differ by, and the energy's model (docs/walker.md).
+EFFECTS = {
+    "speed": Effect(0.1, 1),
+    "right/clearance": Effect(0.01, 1),
+    "right/ankle_swing": Effect(4.0),
+    "right/knee_max": Effect(5.0),
+    "right/thigh_max": Effect(5.0),
+    "right/push_off_peak": Effect(0.5),
+    "cost_of_transport": Effect(0.1, -1, relative=True),
+}
+_ROWS = (
+    *("speed", "right/clearance", "right/scuffs", "right/ankle_swing", "right/knee_max", "right/thigh_max"),
+    *("left/thigh_max", "right/push_off_peak", "right/force_peak", "cost_of_transport"),
+    *("device_torque_swing", "air_per_stride"),
+)
+
+
+def changes(population: Population, case: str, name: str) -> np.ndarray:
+    """How a number of each patient changes from the walk without a device (n,)."""
+    before, after = population.values(WITHOUT, name), population.values(case, name)
+    return after / before - 1.0 if name in EFFECTS and EFFECTS[name].relative else after - before
+
+
+def outcomes(population: Population, case: str) -> np.ndarray:
+    """Of each patient 1: gains, -1: loses, 0: nothing that the model can tell (n,)."""
+    better, worse = np.zeros((2, len(population.drawn)), dtype=bool)
+    for name, effect in {"falls": Effect(0.0, -1), **EFFECTS}.items():
+        change = effect.better * changes(population, case, name)
+        better |= change > effect.error
+        worse |= change < -effect.error
+    before, after = (population.values(each, "fell") > 0.0 for each in (WITHOUT, case))
+    return np.where(worse | (after & ~before), -1, np.where(better | (before & ~after), 1, 0))
+
+
+def share_of_falls(population: Population, case: str, *, change: bool = False) -> tuple[float, float, float]:
+    """Share of starts that fall, or how it changes, with a 95 % interval over patients [%]."""
+    shares = changes(population, case, "falls") if change else population.values(case, "falls")
+    mean, n = float(shares.mean()), len(shares)
+    if not np.ptp(shares):  # nobody differs: as little as of so many patients can be known
+        low, high = Falls(0, n).interval
+        return 100.0 * mean, 100.0 * max(mean - high, -1.0 if change else 0.0), 100.0 * min(mean + high, 1.0)
+    drawn = np.random.default_rng(0).integers(n, size=(BOOTSTRAP, n))  # patients, not starts
+    low, high = np.percentile(shares[drawn].mean(axis=1), (2.5, 97.5))
+    return 100.0 * mean, 100.0 * float(low), 100.0 * float(high)
+
+
+def told(population: Population, case: str, name: str) -> str:
+    """Whether a case has more or less: its median beyond the error, most patients alike; or "cannot tell"."""
+    if name == "falls":
+        _, low, high = share_of_falls(population, case, change=True)
+        return "more" if low > 0.0 else "less" if high < 0.0 else CANNOT
+    values = changes(population, case, name)
+    known = values[np.isfinite(values)]
+    if len(known) < FEWEST:
+        return f"{CANNOT}, too few walk in both"
+    middle = float(np.median(known))
+    if abs(middle) <= EFFECTS[name].error:
+        return CANNOT
+    from scipy.stats import binomtest  # slow to import
+
+    alike = int(np.sum(np.sign(known) == np.sign(middle)))
+    if binomtest(alike, len(known)).pvalue > ALIKE:
+        return f"{CANNOT}, patients differ"
+    return "more" if middle > 0.0 else "less"
+
+
+def deciding(population: Population, case: str) -> dict[str, float]:
+    """Drawn numbers that gain and loss follow beyond chance (5 % for all of them): rank correlation."""
+    from scipy.stats import spearmanr  # slow to import
+
+    found = outcomes(population, case)
+    names = list(population.condition.ranges) if len(found) >= FEWEST and np.ptp(found) else []
+    ranks = {name: spearmanr([each[name] for each in population.drawn], found) for name in names}
+    return {name: float(each.statistic) for name, each in ranks.items() if each.pvalue < 0.05 / len(names)}
+
+
+def _row(name: str) -> tuple[str, str]:
+    """What a number is called, with its leg and unit, and its unit."""
+    side, _, rest = name.rpartition("/")
+    leg = {"right": ", device's leg", "left": ", other leg", "": ""}[side]
+    return f"{ROWS[rest].label}{leg}", ROWS[rest].unit
+
+
+def _spread(values: np.ndarray, name: str, *, relative: bool = False, signed: bool = False) -> str:
+    """Median and 5 to 95 % of patients, as text."""
+    known = values[np.isfinite(values)]
+    if not len(known):
+        return NONE
+    row = ROWS[name.rpartition("/")[2]]
+    factor, digits = (100.0, 0) if relative else (row.factor, row.digits)
+    sign = "+" if signed else ""
+    low, middle, high = (
+        f"{round(factor * float(x), digits) + 0.0:{sign}.{digits}f}".replace("-", "−")
+        for x in np.percentile(known, (5.0, 50.0, 95.0))
+    )
+    return f"{middle} ({low} to {high})"
+
+
+def tables(population: Population) -> list[tuple[str, str, Rows]]:
+    """Title, caption, header and rows: each case over the patients, and how it changes their walk."""
+    cases, of = list(population.cases), len(population.drawn)
+    shares = ["{:.0f} ({:.0f} to {:.0f})".format(*share_of_falls(population, case)) for case in cases]
+    whole = [str(int((population.values(case, "fell") == 0.0).sum())) for case in cases]
+    rows = [
+        ["starts that fall [%], mean", *shares],
+        [f"of {of} patients walk to the end undisturbed", *whole],
+    ]
+    for name in _ROWS:
+        label, unit = _row(name)
+        bare = name == "device_torque_swing"
+        cells = [_spread(population.values(case, name), name) for case in cases]
+        cells = [NONE if bare and DEVICE not in case else x for case, x in zip(cases, cells, strict=True)]
+        rows.append([f"{label} [{unit}]", *cells])
+    header = ["", *(NAMES[case] for case in cases)]
+    first = "Median, and in brackets 5 to 95 % of the patients; of falls the 95 % interval over patients."
+    found = [(f"{of} patients: {population.condition.name}", first, (header, rows))]
+    if len(cases) == 1:
+        return found
+    rows = []
+    for name in ("falls", *EFFECTS):
+        label, unit = ("starts that fall, mean", "%") if name == "falls" else _row(name)
+        relative = name != "falls" and EFFECTS[name].relative
+        cells = []
+        for case in cases[1:]:
+            if name == "falls":
+                spread = "{:+.0f} ({:+.0f} to {:+.0f})".format(*share_of_falls(population, case, change=True))
+            else:
+                spread = _spread(changes(population, case, name), name, relative=relative, signed=True)
+            cells.append(f"{told(population, case, name)}: {spread.replace('-', '−')}")
+        rows.append([f"{label} [{'%' if relative else unit}]", *cells])
+    for word, sign in (("patients who gain", 1), ("who lose", -1), ("of whom the model cannot tell", 0)):
+        counts = [int((outcomes(population, case) == sign).sum()) for case in cases[1:]]
+        rows.append([word, *(f"{count} of {of}" for count in counts)])
+    second = (
+        "Of each patient, from the walk without a device. Told where the median is beyond the model's error "
+        "and a sign test finds patients alike (5 %). Who falls more, or is slower, costlier or lower at the "
+        "toe by more than the error, loses; who does not, and is better in one of these, gains."
+    )
+    return [*found, ("What the device changes", second, (["", *header[2:]], rows))]
+
+
+def in_lines(population: Population) -> list[dict[str, str]]:
+    """Each case in one line, by what each cell is."""
+    names = ("right/clearance", "right/ankle_swing", "speed", "cost_of_transport", "air_per_stride")
+    found = []
+    for case in population.cases:
+        row = {
+            "case": NAMES[case],
+            "starts that fall [%]": "{:.0f} ({:.0f} to {:.0f})".format(*share_of_falls(population, case)),
+        }
+        counts = (
+            ["–"] * 2
+            if case == WITHOUT
+            else [str(int((outcomes(population, case) == s).sum())) for s in (1, -1)]
+        )
+        row |= {"gain": counts[0], "lose": counts[1]}
+        row |= {f"{_row(n)[0]} [{_row(n)[1]}]": _spread(population.values(case, n), n) for n in names}
+        found.append(row)
+    return found
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """What the recorded walk says: toe clearance without and with the device [m], air of a stride [kg]."""
+
+    without: float
+    worn: float
+    air: float
+    strides: float  # from one bottle
+
+
+def recorded_walk(scenario: Scenario) -> Recorded:
+    """Run a scenario on its recorded walk, whose hip and knee nobody changes."""
+    metrics, device = run(scenario, step="fixed").metrics, bool(scenario.orthosis.muscle)
+    names = ("reference_toe_clearance" if device else "toe_clearance", "toe_clearance", "air_per_stride")
+    without, worn, air = (1e-3 * float(metrics[n]) if n in metrics else math.nan for n in names)
+    strides = float(metrics["strides_per_bottle"]) if "strides_per_bottle" in metrics else math.nan
+    return Recorded(without, worn if device else math.nan, air, strides)
+
+
+def replies(population: Population, recorded: Recorded) -> tuple[Reply, ...]:
+    """Who gains and who loses, what they change, what the bottle gives, whom to believe, in plain English."""
+    condition = population.condition
+    ranges = "; ".join(f"{name}: {each.source}" for name, each in condition.ranges.items())
+    who = f"Patients are drawn (seed {condition.seed}); none is a person. {ranges[:1].upper()}{ranges[1:]}."
+    bottle = "The recorded walk's bottle, by the air of a stride; leaks and pauses are not in it."
+    answers = (
+        ("Who gains, and who loses?", _gains(population), who),
+        ("Do they fall (in simulation)?", _falls(population), FALLS),
+        ("What do they change?", _changes(population), _DAYS),
+        ("How far does a bottle reach?", _bottle(population, recorded), bottle),
+        ("What does the recorded walk say, and whom to believe?", _beside(population, recorded), _RECORDED),
+    )
+    return tuple(Reply(ask, text, (assumed,)) for ask, each, assumed in answers if (text := " ".join(each)))
+
+
+def _gains(population: Population) -> Iterator[str]:
+    if population.asked["unadapted"]:
+        yield "Nobody has adapted: all walk by the healthy gait, as on first steps with weak muscles."
+    for case in list(population.cases)[1:]:
+        found = outcomes(population, case)
+        gain, lose, rest = (int((found == sign).sum()) for sign in (1, -1, 0))
+        yield f"{NAMES[case].capitalize()}: {gain} of {len(found)} gain, {lose} lose, {rest} cannot be told."
+        for name, rank in deciding(population, case).items():
+            more = "more" if rank > 0.0 else "less"
+            yield f"The {more} {name}, the better (rank correlation {rank:+.2f}).".replace("-", "−")
+
+
+def _falls(population: Population) -> Iterator[str]:
+    for case in population.cases:
+        mean, low, high = share_of_falls(population, case)
+        share, starts = population.values(case, "falls"), population.asked["starts"]
+        yield f"{NAMES[case].capitalize()}: of {starts * len(share)} starts {mean:.0f} % fall ({low:.0f} to"
+        yield f"{high:.0f} %, 95 % over patients), of {int((share > 0.0).sum())} of {len(share)} patients."
+
+
+def _changes(population: Population) -> Iterator[str]:
+    yield "On the device's leg, median (5 to 95 % of patients)."
+    for case in list(population.cases)[1:]:
+        known, unknown = list[str](), list[str]()
+        for name, effect in EFFECTS.items():
+            row, word = ROWS[name.rpartition("/")[2]], told(population, case, name)
+            change = _spread(changes(population, case, name), name, relative=effect.relative, signed=True)
+            unit = "%" if effect.relative else row.unit
+            (unknown if word.startswith(CANNOT) else known).append(f"{row.label} {change} {unit}")
+        rest = f"; cannot tell: {', '.join(unknown)}" if unknown else ""
+        yield f"{NAMES[case].capitalize()}: {', '.join(known) or 'nothing beyond the error'}{rest}."
+
+
+def _bottle(population: Population, recorded: Recorded) -> Iterator[str]:
+    gas = recorded.strides * recorded.air
+    for case in (DEVICE, DEVICE + WEEKS):
+        air = population.values(case, "air_per_stride") if case in population.cases else np.array([])
+        air = air[np.isfinite(air)]
+        if len(air) and math.isfinite(gas):
+            few, middle, many = np.percentile(gas / air, (5.0, 50.0, 95.0))
+            yield f"{NAMES[case].capitalize()}: {middle:.0f} strides in the median ({few:.0f} to {many:.0f}),"
+            yield f"{1e3 * np.median(air):.3f} g each (recorded walk {1e3 * recorded.air:.3f} g)."
+
+
+def _beside(population: Population, recorded: Recorded) -> Iterator[str]:
+    bare = float(np.nanmedian(population.values(WITHOUT, "right/clearance")))
+    if not math.isfinite(recorded.without):
+        return
+    lift, contradicts = recorded.worn - recorded.without, False
+    device = f", {1e3 * recorded.worn:.0f} mm with it" if math.isfinite(lift) else ""
+    words = f"Recorded: the toe clears the floor by {1e3 * recorded.without:.0f} mm without a device{device}."
+    yield words.replace("-", "−")
+    if recorded.without <= 0.0 < bare:
+        contradicts = True
+        yield (
+            f"They contradict: without a device patients clear it by {1e3 * bare:.0f} mm, for they adapt. "
+            "Believe the patients here: people with a drop foot step higher, too."
+        )
+    case = next((each for each in (DEVICE + WEEKS, DEVICE) if each in population.cases), None)
+    word = told(population, case, "right/clearance") if case else ""
+    if case and lift > EFFECTS["right/clearance"].error and word != "more":
+        contradicts = True
+        yield (
+            f"They contradict: recorded, the device lifts the toe by {1e3 * lift:.0f} mm; whether the "
+            f"patients' toes clear more: {word}. Believe the recorded walk for the lift at given hip and "
+            "knee, which are people's; and the patients in that who is lifted steps lower."
+        )
+    if not contradicts:
+        yield "The two do not contradict each other."

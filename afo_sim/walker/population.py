@@ -1,0 +1,201 @@
+"""Patients drawn from stated ranges: of a condition, or over what is not known of one; and their bodies."""
+
+import itertools
+import math
+import os
+import pathlib
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.special import ndtri
+
+from afo_sim.common import InputError, assets, parse_quantity, unknown
+from afo_sim.description import Scenario
+from afo_sim.model import person_of
+from afo_sim.physics import LEG_MUSCLES
+from afo_sim.walker.body import BARE, SIDES
+
+PLANTARFLEXORS = ("soleus", "gastrocnemius")
+SPREAD = math.sqrt(math.log1p(0.57**2))  # of ln of the passive stiffness, from a variation of 57 %
+NEAR = 0.1  # to either side of a share that is stated [-]
+DRAWN = {
+    "tissue": "passive stiffness over the stated: lognormal, 57 % between people (Chung et al. 2004)",
+    "plantarflexors": "0.8 to 1 of the stated share (assumed)",
+    "tibialis": "and each weak muscle: 0.1 to either side of the stated share, within 0 to 1 (assumed)",
+    "mass": "10 % to either side (assumed); without a device only the push tells a mass from another",
+    "height": "5 % to either side (assumed)",
+    "cuff": "2 to 8 kN/m along the shank (assumed; no calf cuff was measured)",
+}
+MOST = 1000  # patients
+SHARES = [f"{side}{name}" for side in SIDES for name in (*LEG_MUSCLES, "plantarflexors")]
+FACTORS = ("strength", "tissue", "mass", "height", "cuff")
+_NUMBER = re.compile(r"\s*([-+\d.eE]+)\s*(.*?)\s*")
+
+
+@dataclass(frozen=True)
+class Range:
+    """Where a number of patients lies: alike from `low` to `high`, or about a median, lognormal."""
+
+    low: float = 0.0
+    high: float = 0.0
+    unit: str = ""
+    median: float = 1.0
+    sd: float = 0.0  # of the logarithm
+    source: str = ""
+
+    def at(self, share: Any) -> Any:
+        """The number below which a share of people lies."""
+        if self.sd:
+            return self.median * np.exp(self.sd * ndtri(share))
+        return self.low + (self.high - self.low) * share
+
+
+@dataclass(frozen=True)
+class Condition:
+    """A kind of patients: whom they begin as, and the ranges in which they differ."""
+
+    file: pathlib.Path
+    description: str
+    patient: str
+    ranges: Mapping[str, Range]
+    patients: int = 20
+    seed: int = 1
+
+    @property
+    def name(self) -> str:
+        """The file's, without its ending."""
+        return self.file.stem
+
+    def draw(self) -> list[dict[str, float]]:
+        """Each patient's numbers, by a Latin hypercube."""
+        drawn = draw(self.ranges, self.patients, [self.seed, 7])
+        return [{name: float(numbers[k]) for name, numbers in drawn.items()} for k in range(self.patients)]
+
+
+def draw(ranges: Mapping[str, Range], count: int, seed: Sequence[int]) -> dict[str, np.ndarray]:
+    """So many numbers in each range: one in each of as many parts of it that are as probable."""
+    rng = np.random.default_rng(seed)
+    return {
+        name: each.at((rng.permutation(count) + rng.random(count)) / count) for name, each in ranges.items()
+    }
+
+
+def read_condition(name: str | os.PathLike[str]) -> Condition:
+    """Read a condition: a shipped name, or a path."""
+    file = assets.find("population", str(name))
+    tables = assets.read_toml(file)
+    for key in tables:
+        if key not in ("description", "patient", "patients", "seed", "drawn"):
+            known = ("description", "patient", "patients", "seed", "drawn")
+            raise unknown(key, known, file=file, field=key, problem="is not a key of a population")
+    drawn, ranges = tables.get("drawn", {}), dict[str, Range]()
+    if not isinstance(drawn, Mapping) or not drawn:
+        raise InputError("is missing: ranges in which patients differ", file=file, field="drawn")
+    for key, table in drawn.items():
+        field = f"drawn.{key}"
+        if "." not in key and key not in (*SHARES, *FACTORS):
+            problem = "is no number in which patients differ"
+            raise unknown(key, (*SHARES, *FACTORS), file=file, field=field, problem=problem)
+        try:
+            ranges[key] = _range(table, "N/m" if key == "cuff" else None)
+        except (KeyError, TypeError, ValueError) as error:
+            allowed = 'from and to, or median and sd, and source: { from = 0.0, to = 0.3, source = "…" }'
+            raise InputError(f"is no range: {error}", file=file, field=field, allowed=allowed) from None
+        low, high = float(ranges[key].at(0.001)), float(ranges[key].at(0.999))
+        least = 0.0 if key in SHARES else 0.1
+        if "." not in key and key != "cuff" and not least <= low <= high <= 10.0:
+            raise InputError("is out of range", file=file, field=field, value=f"{low:g} to {high:g}",
+                             allowed=f"{least:g} to 10, from below to")  # fmt: skip
+    counts = {"patients": (1, MOST), "seed": (0, 2**31)}
+    for key, (least, most) in counts.items():
+        value = tables.get(key, least)
+        if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
+            allowed = f"a whole number from {least} to {most}"
+            raise InputError("is out of range", file=file, field=key, value=value, allowed=allowed)
+    patient = str(tables.get("patient", "healthy"))
+    return Condition(
+        file=file,
+        description=str(tables.get("description", "")),
+        patient=str(assets.find("patient", patient, file)),
+        ranges=ranges,
+        patients=tables.get("patients", 20),
+        seed=tables.get("seed", 1),
+    )
+
+
+def _range(table: Mapping[str, Any], si: str | None) -> Range:
+    """A range of a condition's file; of the cuff in its SI unit, of a scenario's key in the unit it has."""
+    source, lognormal = str(table["source"]), "median" in table
+    keys = {"median", "sd", "source"} if lognormal else {"from", "to", "source"}
+    if extra := table.keys() - keys:
+        raise ValueError(f"{min(extra)} is not one of its keys")
+    if lognormal:
+        median, sd = float(table["median"]), float(table["sd"])
+        if not (0.1 <= median <= 10.0 and 0.0 < sd <= 1.0):
+            raise ValueError("its median lies from 0.1 to 10, its sd from 0 to 1")
+        return Range(median=median, sd=sd, source=source)
+    if si is not None:
+        low, high = (float(parse_quantity(str(table[key]), si)) for key in ("from", "to"))
+        return Range(low, high, si, source=source)
+    ends = [_NUMBER.fullmatch(str(table[key])) for key in ("from", "to")]
+    low, high = (float(end[1]) if end else math.nan for end in ends)
+    units = {end[2] for end in ends if end}
+    if not low <= high < math.inf or len(units) != 1:
+        raise ValueError("its ends are not numbers of one unit, the lower one first")
+    return Range(low, high, units.pop(), source=source)
+
+
+def draw_about(
+    scenario: Scenario, own: Mapping[str, float], draws: int, seed: int
+) -> tuple[dict[str, np.ndarray], dict[str, dict[str, float]], list[dict[str, float]]]:
+    """Numbers of patients about a stated one (draws,), of corners by name, and each one's, corners first."""
+    stated = {name: share for name, share in own.items() if name.rpartition("_")[2] not in PLANTARFLEXORS}
+    ranges = {name: Range(max(x - NEAR, 0.0), max(min(x + NEAR, 1.0), x)) for name, x in stated.items()}
+    stated["plantarflexors"], ranges["plantarflexors"] = 1.0, Range(0.8, 1.0)
+    ends = {name: (each.low, each.high) for name, each in ranges.items()}
+    ranges["tissue"] = Range(median=math.exp(-0.5 * SPREAD**2), sd=SPREAD)
+    ranges |= {"mass": Range(0.9, 1.1), "height": Range(0.95, 1.05)}
+    if "shank" in scenario.orthosis.anchor:
+        ranges["cuff"] = Range(2e3, 8e3)
+    drawn = draw(ranges, draws, [seed, 7])
+    words = ", ".join(f"{name} {share:.3g}" for name, share in stated.items())
+    stated |= {"tissue": 1.0, "mass": 1.0, "height": 1.0}
+    corners = {f"as stated: {words}": stated}
+    for name, (low, high) in ends.items():
+        for end in sorted({low, high, 0.0 if stated[name] < 1.0 else low} - {stated[name]}):
+            corners[f"{name} {end:.3g}"] = stated | {name: end}
+    each = ({name: float(numbers[k]) for name, numbers in drawn.items()} for k in range(draws))
+    return drawn, corners, [*corners.values(), *each]
+
+
+def as_drawn(
+    scenario: Scenario,
+    own: Mapping[str, float],
+    numbers: Mapping[str, float],
+    *,
+    worn: bool,
+    units: Mapping[str, str] | None = None,
+) -> tuple[Scenario, dict[str, float]]:
+    """A scenario, and the share left of each muscle, of a patient with some numbers."""
+    person, patient = person_of(scenario), scenario.patient
+    assert patient is not None
+    sets: dict[str, Any] = {
+        "patient.passive_scale": patient.passive_scale * numbers.get("tissue", 1.0),
+        "patient.body_mass": f"{person.body_mass * numbers.get('mass', 1.0)!r} kg",
+        "patient.body_height": f"{person.body_height * numbers.get('height', 1.0)!r} m",
+    }
+    sets |= {key: f"{x!r} {(units or {})[key]}".strip() for key, x in numbers.items() if "." in key}
+    if worn and "cuff" in numbers and "shank" in scenario.orthosis.anchor:
+        sets["orthosis.anchor.shank.stiffness"] = f"{numbers['cuff']!r} N/m"
+    left, whole = dict(own), numbers.get("strength", 1.0)
+    for side, name in itertools.product(SIDES, LEG_MUSCLES):
+        muscle = f"{side}{name}"
+        share = whole * numbers.get(muscle, own.get(muscle, 1.0))
+        if name in PLANTARFLEXORS:
+            share *= numbers.get(f"{side}plantarflexors", 1.0)
+        if share != 1.0 or muscle in left:
+            left[muscle] = share
+    return (scenario if worn else scenario.set(BARE)).set(sets), left
