@@ -53,7 +53,7 @@ class _Walk:
         str | None, Option(help="gait of who has adapted; of patients: patients.csv of a walk")
     ] = None
     adapted_device: Annotated[str | None, Option(help="the same, with the device (one)")] = None
-    draws: Annotated[int, Option(help="patients drawn over what is not known of this one (one)")] = 0
+    draws: Annotated[int, Option(help="people drawn about each, who keep the gait")] = 0
     seed: Annotated[int, Option(help="of perturbed starts and search")] = 0
     threads: Threads = 0
     vary: Annotated[
@@ -88,7 +88,7 @@ def _condition_of(walk: _Walk, key: str) -> str | None:
     from afo_sim.common import assets
     from afo_sim.walker import prepared
 
-    of_one = {"strength": walk.strength, "adapted-device": walk.adapted_device, "draws": walk.draws}
+    of_one: dict[str, Any] = {"strength": walk.strength, "adapted-device": walk.adapted_device}
     of_one |= {"subset": walk.subset != "all", "gait": walk.gait != "natural", "rrd": walk.rrd}
     of_one |= {"vary": key.startswith("strength") and walk.vary}
     asked = next((name for name, given in of_one.items() if given), None)
@@ -117,6 +117,7 @@ def _walk_patients(walk: _Walk, condition: str, key: str, values: list[Any]) -> 
     options: dict[str, Any] = common.picked(walk, "generations", "seed") | {
         "patients": condition,
         "gaits": walk.adapted,
+        "others": walk.draws,
         "starts": 2 if walk.starts is None else walk.starts,
         "duration": common.quantity("--duration", walk.duration or "10 s", "s"),
         "push": common.quantity("--push", walk.push, "N"),

@@ -6,7 +6,7 @@ import math
 import os
 import pathlib
 from collections.abc import Callable, Mapping
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -39,6 +39,7 @@ WITHOUT, DEVICE, SPRING = "without", "device", "spring"
 WEEKS = " adapted"  # behind a case's name
 TIMESTEP = {"timestep": "1 ms"}
 HEALTHY = "natural"  # the gait that everybody had
+OTHERS, MOST_OTHERS = 10**6, 100  # seed of those who are drawn to judge, beyond that of any search
 STIFFEST = 1000.0  # spring about the ankle [N·m/rad]
 OWN = "patients.csv of a walk of the same patients"
 DIGITS = 7  # of a gait's numbers, in memory as in a file
@@ -76,6 +77,7 @@ class Population:
     condition: Condition
     drawn: list[dict[str, float]]  # each patient's numbers
     cases: Mapping[str, tuple[Patient, ...]]  # "without", "device", "device adapted", …
+    others: Mapping[str, Mapping[str, tuple[Patient, ...]]]  # who differ, by case and how; they keep the gait
     gaits: Gaits  # those that are known
     asked: Mapping[str, Any] = field(default_factory=dict)
 
@@ -103,6 +105,7 @@ def populate(
     starts: int = 2,
     push: float = 50.0,
     generations: int = 0,
+    others: int = 0,
     seed: int = 0,
     threads: int = 2,
     progress: Callable[[str, float], None] | None = None,
@@ -120,6 +123,7 @@ def populate(
     starts : perturbed starts of each patient and case
     push : on the trunk, forward or backward [N]
     generations : of the searches by which those adapt who have no gait, 16 walks each; 0 for none
+    others : people drawn about each patient by what is not known of one; with corners, they keep the gait
     seed : of starts and searches
     threads : the result does not depend on them
     progress : called with what is done and the share that is done
@@ -132,7 +136,12 @@ def populate(
     """
     condition = read_condition(patients)
     described = prepared(scenario, {**TIMESTEP, **(sets or {}), "patient": condition.patient})
-    limits = (("starts", starts, 0, 1e4), ("generations", generations, 0, 1e5), ("seed", seed, 0, 1e6))
+    limits = (
+        ("starts", starts, 0, 1e4),
+        ("others", others, 0, MOST_OTHERS),
+        ("generations", generations, 0, 1e5),
+        ("seed", seed, 0, 1e6),
+    )
     for name, value, least, most in (*limits, ("duration", duration, 4, 600), ("push", push, 0, 1000)):
         if not least <= value <= most:
             raise InputError("is out of range", field=name, value=value, allowed=f"{least} to {most:g}")
@@ -160,9 +169,9 @@ def populate(
         if case != WITHOUT and all((key, k) in known for k in people):
             jobs[case + WEEKS] = [(case, known[key, k].vector) for k in people]
 
-    def one(job: tuple[int, tuple[str, Vector]]) -> Patient:
+    def one(job: tuple[int, tuple[str, Vector]], other: Body | None = None) -> Patient:
         k, (case, vector) = job
-        body = who.body(case, k)
+        body = other or who.body(case, k)
         walked = walk(body, vector, duration)
         falls = falls_of(body, vector, starts=starts, push=push, seed=1000 * seed + k, threads=1)
         legs = {side: strides_of(walked, side) for side in ("right", "left")}
@@ -182,6 +191,14 @@ def populate(
                 done.append(each)
                 report(name, (at + len(done) / len(job)) / len(jobs))
             cases[name] = tuple(done)
+        unlike = dict[str, dict[str, tuple[Patient, ...]]]()
+        for name, job in jobs.items() if others else ():
+            groups = dict[str, list[Future[Patient]]]()
+            for k, walker in enumerate(job):
+                for what, body in who.unlike(walker[0], k, OTHERS + k, others):
+                    groups.setdefault(what, []).append(pool.submit(one, (k, walker), body))
+            unlike[name] = {what: tuple(each.result() for each in group) for what, group in groups.items()}
+            report(f"others, {name}", len(unlike) / len(jobs))
     asked: dict[str, Any] = {
         "duration": duration,
         "starts": starts,
@@ -191,7 +208,7 @@ def populate(
     }
     asked |= {"generations": generations, "timestep": described.timestep, "worn": worn, "spring": spring}
     asked |= {"unadapted": not all((worn[WITHOUT], k) in known for k in people)}
-    return Population(described, condition, who.drawn, cases, known, asked)
+    return Population(described, condition, who.drawn, cases, unlike, known, asked)
 
 
 def device_key(scenario: Scenario) -> str:
@@ -219,15 +236,28 @@ class _Who:
         """A patient's body in a case."""
         return self._built(case, *self.person(self.drawn[k], worn=case == DEVICE))
 
-    def unlike(self, case: str, k: int, seed: int) -> list[Body]:
-        """Bodies of others, drawn about a patient by what is not known of one, and of corners."""
+    def unlike(self, case: str, k: int, seed: int, draws: int = DRAWN_WITH) -> list[tuple[str, Body]]:
+        """Others by what they differ in: corners, and drawn about a patient by what is not known of one."""
         scenario, left = self.person(self.drawn[k], worn=True)
         named = {name: left.get(name, 1.0) for name in ("tibialis", *self.condition.ranges) if name in SHARES}
-        _, _, each = draw_about(scenario, named, DRAWN_WITH, seed)
-        return [self._built(case, *as_drawn(scenario, left, one, worn=case == DEVICE)) for one in each]
+        _, corners, each = draw_about(scenario, named, draws, seed)
+        stated, *_ = corners.values()
+        names = [
+            "as the patient",
+            *(_corner(stated, one) for one in [*corners.values()][1:]),
+            *["drawn"] * draws,
+        ]
+        bodies = [self._built(case, *as_drawn(scenario, left, one, worn=case == DEVICE)) for one in each]
+        return list(zip(names, bodies, strict=True))
 
     def _built(self, case: str, scenario: Scenario, left: dict[str, float]) -> Body:
         return build_body(scenario, left, self.spring if case == SPRING else 0.0)
+
+
+def _corner(stated: Mapping[str, float], corner: Mapping[str, float]) -> str:
+    """In what a corner differs from who is stated."""
+    name = next(name for name in stated if corner[name] != stated[name])
+    return f"{'no' if corner[name] == 0.0 else 'less' if corner[name] < stated[name] else 'more'} {name}"
 
 
 def _let_adapt(
@@ -271,7 +301,7 @@ def _let_adapt(
             report(f"patients adapt, {name}", (before + done / of) / len(missing))
 
         place = kept and kept / worn[case].replace("*", "").replace("/", " ") / f"{k + 1}.json"
-        drawn = who.unlike(case, k, 1000 * how["seed"] + k + 1)
+        drawn = [body for _, body in who.unlike(case, k, 1000 * how["seed"] + k + 1)]
         found = search([who.body(case, k)], begun, drawn=drawn, progress=told, kept=place, **asked)
         known[worn[case], k] = Adapted(rounded(found.vector), _told(found, how))
 

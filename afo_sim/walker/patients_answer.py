@@ -161,6 +161,7 @@ def tables(population: Population) -> list[tuple[str, str, Rows]]:
     header = ["", *(NAMES[case] for case in cases)]
     first = "Median, and in brackets 5 to 95 % of the patients; of falls the 95 % interval over patients."
     found = [(f"{of} patients: {population.condition.name}", first, (header, rows))]
+    found += _others(population)
     if len(cases) == 1:
         return found
     rows = []
@@ -204,6 +205,27 @@ def in_lines(population: Population) -> list[dict[str, str]]:
         row |= {f"{_row(n)[0]} [{_row(n)[1]}]": _spread(population.values(case, n), n) for n in names}
         found.append(row)
     return found
+
+
+def _others(population: Population) -> Iterator[tuple[str, str, Rows]]:
+    """Falls, speed and ankle of those who differ from the patients and keep their gait."""
+    rows = []
+    for how in next(iter(population.others.values()), {}):
+        cells = []
+        for groups in population.others.values():
+            starts = sum(one.falls.of for one in groups[how])
+            share = 100.0 * sum(one.falls.count for one in groups[how]) / max(starts, 1)
+            speeds = np.array([one.numbers["speed"] for one in groups[how]])
+            ankles = np.array([one.numbers["right/ankle_swing"] for one in groups[how]])
+            cells.append(
+                f"{share:.0f} % of {starts}; {_spread(speeds, 'speed')} m/s; "
+                f"{_spread(ankles, 'right/ankle_swing')}°"
+            )
+        rows.append([how, *cells])
+    header = ["", *(NAMES[case] for case in population.others)]
+    caption = "About each patient, who keeps the gait: starts that fall, speed, ankle in mid-swing."
+    if rows:
+        yield "Others than those who adapted", caption, (header, rows)
 
 
 @dataclass(frozen=True)
@@ -278,11 +300,13 @@ def _bottle(population: Population, recorded: Recorded) -> Iterator[str]:
     gas = recorded.strides * recorded.air
     for case in (DEVICE, DEVICE + WEEKS):
         air = population.values(case, "air_per_stride") if case in population.cases else np.array([])
-        air = air[np.isfinite(air)]
+        none, air = int((air == 0.0).sum()), air[air > 0.0]
         if len(air) and math.isfinite(gas):
             few, middle, many = np.percentile(gas / air, (5.0, 50.0, 95.0))
             yield f"{NAMES[case].capitalize()}: {middle:.0f} strides in the median ({few:.0f} to {many:.0f}),"
             yield f"{1e3 * np.median(air):.3f} g each (recorded walk {1e3 * recorded.air:.3f} g)."
+        if none:
+            yield f"{NAMES[case].capitalize()}, {none} patients' device takes no air: it is never switched."
 
 
 def _beside(population: Population, recorded: Recorded) -> Iterator[str]:
@@ -303,9 +327,10 @@ def _beside(population: Population, recorded: Recorded) -> Iterator[str]:
     word = told(population, case, "right/clearance") if case else ""
     if case and lift > EFFECTS["right/clearance"].error and word != "more":
         contradicts = True
+        change = _spread(changes(population, case, "right/clearance"), "right/clearance", signed=True)
         yield (
-            f"They contradict: recorded, the device lifts the toe by {1e3 * lift:.0f} mm; whether the "
-            f"patients' toes clear more: {word}. Believe the recorded walk for the lift at given hip and "
+            f"They contradict: recorded, the device lifts the toe by {1e3 * lift:.0f} mm; patients "
+            f"clear {change} mm more, {NAMES[case]}. Believe the recorded walk for the lift at given hip and "
             "knee, which are people's; and the patients in that who is lifted steps lower."
         )
     if not contradicts:
