@@ -104,9 +104,8 @@ def _condition_of(walk: _Walk, key: str) -> str | None:
     condition = patient.name if patient and patient.name in assets.names("population") else None
     if condition is None and (walk.spring or key == "spring"):
         allowed = f"--patients {'|'.join(assets.names('population'))}"
-        raise InputError(
-            "is worn by patients of a condition", field="--spring", value=walk.spring, allowed=allowed
-        )
+        problem = "is worn by patients of a condition"
+        raise InputError(problem, field="--spring", value=walk.spring, allowed=allowed)
     return condition
 
 
@@ -125,25 +124,10 @@ def _walk_patients(walk: _Walk, condition: str, key: str, values: list[Any]) -> 
     stiff = [None if each is None else common.quantity("--spring", each, "N*m/rad") for each in springs]
     with common.progress("reading, compiling the muscles") as report:
         from afo_sim.show import doses_over, draw_doses, write_population
-        from afo_sim.walker import (
-            JSON,
-            in_lines,
-            populate,
-            prepared,
-            recorded_walk,
-            save_population,
-            save_table,
-        )
+        from afo_sim.walker import in_lines, populate, prepared, recorded_walk, save_population, save_table
 
         described = [prepared(walk.scenario, each) for each in sets]
-        folder = walk.out or Path("runs") / f"{described[0].name}-walk"
-        command = options | {
-            "varied": key,
-            "springs": stiff,
-            "scenarios": [each.resolved() for each in described],
-        }
-        problem = "holds the responding walk of another description, or with other options"
-        check_same(folder, "responding walk", JSON, {"command": command}, problem, force=walk.force)
+        folder, command = _into(walk, described, options | {"varied": key, "springs": stiff})
         found = list[Any]()
 
         def moved(what: str, share: float) -> None:
@@ -156,9 +140,8 @@ def _walk_patients(walk: _Walk, condition: str, key: str, values: list[Any]) -> 
             found.append(populate(walk.scenario, each, spring=spring, progress=moved, **options))
         report(0, 0, "drawing")
         if key:
-            rows = [
-                {key: str(x)} | row for x, one in zip(values, found, strict=True) for row in in_lines(one)
-            ]
+            pairs = zip(values, found, strict=True)
+            rows = [{key: str(value)} | row for value, one in pairs for row in in_lines(one)]
             save_table(rows, folder, command)
             draw_doses(key, values, [doses_over(one) for one in found], folder / "walk.png")
         else:
@@ -174,6 +157,17 @@ def _walk_patients(walk: _Walk, condition: str, key: str, values: list[Any]) -> 
     else:
         _print_patients(found[0], recorded)
         print(f"written to {folder}: walk.html, walk.png, walk.csv, walk.json, patients.csv, curves.parquet")
+
+
+def _into(walk: _Walk, described: list[Any], asked: dict[str, Any]) -> tuple[Path, dict[str, Any]]:
+    """The folder to write to, and the command, which the walk that lies there was written by, too."""
+    from afo_sim.walker import JSON
+
+    folder = walk.out or Path("runs") / f"{described[0].name}-walk"
+    command = asked | {"scenarios": [each.resolved() for each in described]}
+    problem = "holds the responding walk of another description, or with other options"
+    check_same(folder, "responding walk", JSON, {"command": command}, problem, force=walk.force)
+    return folder, command
 
 
 def _print_patients(found: Any, recorded: Any) -> None:
@@ -204,16 +198,12 @@ def _walk_one(walk: _Walk, key: str, values: list[Any]) -> None:
     left = common.read_sets(walk.strength, "--strength", "tibialis=0.2")
     strengths = [left | ({muscle: value} if weak else {}) for value in values]
     with common.progress("reading, compiling the muscles") as report:
-        from afo_sim.walker import CASES, JSON, in_brief, prepared, respond, save, save_table, strengths_of
+        from afo_sim.walker import CASES, in_brief, prepared, respond, save, save_table, strengths_of
 
         described = [prepared(walk.scenario, each) for each in sets]
         for value in values if weak else []:  # before anybody walks
             strengths_of(described[0], {muscle: value}, "--vary strength")
-        folder = walk.out or Path("runs") / f"{described[0].name}-walk"
-        command = options | {"varied": key, "strength": strengths}
-        command["scenarios"] = [each.resolved() for each in described]
-        problem = "holds the responding walk of another description, or with other options"
-        check_same(folder, "responding walk", JSON, {"command": command}, problem, force=walk.force)
+        folder, command = _into(walk, described, options | {"varied": key, "strength": strengths})
         rrd = not key and common.drawn(walk.rrd)
         rows, responses = list[dict[str, str]](), list[Any]()
 
