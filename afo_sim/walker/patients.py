@@ -149,11 +149,13 @@ def populate(
         allowed = f"above 0 to {STIFFEST:g} N*m/rad"
         raise InputError("is out of range", field="spring", value=spring, allowed=allowed)
     report = progress or (lambda name, share: None)
-    worn = {WITHOUT: "nothing"}
+    shoe = "bare feet" if described.shoe is None else described.shoe.name
+    foot = f"in {shoe} on {described.leg.name}"
+    worn = {WITHOUT: f"nothing {foot}"}
     if described.orthosis.muscle:
         worn[DEVICE] = device_key(described)
     if spring is not None:
-        worn[SPRING] = f"spring of {spring:g} N*m/rad"
+        worn[SPRING] = f"spring of {spring:g} N*m/rad {foot}"
     who = _Who(described, condition, condition.draw(), spring or 0.0)
     beside = condition.file.with_suffix(".csv")
     known = read_gaits(gaits or beside, who.drawn) if gaits or beside.is_file() else {}
