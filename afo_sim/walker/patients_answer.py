@@ -29,7 +29,8 @@ _RECORDED = (
 )
 _DAYS = (
     "On the first day a patient walks with the device by the gait of before; after weeks by the gait that a "
-    "search found with it, for little effort and few falls. A person may adapt otherwise."
+    "search found with it, for little effort and few falls. A person may adapt otherwise. The spring has no "
+    "mass, rests at a right angle, and is as stiff both ways; the device weighs what its parts weigh."
 )
 
 
@@ -62,20 +63,20 @@ _ROWS = (
 )
 
 
-def changes(population: Population, case: str, name: str) -> np.ndarray:
-    """How a number of each patient changes from the walk without a device (n,)."""
-    before, after = population.values(WITHOUT, name), population.values(case, name)
+def changes(population: Population, case: str, name: str, base: str = WITHOUT) -> np.ndarray:
+    """How a number of each patient changes from a case, by default the walk without a device (n,)."""
+    before, after = population.values(base, name), population.values(case, name)
     return after / before - 1.0 if name in EFFECTS and EFFECTS[name].relative else after - before
 
 
-def outcomes(population: Population, case: str) -> np.ndarray:
+def outcomes(population: Population, case: str, base: str = WITHOUT) -> np.ndarray:
     """Of each patient 1: gains, -1: loses, 0: nothing that the model can tell (n,)."""
     better, worse = np.zeros((2, len(population.drawn)), dtype=bool)
     for name, effect in {"falls": Effect(0.0, -1), **EFFECTS}.items():
-        change = effect.better * changes(population, case, name)
+        change = effect.better * changes(population, case, name, base)
         better |= change > effect.error
         worse |= change < -effect.error
-    before, after = (population.values(each, "fell") > 0.0 for each in (WITHOUT, case))
+    before, after = (population.values(each, "fell") > 0.0 for each in (base, case))
     return np.where(worse | (after & ~before), -1, np.where(better | (before & ~after), 1, 0))
 
 
@@ -273,6 +274,12 @@ def _gains(population: Population) -> Iterator[str]:
         for name, rank in deciding(population, case).items():
             more = "more" if rank > 0.0 else "less"
             yield f"The {more} {name}, the better (rank correlation {rank:+.2f}).".replace("-", "−")
+    for when in ("", WEEKS):
+        if {DEVICE + when, SPRING + when} <= population.cases.keys():
+            found = outcomes(population, DEVICE + when, SPRING + when)
+            better, worse = (int((found == sign).sum()) for sign in (1, -1))
+            beside = f"{NAMES[DEVICE + when].capitalize()}, against the spring"
+            yield f"{beside}: {better} of {len(found)} walk better, {worse} worse, the rest cannot be told."
 
 
 def _falls(population: Population) -> Iterator[str]:
