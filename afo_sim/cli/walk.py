@@ -145,7 +145,7 @@ def _walk_patients(walk: _Walk, condition: str, key: str, values: list[Any]) -> 
             save_table(rows, folder, command)
             draw_doses(key, values, [doses_over(one) for one in found], folder / "walk.png")
         else:
-            recorded = recorded_walk(found[0].scenario)
+            recorded = recorded_walk(found[0].middle)
             save_population(found[0], recorded, folder, command, write_population)
     if walk.generations:
         shutil.rmtree(searches, ignore_errors=True)

@@ -74,6 +74,7 @@ class Population:
     """How the patients of a condition respond to a device, or to a spring in its place."""
 
     scenario: Scenario
+    middle: Scenario  # of the patient in the middle of all ranges
     condition: Condition
     drawn: list[dict[str, float]]  # each patient's numbers
     cases: Mapping[str, tuple[Patient, ...]]  # "without", "device", "device adapted", …
@@ -210,7 +211,10 @@ def populate(
     }
     asked |= {"generations": generations, "timestep": described.timestep, "worn": worn, "spring": spring}
     asked |= {"unadapted": not all((worn[WITHOUT], k) in known for k in people)}
-    return Population(described, condition, who.drawn, cases, unlike, known, asked)
+    middle, left = who.person(condition.middle, worn=True)
+    shares = {"dorsiflexor": left.get("tibialis", 1.0), "plantarflexor": left.get("soleus", 1.0)}
+    middle = middle.set({f"patient.{muscles}_strength": share for muscles, share in shares.items()})
+    return Population(described, middle, condition, who.drawn, cases, unlike, known, asked)
 
 
 def device_key(scenario: Scenario) -> str:
@@ -278,8 +282,7 @@ def _let_adapt(
     asked |= {"generations": how["generations"], "seed": how["seed"] + 1}
     first = healthy.vector
     if any(case == WITHOUT for case, _ in missing):  # one in the middle of all ranges goes ahead
-        middle = {name: float(each.at(0.5)) for name, each in who.condition.ranges.items()}
-        scenario, left = who.person(middle, worn=False)
+        scenario, left = who.person(who.condition.middle, worn=False)
         stronger = [
             {muscle: min(own + share, 1.0) if own < 1.0 else own for muscle, own in left.items()}
             for share in STRONGER

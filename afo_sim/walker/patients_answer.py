@@ -321,8 +321,8 @@ def _beside(population: Population, recorded: Recorded) -> Iterator[str]:
     if not math.isfinite(recorded.without):
         return
     lift, contradicts = recorded.worn - recorded.without, False
-    device = f", {1e3 * recorded.worn:.0f} mm with it" if math.isfinite(lift) else ""
-    words = f"Recorded: the toe clears the floor by {1e3 * recorded.without:.0f} mm without a device{device}."
+    device = f", {1e3 * recorded.worn:.0f} mm with the device" if math.isfinite(lift) else ""
+    words = f"The middle patient: the toe clears the floor by {1e3 * recorded.without:.0f} mm bare{device}."
     yield words.replace("-", "−")
     if recorded.without <= 0.0 < bare:
         contradicts = True

@@ -69,6 +69,11 @@ class Condition:
         """The file's, without its ending."""
         return self.file.stem
 
+    @property
+    def middle(self) -> dict[str, float]:
+        """The numbers in the middle of all ranges."""
+        return {name: float(each.at(0.5)) for name, each in self.ranges.items()}
+
     def draw(self) -> list[dict[str, float]]:
         """Each patient's numbers, by a Latin hypercube."""
         drawn = draw(self.ranges, self.patients, [self.seed, 7])
