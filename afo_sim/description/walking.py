@@ -114,6 +114,13 @@ class Ground(Described):
     """Stiffness of the leg under the load of the ground."""
     body_damping: Annotated[float, Quantity("N*s/m", at_least=0.0, at_most=1e4)] = 400.0
     """Damping of the leg under the load of the ground."""
+    slope: Annotated[float, Quantity("rad", at_least=-0.14, at_most=0.14)] = 0.0
+    """Slope of the floor, up positive. Of the responding walker alone."""
+    uneven: Annotated[float, Quantity("m", at_least=0.0, at_most=0.05)] = 0.0
+    """Height up to which an uneven floor rises; drawn each metre, level up to 2 m. Of the responding walker
+    alone."""
+    seed: int = Field(default=0, ge=0, le=2**32 - 1)
+    """Seed of an uneven floor."""
 
 
 class ChamberStart(Described):

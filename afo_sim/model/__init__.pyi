@@ -74,6 +74,7 @@ from .periodic import steps_of_stride as steps_of_stride
 from .periodic import two_strides as two_strides
 from .periodic import why_walked as why_walked
 from .person import UNDRIVEN as UNDRIVEN
+from .person import USUAL_GROUND as USUAL_GROUND
 from .person import Size as Size
 from .person import as_recorded as as_recorded
 from .person import healthy_tissue as healthy_tissue

@@ -13,7 +13,7 @@ import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common import Notice, Shown
+from afo_sim.common import InputError, Notice, Shown
 from afo_sim.description import Orthosis, Scenario, load
 from afo_sim.gait import STANCE_FORCE
 from afo_sim.model import time_step_limits
@@ -29,6 +29,7 @@ from afo_sim.model.muscle_weakness import Active, active, own_active
 from afo_sim.model.path_checks import check_guides, check_paths, check_stretch
 from afo_sim.model.periodic import unseen_drift, why_walked
 from afo_sim.model.person import (
+    USUAL_GROUND,
     Person,
     Size,
     as_recorded,
@@ -143,6 +144,11 @@ def build(
 
 
 def _built(scenario: Scenario) -> Built:
+    floor = scenario.ground or USUAL_GROUND
+    for key, unit, value in (("slope", "deg", np.degrees(floor.slope)), ("uneven", "mm", 1e3 * floor.uneven)):
+        if value:
+            problem, allowed = "recorded walks are of a level floor", f"0 {unit}, or `afo-sim walk`"
+            raise InputError(problem, field=f"ground.{key}", value=f"{value:.3g} {unit}", allowed=allowed)
     circuit, size = _circuit(scenario), Size.of(scenario)
     geometry = geometry_of(scenario, circuit, size)
     model, index = geometry.of(size.heavier), geometry.index

@@ -93,3 +93,5 @@ from .state import room_of as room_of
 from .state import write_air as write_air
 from .state import write_held as write_held
 from .state import write_valve as write_valve
+from .walker import FLOOR_POINTS as FLOOR_POINTS
+from .walker import floor_at as floor_at

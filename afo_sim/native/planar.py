@@ -24,7 +24,7 @@ from afo_sim.native.slots import (
     REFLEX_ROW,
     places,
 )
-from afo_sim.native.walker import held_by_floor, leg_muscle_dyn, rate_now, reflexes_of, toe_moment
+from afo_sim.native.walker import floor_at, held_by_floor, leg_muscle_dyn, rate_now, reflexes_of, toe_moment
 from afo_sim.physics import SOLE_PADS, register_jitable
 
 SEGMENTS, LEG, ROOT, DOFS = 9, 4, 3, 11
@@ -36,6 +36,7 @@ OWN = ROOT + LEG  # coordinates of a leg with the trunk
 class Head(NamedTuple):
     """Of a plan: [m/s²], [m], counts."""
 
+    backward: int  # gravity along the floor, and to it
     gravity: int
     fallen: int  # height of the trunk from which on down it has fallen
     pieces: int
@@ -104,7 +105,7 @@ class Row(NamedTuple):
     qpos: int
     qvel: int
     joint: int  # what body and device do at each coordinate, without the floor
-    points: int  # x and z of each point of the soles
+    points: int  # of each point of the soles, x and height over the floor
     torque: int  # of the device at its ankle, and of the wearer's own muscles there
     act: int
 
@@ -163,6 +164,7 @@ def place_segments(p: Any, q: Any, v: Any, s: Any) -> None:
 @register_jitable
 def place_points(m: Any, d: Any, p: Any, s: Any) -> None:
     """Points of the soles, and what the floor does to them: force and loss of pads, and their inputs."""
+    floor = int(m.actuator_user[REFLEX_ROW.floor])
     for k in range(POINTS):
         a = POINT_PLANS + k * len(POINT)
         g, pad, grip = int(p[a + POINT.segment]), int(p[a + POINT.pad]), int(p[a + POINT.grip])
@@ -171,6 +173,7 @@ def place_points(m: Any, d: Any, p: Any, s: Any) -> None:
         s[PX + k], s[PZ + k] = s[X + g] + x, s[Z + g] + z
         d.actuator_length[pad], d.actuator_velocity[pad] = s[PZ + k], s[VZ + g] + s[W + g] * x
         d.actuator_length[grip], d.actuator_velocity[grip] = s[PX + k], s[VX + g] - s[W + g] * z
+        d.ctrl[pad] = floor_at(d.userdata, floor, s[PX + k])
         s[LOAD + k], s[LOSS + k] = sole_pad_force(m, d, pad, m.nuser_actuator * pad)
         s[HOLD + k], s[KEEP + k], anchor = held_by_floor(m, d, grip, m.nuser_actuator * grip, s[LOAD + k])
         per_step = 1.0 / m.opt.timestep
@@ -200,12 +203,14 @@ def piece(p: Any, a: int, s: Any) -> float:
 @register_jitable
 def ask_reflexes(m: Any, d: Any, p: Any, s: Any) -> None:
     """Let both legs' reflexes ask, by what the soles bear and which foot is ahead; the toes' extensors."""
-    rows = m.nuser_actuator
+    rows, slope = m.nuser_actuator, m.actuator_user[REFLEX_ROW.slope]
     trunk = ahead = other = 0.0
     for k in range(3):
         a = BALANCE + 3 * k
         g = int(p[a])
-        trunk, ahead, other = ahead, other, s[X + g] + s[C + g] * p[a + 1] - s[S + g] * p[a + 2]
+        along = s[X + g] + s[C + g] * p[a + 1] - s[S + g] * p[a + 2]
+        up = s[Z + g] + s[S + g] * p[a + 1] + s[C + g] * p[a + 2]
+        trunk, ahead, other = ahead, other, math.cos(slope) * along - math.sin(slope) * up
     first = second = 0.0
     for k in range(SOLE_PADS):
         first += s[LOAD + k]
@@ -308,7 +313,7 @@ def balance(d: Any, p: Any, s: Any, push: float, odd: int) -> None:
         a = SEGMENT_PLANS + k * len(SEGMENT)
         s[W + k] = rate_now(d, 2 + k, odd)
         if k == 0:
-            s[CX], s[CZ] = 0.0, p[HEAD.gravity]
+            s[CX], s[CZ] = p[HEAD.backward], p[HEAD.gravity]
         else:
             up = before(k)
             s[W + k] += s[W + up]
@@ -473,7 +478,8 @@ def write_row(m: Any, d: Any, p: Any, s: Any, rows: Any, at: int) -> None:
         rows[at + ROW.qpos + k], rows[at + ROW.qvel + k] = d.qpos[k], d.qvel[k]
         rows[at + ROW.joint + k] = s[JOINT + k]
     for k in range(POINTS):
-        rows[at + ROW.points + 2 * k], rows[at + ROW.points + 2 * k + 1] = s[PX + k], s[PZ + k]
+        pad = int(p[POINT_PLANS + k * len(POINT) + POINT.pad])
+        rows[at + ROW.points + 2 * k], rows[at + ROW.points + 2 * k + 1] = s[PX + k], s[PZ + k] - d.ctrl[pad]
     rows[at + ROW.torque], rows[at + ROW.torque + 1] = s[TORQUE], s[TORQUE + 1]
     own, states = at + ROW.act, int(p[HEAD.states])
     for k in range(states):
@@ -490,7 +496,7 @@ def walk_on(m: Any, d: Any, p: Any, pushes: Any, rows: Any, ticks: int, steps: i
     -------
     How many ticks are over when the trunk has sunk, or all; −2 less the complaint of one that could not be
     """
-    s = block()
+    s, floor = block(), int(m.actuator_user[REFLEX_ROW.floor])
     for tick in range(ticks):
         for _ in range(steps):
             complaint = take_step(m, d, p, s, pushes[tick])
@@ -498,6 +504,6 @@ def walk_on(m: Any, d: Any, p: Any, pushes: Any, rows: Any, ticks: int, steps: i
                 return -2 - complaint
         if width > 0:
             write_row(m, d, p, s, rows, width * tick)
-        if not d.qpos[1] >= p[HEAD.fallen]:
+        if not d.qpos[1] - floor_at(d.userdata, floor, d.qpos[0]) >= p[HEAD.fallen]:
             return tick + 1
     return ticks

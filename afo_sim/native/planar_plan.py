@@ -6,7 +6,6 @@ from collections.abc import Iterator
 import mujoco
 import numpy as np
 
-from afo_sim.common import GRAVITY
 from afo_sim.native.planar import (
     DOFS,
     SEGMENTS,
@@ -44,7 +43,7 @@ def plan_of(model: mujoco.MjModel, pads: np.ndarray, trunk: int, feet: tuple[int
         (segments[body], *(data.xipos[body] - hinges[segments[body]])[[0, 2]]) for body in (trunk, *feet)
     ]
     counts = (len(pieces), len(others), model.na, model.nu)
-    head = Head._make((GRAVITY, 0.0, *counts))
+    head = Head._make((*-model.opt.gravity[[0, 2]], 0.0, *counts))
     return np.concatenate([np.array(each, dtype=float) for each in (head, *centres, *rows, *pieces, *others)])
 
 

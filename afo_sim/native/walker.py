@@ -5,6 +5,7 @@ nerves sent some steps ago. A muscle's dyn balances fibre and tendon at this ste
 to the posture one step back, as a network's do, so that a second `mj_forward` changes nothing.
 """
 
+import math
 from typing import Any
 
 from afo_sim.native.air_block import block
@@ -44,6 +45,7 @@ from afo_sim.physics import (
 )
 
 MUSCLES = len(LEG_MUSCLES)
+FLOOR_POINTS = 1024  # heights of an uneven floor, 1 m apart; beyond the last it goes on level
 TOE_ACTIVATION = 0.2  # of the tibialis at which the toes are extended as in swing (assumed) [-]
 
 
@@ -92,6 +94,17 @@ def toe_moment(m: Any, d: Any, i: int, j: int) -> float:
 
 
 @register_jitable
+def floor_at(heights: Any, place: int, x: float) -> float:
+    """Height of the floor [m]: from point to point a cubic that is level at both; 0 for a plane."""
+    if place == 0 or not x > 0.0:
+        return 0.0
+    k = min(int(x), FLOOR_POINTS - 2)
+    share = min(x - k, 1.0)
+    first = heights[place + k]
+    return first + (heights[place + k + 1] - first) * share * share * (3.0 - 2.0 * share)
+
+
+@register_jitable
 def load_on(m: Any, d: Any, j: int) -> float:
     """Load on the foot of the leg whose reflexes' row starts at j, over the body weight."""
     u, pad, total = m.actuator_user, int(m.actuator_user[j + REFLEX_ROW.pad]), 0.0
@@ -102,9 +115,11 @@ def load_on(m: Any, d: Any, j: int) -> float:
 
 @register_jitable
 def ahead_of_trunk(m: Any, d: Any, j: int) -> float:
-    """How far the foot's centre of mass is ahead of the trunk's [m]."""
-    u = m.actuator_user
-    return d.xipos[3 * int(u[j + REFLEX_ROW.foot])] - d.xipos[3 * int(u[j + REFLEX_ROW.trunk])]
+    """How far the foot's centre of mass is ahead of the trunk's, horizontally [m]."""
+    u, slope = m.actuator_user, m.actuator_user[j + REFLEX_ROW.slope]
+    foot, trunk = 3 * int(u[j + REFLEX_ROW.foot]), 3 * int(u[j + REFLEX_ROW.trunk])
+    up = d.xipos[foot + 2] - d.xipos[trunk + 2]
+    return math.cos(slope) * (d.xipos[foot] - d.xipos[trunk]) - math.sin(slope) * up
 
 
 @register_jitable
@@ -149,6 +164,9 @@ def reflex_dyn(m: Any, d: Any, i: int, j: int) -> None:
     other = m.nuser_actuator * int(m.actuator_user[j + REFLEX_ROW.other])
     if j == 0:  # once for the body
         add_centrifugal(m, d)
+        pad, floor = int(m.actuator_user[REFLEX_ROW.pad]), int(m.actuator_user[REFLEX_ROW.floor])
+        for k in range(pad, pad + 2 * SOLE_PADS):  # the grips, in the pads' order, stand behind them
+            d.ctrl[k] = floor_at(d.userdata, floor, d.actuator_length[k + 2 * SOLE_PADS])
     reflexes_of(
         m, d, i, j, load_on(m, d, j), load_on(m, d, other), ahead_of_trunk(m, d, j),
         ahead_of_trunk(m, d, other),
@@ -176,7 +194,8 @@ def reflexes_of(
     ):
         d.userdata[slot + nerve] = d.act[m.actuator_actadr[first + k] + LEG_MUSCLE_ACT.length]
     knee, pitch = d.qpos[int(u[j + REFLEX_ROW.knee])], d.qpos[int(u[j + REFLEX_ROW.pitch])]
-    d.userdata[slot + NERVE.knee], d.userdata[slot + NERVE.pitch] = knee, pitch
+    d.userdata[slot + NERVE.knee] = knee
+    d.userdata[slot + NERVE.pitch] = pitch + u[j + REFLEX_ROW.slope]  # to the vertical
     d.userdata[slot + NERVE.knee_rate] = d.qvel[int(u[j + REFLEX_ROW.knee_rate])]
     d.userdata[slot + NERVE.pitch_rate] = d.qvel[int(u[j + REFLEX_ROW.pitch_rate])]
     d.ctrl[int(u[j + REFLEX_ROW.tissue])] = -knee

@@ -37,6 +37,8 @@ class ReflexRow(NamedTuple):
     userdata: int  # of the nerves' memory
     slots: int  # how many steps it holds
     weight: int  # of the body [N]
+    slope: int  # of the floor, up positive [rad]
+    floor: int  # place in `userdata` of the heights of an uneven floor; 0 for a plane
     gains: int  # as `physics.reflexes` names them
 
 

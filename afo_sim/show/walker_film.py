@@ -13,7 +13,7 @@ from afo_sim.show.moving_parts import Mountings, joint_columns, padded
 from afo_sim.show.style import BLUE, ink, styled
 from afo_sim.show.walker_figure import look_of
 from afo_sim.show.walking_figure import HEAD, TRUNK
-from afo_sim.walker import CASES, ROOT, SIDES, Case, Response, contacts, walk_in_words
+from afo_sim.walker import CASES, ROOT, SIDES, Case, Response, contacts, floor_of, walk_in_words
 
 _PICTURES, _EVERY = 75, 0.08  # of the film, and time between them [s]
 _WIDE, _BEHIND, _TALL = 8.0, 0.6, 1.95  # walkway, its part behind the first place, height that is seen [m]
@@ -98,6 +98,7 @@ def coordinates(case: Case) -> dict[str, np.ndarray]:
         name = column.removeprefix("qpos/")
         own = name.replace("left_", "left/") if name.startswith("left_") else f"right/{name}"
         found[column] = kept[f"trunk/{name}" if name in ROOT else own]
+    found["qpos/pitch"] = found["qpos/pitch"] - floor_of(case.walked.body.scenario).slope  # to the floor
     return found
 
 

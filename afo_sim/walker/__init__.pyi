@@ -13,6 +13,7 @@ from .body import ROOT as ROOT
 from .body import SIDES as SIDES
 from .body import Body as Body
 from .body import build_body as build_body
+from .body import floor_of as floor_of
 from .cost import Cost as Cost
 from .gait import Vector as Vector
 from .gait_file import Gait as Gait

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from afo_sim.walker.body import floor_of
 from afo_sim.walker.gait_signs import signs_of
 from afo_sim.walker.likeness import measured_cost
 from afo_sim.walker.respond import Case, Falls, Response
@@ -186,6 +187,8 @@ def verdict(response: Response) -> tuple[Reply, ...]:
 
 def _doubts(response: Response) -> Iterator[str]:
     """A healthy walker who falls; adapted cases whose search did not converge, or does not say so."""
+    if (floor := floor_of(response.scenario)).slope or floor.uneven:
+        yield "The norms are of a level floor, and the shipped gaits were searched for on one."
     if response["healthy"].numbers["fell"]:
         yield "The healthy walker falls, too: its gait does not suit this body and says nothing of a patient."
     if any(case.falls is not None and case.falls.count for case in response.cases.values()):

@@ -11,13 +11,14 @@ import numpy as np
 
 from afo_sim import native
 from afo_sim.common import GRAVITY, InputError
-from afo_sim.description import Scenario
+from afo_sim.description import Ground, Scenario
 from afo_sim.model import (
     ANKLE,
     GAIN_STATE,
     POINTS,
     SOLE,
     UNDRIVEN,
+    USUAL_GROUND,
     Size,
     add_motor,
     add_tendons,
@@ -72,6 +73,11 @@ class Body:
     plan: np.ndarray | None = None  # of the planar steps; None where only MuJoCo's can be taken
 
 
+def floor_of(scenario: Scenario) -> Ground:
+    """The floor that is walked on."""
+    return scenario.ground or USUAL_GROUND
+
+
 def build_body(scenario: Scenario, strength: dict[str, float] | None = None, spring: float = 0.0) -> Body:
     """Compile the body of a scenario's patient, with the scenario's orthosis on one leg."""
     person = person_of(scenario)
@@ -79,7 +85,7 @@ def build_body(scenario: Scenario, strength: dict[str, float] | None = None, spr
     spec = _whole(scenario, size)
     worn = scenario.orthosis
     circuit = circuit_of(worn, supply=own_supply(scenario)) if worn.muscle else None
-    first = _add_own(spec)
+    first = _add_own(spec, uneven=floor_of(scenario).uneven > 0.0)
     if circuit is not None:
         native.add_muscles(spec, circuit)
         native.add_chambers(spec, circuit, userdata=first)
@@ -128,7 +134,10 @@ def _whole(scenario: Scenario, size: Size) -> mujoco.MjSpec:
         add_tendons(spec, attach_parts(spec, scenario), scenario.orthosis)
     option = spec.option
     option.timestep = scenario.timestep
-    option.gravity = [0.0, 0.0, -GRAVITY]
+    # Coordinates are along and normal to a plane floor: on a slope gravity leans, and pads and grips stay
+    # exact. On an uneven floor their directions stay, too: it leans by 4° at most, and grips hold at 39°.
+    slope = floor_of(scenario).slope
+    option.gravity = [-GRAVITY * math.sin(slope), 0.0, -GRAVITY * math.cos(slope)]
     option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET | mujoco.mjtDisableBit.mjDSBL_CONTACT
     return spec
@@ -181,7 +190,7 @@ def _add_paths(spec: mujoco.MjSpec, scenario: Scenario, taller: float) -> None:
                 tendon.wrap_site(site.name)
 
 
-def _add_own(spec: mujoco.MjSpec) -> int:
+def _add_own(spec: mujoco.MjSpec, *, uneven: bool) -> int:
     """Actuators of reflexes, muscles, tissue, stops and floor; how many places of `userdata` they take."""
     spec.nuser_actuator = native.N_USER
     for side in SIDES:
@@ -222,7 +231,8 @@ def _add_own(spec: mujoco.MjSpec) -> int:
             add_motor(spec, f"{side}{name}", f"{side}{joint}", (0.0, 0.0, -1.0), callback=True)
             spec.actuators[-1].gear = [sign, 0.0, 0.0, 0.0, 0.0, 0.0]
     memory = NERVES * _slots(spec.option.timestep)
-    spec.nuserdata = RATES + len(SIDES) * (memory + len(native.LEG_MUSCLE_DATA) * len(LEG_MUSCLES))
+    own = RATES + len(SIDES) * (memory + len(native.LEG_MUSCLE_DATA) * len(LEG_MUSCLES))
+    spec.nuserdata = own + (native.FLOOR_POINTS if uneven else 0)
     return spec.nuserdata
 
 
@@ -235,6 +245,7 @@ def _fill_leg(body: Body, k: int, strength: dict[str, float]) -> None:
     """Rows of a leg's muscles and reflexes."""
     model, side, toes = body.model, SIDES[k], body.scenario.leg.toes
     leg, rows, named = body.scenario.leg, body.model.actuator_user, _named(body.model)
+    floor = floor_of(body.scenario)
     if toes is None:
         raise InputError("has no toes, which a responding walker needs", file=leg.file, field="toes")
     own, slots = len(native.LEG_MUSCLE_DATA) * len(LEG_MUSCLES), _slots(body.scenario.timestep)
@@ -259,6 +270,8 @@ def _fill_leg(body: Body, k: int, strength: dict[str, float]) -> None:
         userdata=RATES + 2 * own + NERVES * slots * k,
         slots=slots,
         weight=body.weight,
+        slope=floor.slope,
+        floor=RATES + len(SIDES) * (own + NERVES * slots) if floor.uneven else 0,
         gains=[0.0] * len(GAINS),
     )
 

@@ -20,8 +20,9 @@ from afo_sim.physics import (
     TIBIALIS,
     balanced_fibre,
 )
-from afo_sim.walker.body import FORWARD, HIP, KNEE, PITCH, SIDES, STOPS, UP, Body
+from afo_sim.walker.body import FORWARD, HIP, KNEE, PITCH, SIDES, STOPS, UP, Body, floor_of
 
+LEVEL = 3  # points at which an uneven floor begins, 1 m apart and level
 SUNK = 0.003  # of the lowest point of the sole at the start [m]
 OFFSETS = (PITCH, HIP, KNEE, ANKLE, f"left_{HIP}", f"left_{KNEE}", f"left_{ANKLE}")
 # Angle [rad] and velocity at the start, first leg in early stance: SCONE's InitStateH0918Gait10.
@@ -58,8 +59,12 @@ class Vector:
 
 def start(body: Body, vector: Vector, noise: Sequence[float] | np.ndarray = ()) -> mujoco.MjData:
     """The first state of a walker: its pose, fibres at rest at their activations, nerves that tell it."""
-    model = body.model
+    model, floor = body.model, floor_of(body.scenario)
     data = mujoco.MjData(model)
+    if floor.uneven:
+        first = int(model.actuator_user[body.reflexes[0], native.REFLEX_ROW.floor]) + LEVEL
+        drawn = np.random.default_rng(floor.seed).uniform(0.0, floor.uneven, native.FLOOR_POINTS - LEVEL)
+        data.userdata[first : first + len(drawn)] = drawn
     for side, reflex in enumerate(body.reflexes):
         first = native.REFLEX_ROW.gains
         model.actuator_user[reflex, first : first + len(GAINS)] = vector.gains[side]
@@ -112,7 +117,7 @@ def _rest(body: Body, data: mujoco.MjData, side: int) -> None:
     place = native.REFLEX_ROW
     signals[NERVE.knee] = data.qpos[int(reflex[place.knee])]
     signals[NERVE.knee_rate] = data.qvel[int(reflex[place.knee_rate])]
-    signals[NERVE.pitch] = data.qpos[int(reflex[place.pitch])]
+    signals[NERVE.pitch] = data.qpos[int(reflex[place.pitch])] + reflex[place.slope]
     signals[NERVE.pitch_rate] = data.qvel[int(reflex[place.pitch_rate])]
     first, slots = int(reflex[place.userdata]), int(reflex[place.slots])
     data.userdata[first : first + NERVES * slots] = np.tile(signals, slots)

@@ -12,7 +12,7 @@ from afo_sim.common import GRAVITY, find_gait
 from afo_sim.gait import at_speed
 from afo_sim.model import ANKLE, SOLE
 from afo_sim.physics import EARLY_STANCE, LEG_MUSCLES
-from afo_sim.walker.body import HIP, KNEE, SIDES, Body
+from afo_sim.walker.body import HIP, KNEE, SIDES, Body, floor_of
 from afo_sim.walker.walking import Walked
 
 STANDS = 20.0  # load from which on a foot is on the floor [N]
@@ -133,7 +133,7 @@ def _of_leg(walked: Walked, strides: Strides, side: str) -> dict[str, float]:
     if not len(strides.duration):
         names = (*(f"{a}_{e}" for a in ANGLES for e in ("max", "min")), *_OF_LEG)
         return dict.fromkeys(names, math.nan)
-    drop = math.degrees(sole_tilt(walked.body, side))
+    drop = math.degrees(sole_tilt(walked.body, side) - floor_of(walked.body.scenario).slope)
     found = shape({name: strides.mean(name) for name in strides.curves}, float(strides.duration.mean()), drop)
     load, power = strides.curves["load"], strides.curves["power"]
     clearance = swing_clearance(walked, strides, side)

@@ -16,7 +16,7 @@ from afo_sim.control import Controller, FootSwitch, checked, make
 from afo_sim.description import Scenario
 from afo_sim.model import ANKLE, POINTS, SOLE, valves_at
 from afo_sim.physics import LEG_MUSCLES
-from afo_sim.walker.body import JOINTS, ROOT, SIDES, UP, Body
+from afo_sim.walker.body import JOINTS, PITCH, ROOT, SIDES, UP, Body
 from afo_sim.walker.gait import Vector, start
 
 TICK = 0.01  # between rows, commands of the board, and looks at whether the walker has fallen [s]
@@ -152,7 +152,7 @@ def walk(
                 for valve, number in body.ids.valves.items():
                     data.ctrl[number] = coils.get(valve, 0.0)
             tick += take(recorder, data, pushed[tick : tick + 1 if body.ids is not None else ticks], fallen)
-            height = float(data.qpos[recorder.up])
+            height = float(data.qpos[recorder.up]) - recorder.floor(data)
             if not math.isfinite(height):
                 raise SimulationError(f"the responding walk is not finite at {data.time:.3f} s")
             if height < fallen:
@@ -216,6 +216,8 @@ class _Recorder:
         self.body, self.model, self.count = body, model, 0
         self.plan = None if body.plan is None else body.plan.copy()
         self.up = int(model.joint(UP).qposadr[0])
+        row = model.actuator_user[body.reflexes[0]]
+        self.slope, self.heights = row[native.REFLEX_ROW.slope], int(row[native.REFLEX_ROW.floor])
         self.trunk = model.body("trunk").id
         self.ankle = model.joint(ANKLE)
         self.sites = [model.site(f"{side}{SOLE}{point}").id for side in SIDES for point in POINTS]
@@ -223,6 +225,10 @@ class _Recorder:
         floor = np.isin(model.actuator_user[:, 1], (native.KIND_PAD, native.KIND_GRIP))
         self.inner = np.flatnonzero(~floor | (model.actuator_trntype == mujoco.mjtTrn.mjTRN_JOINT))
         self.rows = np.zeros((rows, native.ROW.act + model.na + model.nu))
+
+    def floor(self, data: mujoco.MjData) -> float:
+        """Height of the floor under the trunk [m]."""
+        return float(native.floor_at(data.userdata, self.heights, float(data.qpos[0])))
 
     def seen(self, data: mujoco.MjData) -> _Seen:
         """What the board sees now."""
@@ -232,7 +238,7 @@ class _Recorder:
             "time": float(data.time),
             "ankle/angle": float(data.qpos[place]),
             "ankle/velocity": float(data.qvel[dof]),
-            "shank/angle": -float(data.qpos[2] + data.qpos[3] + data.qpos[4]),
+            "shank/angle": -float(data.qpos[2] + data.qpos[3] + data.qpos[4] + self.slope),
             "ground/force_z": float(data.actuator_force[self.body.pads[0]].sum()),
             "foot/heel_load": heel,
             "foot/toe_load": sum(front),  # of ball and toes
@@ -252,6 +258,7 @@ class _Recorder:
         force = data.actuator_force
         torques = [moment[each, ankle] @ force[each] for each in (self.device, self.body.muscles[0])]
         joint, points = moment[self.inner].T @ force[self.inner], data.site_xpos[self.sites][:, [0, 2]]
+        points[:, 1] -= data.ctrl[self.body.pads.ravel()]  # the floor's heights
         numbers = (data.qpos, data.qvel, joint, points.ravel(), torques, data.act, force)
         self.rows[self.count % len(self.rows)] = np.concatenate([[data.time], *numbers])
         self.count += 1
@@ -266,6 +273,7 @@ class _Recorder:
         found = {"time": time[:, 0].copy()}
         for name in ROOT:
             found[f"trunk/{name}"] = kept["qpos"][:, int(model.joint(name).qposadr[0])]
+        found[f"trunk/{PITCH}"] = found[f"trunk/{PITCH}"] + self.slope  # to the vertical
         act = native.LEG_MUSCLE_ACT
         for k, (prefix, side) in enumerate(zip(SIDES, ("right", "left"), strict=True)):
             for name in JOINTS:
