@@ -68,6 +68,8 @@ class Scenario(Named):
     side: Side | None = None
     """Leg that is simulated; the leg's own side by default. Leg and orthosis of the other side are
     mirrored."""
+    worn_on: Literal["one", "both"] = "one"
+    """Legs that wear the orthosis; both, each with air of its own, of the responding walker alone."""
     timestep: Annotated[float, Quantity("s", at_least=1e-6, at_most=0.01)] = 0.001
     """Step of the integration."""
     record_rate: Annotated[float, Quantity("Hz", above=0.0, at_most=1e6)] | None = None

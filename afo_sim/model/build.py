@@ -144,6 +144,9 @@ def build(
 
 
 def _built(scenario: Scenario) -> Built:
+    if scenario.worn_on == "both":
+        problem, allowed = "one leg is simulated", '"one"; then `afo-sim both`, or `afo-sim walk` with "both"'
+        raise InputError(problem, field="worn_on", value="both", allowed=allowed)
     floor = scenario.ground or USUAL_GROUND
     for key, unit, value in (("slope", "deg", np.degrees(floor.slope)), ("uneven", "mm", 1e3 * floor.uneven)):
         if value:

@@ -106,7 +106,7 @@ class Row(NamedTuple):
     qvel: int
     joint: int  # what body and device do at each coordinate, without the floor
     points: int  # of each point of the soles, x and height over the floor
-    torque: int  # of the device at its ankle, and of the wearer's own muscles there
+    torque: int  # at each ankle, of the device and of the wearer's own muscles
     act: int
 
 
@@ -115,7 +115,7 @@ SEGMENT: SegmentPlan = places(SegmentPlan)
 POINT: PointPlan = places(PointPlan)
 PATH: PathPlan = places(PathPlan)
 OTHER: OtherPlan = places(OtherPlan)
-ROW: Row = places(Row, qpos=DOFS, qvel=DOFS, joint=DOFS, points=2 * POINTS, torque=2)
+ROW: Row = places(Row, qpos=DOFS, qvel=DOFS, joint=DOFS, points=2 * POINTS, torque=4)
 BALANCE = len(HEAD)  # segment, x, z of the trunk's and the feet's own centres, whose order makes the phase
 SEGMENT_PLANS = BALANCE + 9
 POINT_PLANS = SEGMENT_PLANS + SEGMENTS * len(SEGMENT)
@@ -126,8 +126,8 @@ C, S, X, Z, GX, GZ, W, VX, VZ, FX, FZ, N, MASS, CX, CZ, IN = (k * SEGMENTS for k
 PX, PZ, LOAD, LOSS, HOLD, KEEP = (16 * SEGMENTS + k * POINTS for k in range(6))
 JOINT = 16 * SEGMENTS + 6 * POINTS  # generalised forces but floor's, inertia's and the joints' own
 RIGHT = JOINT + DOFS  # right side, and then the acceleration
-TORQUE = RIGHT + DOFS  # of the device at its ankle, and of the wearer's own muscles there
-H = TORQUE + 2
+TORQUE = RIGHT + DOFS  # at each ankle, of the device and of the wearer's own muscles
+H = TORQUE + 4
 ARM = H + 2 * OWN * OWN  # slope of the path at hand by each hinge
 
 
@@ -262,11 +262,13 @@ def paths(m: Any, d: Any, p: Any, s: Any, pulling: bool) -> None:
             d.actuator_force[i] = force
             act_on(p, a, s, force, 0.0)
             s[TORQUE + 1] += force * s[ARM + ANKLE]
+            s[TORQUE + 3] += force * s[ARM + ANKLE + LEG]
         elif pulling:
             _, force = force_of(m, d, i)
             d.actuator_force[i] = force
             act_on(p, a, s, force, step * d.ctrl[i])
             s[TORQUE] += force * s[ARM + ANKLE]
+            s[TORQUE + 2] += force * s[ARM + ANKLE + LEG]
         else:
             velocity = 0.0
             for j in range(1, SEGMENTS):
@@ -480,7 +482,8 @@ def write_row(m: Any, d: Any, p: Any, s: Any, rows: Any, at: int) -> None:
     for k in range(POINTS):
         pad = int(p[POINT_PLANS + k * len(POINT) + POINT.pad])
         rows[at + ROW.points + 2 * k], rows[at + ROW.points + 2 * k + 1] = s[PX + k], s[PZ + k] - d.ctrl[pad]
-    rows[at + ROW.torque], rows[at + ROW.torque + 1] = s[TORQUE], s[TORQUE + 1]
+    for k in range(4):
+        rows[at + ROW.torque + k] = s[TORQUE + k]
     own, states = at + ROW.act, int(p[HEAD.states])
     for k in range(states):
         rows[own + k] = d.act[k]

@@ -121,6 +121,8 @@ def asked_in_words(response: Response) -> list[str]:
         f"pushed by {asked['push']:g} N; {asked['generations']} generations of search over {asked['subset']} "
         f"gains; seed {asked['seed']}; steps of {1e3 * asked['timestep']:g} ms."
     ]
+    if response.scenario.worn_on == "both":
+        lines.append(f"Both legs wear the device; “{LEGS['left']}” is the left one. Air is that of both.")
     for name, (low, middle, high) in drawn.get("falls_5_50_95", {}).items():
         fall = f"of {drawn['starts']} starts of each {middle:.0%} fall, 5 to 95 %: {low:.0%} to {high:.0%}"
         lines.append(f"{name.capitalize()}, {drawn['draws']} drawn: {fall}.")

@@ -5,6 +5,7 @@ import itertools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -64,8 +65,7 @@ class Body:
     model: mujoco.MjModel
     scenario: Scenario  # whose patient, leg, shoe and orthosis it has
     size: Size  # against the adult of 75 kg and 1.75 m
-    circuit: native.Circuit | None  # of the orthosis' air; None without chambers
-    ids: native.CircuitIds | None
+    ids: native.CircuitIds | None  # of the orthosis' air, the left leg's "left_…"; None without chambers
     weight: float  # of everything [N]
     muscles: np.ndarray  # actuator ids by side and muscle (2, 7)
     reflexes: np.ndarray  # actuator ids by side (2,)
@@ -79,16 +79,17 @@ def floor_of(scenario: Scenario) -> Ground:
 
 
 def build_body(scenario: Scenario, strength: dict[str, float] | None = None, spring: float = 0.0) -> Body:
-    """Compile the body of a scenario's patient, with the scenario's orthosis on one leg."""
+    """Compile the body of a scenario's patient, with the scenario's orthosis on one leg or both."""
     person = person_of(scenario)
     size = Size(person.body_mass / 75.0, person.body_height / 1.75)
     spec = _whole(scenario, size)
-    worn = scenario.orthosis
-    circuit = circuit_of(worn, supply=own_supply(scenario)) if worn.muscle else None
-    first = _add_own(spec, uneven=floor_of(scenario).uneven > 0.0)
-    if circuit is not None:
-        native.add_muscles(spec, circuit)
-        native.add_chambers(spec, circuit, userdata=first)
+    worn, supply = scenario.orthosis, own_supply(scenario)
+    legs = wearing(scenario) if worn.muscle else ()
+    circuits = {side: circuit_of(worn, f"{side}{ANKLE}", supply=supply) for side in legs}
+    places = [_add_own(spec, uneven=floor_of(scenario).uneven > 0.0)]
+    for side, circuit in circuits.items():
+        native.add_circuit(spec, circuit, prefix=side, userdata=places[-1])
+        places.append(spec.nuserdata)
     try:
         model = spec.compile()
     except ValueError as error:
@@ -99,18 +100,27 @@ def build_body(scenario: Scenario, strength: dict[str, float] | None = None, spr
     reflexes = np.array([named(f"{side}{REFLEX}") for side in SIDES])
     pads = np.array([[named(f"{side}pad_{point}") for point in POINTS] for side in SIDES])
     weight = float(model.body_mass.sum()) * GRAVITY
-    body = Body(model, scenario, size, circuit, None, weight, muscles, reflexes, pads)
+    body = Body(model, scenario, size, None, weight, muscles, reflexes, pads)
     for k in range(len(SIDES)):
         _fill_leg(body, k, strength or {})
         _fill_floor(body, k)
         _fill_tissue(body, k)
-    ids = None
-    if circuit is not None:
-        ids = native.circuit_ids(model, circuit)
-        native.fill_circuit(model, circuit, ids, userdata=first)
+    known: dict[str, dict[str, Any]] = {}
+    for place, (side, circuit) in zip(places, circuits.items(), strict=False):
+        own = native.circuit_ids(model, circuit, side)
+        native.fill_circuit(model, circuit, own, userdata=place)
+        for kind, found in vars(own).items():
+            known.setdefault(kind, {}).update({f"{side}{name}": number for name, number in found.items()})
+    ids = native.CircuitIds(**known) if circuits else None
+    if ids is not None:
         native.fill_inverse_masses(model)
     feet = tuple(model.body(f"{side}{scenario.leg.foot}").id for side in SIDES)
     return dataclasses.replace(body, ids=ids, plan=native.plan_of(model, pads, model.body("trunk").id, feet))
+
+
+def wearing(scenario: Scenario) -> tuple[str, ...]:
+    """The sides of the legs that wear the orthosis, if there is one."""
+    return SIDES if scenario.worn_on == "both" else SIDES[:1]
 
 
 def _whole(scenario: Scenario, size: Size) -> mujoco.MjSpec:
@@ -123,7 +133,8 @@ def _whole(scenario: Scenario, size: Size) -> mujoco.MjSpec:
     for name, kind, axis in zip(ROOT, (slide, slide, hinge), ([1, 0, 0], [0, 0, 1], [0, -1, 0]), strict=True):
         trunk.add_joint(name=name, type=kind, axis=axis)
     _weigh(trunk, TRUNK, size)
-    for side, described in zip(SIDES, (scenario, scenario.set(BARE)), strict=True):
+    other = scenario if scenario.worn_on == "both" else scenario.set(BARE)
+    for side, described in zip(SIDES, (scenario, other), strict=True):
         lateral = -0.0835 if side == "" else 0.0835
         thigh = trunk.add_body(name=f"{side}thigh", pos=taller * np.array([0.0, lateral, -0.0661]))
         thigh.add_joint(name=f"{side}{HIP}", type=hinge, axis=[0, -1, 0])
@@ -161,6 +172,8 @@ def _hang_leg(spec: mujoco.MjSpec, thigh: mujoco.MjsBody, side: str, scenario: S
     shank.add_joint(name=KNEE, type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0, -1, 0], pos=at)
     for joint in leg.joints:  # tissue and springs hold them; the solver of stops would not be of second order
         joint.limited = mujoco.mjtLimited.mjLIMITED_FALSE
+    if side and scenario.orthosis.muscle:  # it takes the prefix with the leg
+        add_tendons(leg, attach_parts(leg, scenario), scenario.orthosis)
     thigh.add_frame(pos=size.taller * np.array(THIGH.end) - at).attach_body(shank, side or OWN, "")
     if side == "":  # MuJoCo complains of an attachment without a prefix
         for elements in (spec.bodies, spec.joints, spec.geoms, spec.sites, spec.meshes, spec.materials):

@@ -113,6 +113,7 @@ def prepared(scenario: str | os.PathLike[str] | Scenario, sets: Mapping[str, Any
     for key, has, allowed in (
         ("drive", bool(read.drive), "timer, phases, controller"),
         ("sensor", bool(read.sensor), "timer, phases, controller"),
+        ("gait.pace", bool(read.gait and read.gait.pace), "[]: its reflexes neither stand, start nor stop"),
         ("load_moment", read.load_moment != 0.0, "0 N·m"),
         ("controller.rate", read.controller is not None and read.controller.rate * TICK != 1.0, "100 Hz"),
         (f"start.{short}.fill_time", short is not None, f"{FILLED:g} s, which fills it, or a pressure"),
@@ -265,7 +266,8 @@ def respond(
 def _shipped(scenario: Scenario, worn: str = "") -> str | None:
     """The shipped gait to which a patient has adapted, by their name, with a device by its name too."""
     assert scenario.patient is not None
-    device = scenario.orthosis.name if scenario.orthosis.muscle else None
+    one = bool(scenario.orthosis.muscle) and scenario.worn_on == "one"
+    device = scenario.orthosis.name if one else None
     name = f"{scenario.patient.name}-{device}" if worn else scenario.patient.name
     return name if name in assets.names("walker") and (device or not worn) else None
 

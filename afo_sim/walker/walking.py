@@ -2,6 +2,7 @@
 
 import copy
 import dataclasses
+import functools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -16,7 +17,7 @@ from afo_sim.control import Controller, FootSwitch, checked, make
 from afo_sim.description import Scenario
 from afo_sim.model import ANKLE, POINTS, SOLE, valves_at
 from afo_sim.physics import LEG_MUSCLES
-from afo_sim.walker.body import JOINTS, PITCH, ROOT, SIDES, UP, Body
+from afo_sim.walker.body import JOINTS, PITCH, ROOT, SIDES, UP, Body, wearing
 from afo_sim.walker.gait import Vector, start
 
 TICK = 0.01  # between rows, commands of the board, and looks at whether the walker has fallen [s]
@@ -49,10 +50,11 @@ class Walked:
 
 @dataclass(eq=False)
 class _Board:
-    """What switches the device's valves: its timer, its gait phase by a foot switch, or its controller."""
+    """What switches a leg's device's valves: timer, gait phase by its foot's switch, or controller."""
 
     scenario: Scenario
     body: Body
+    leg: int = 0
     switch: FootSwitch = field(default_factory=lambda: FootSwitch(HEEL_LOAD))
     controller: Controller | None = None
     commands: dict[str, Any] = field(default_factory=dict)
@@ -61,19 +63,25 @@ class _Board:
         if self.scenario.controller is not None:
             self.controller = make(self.scenario.controller, self.scenario)
 
+    @functools.cached_property
+    def chambers(self) -> dict[str, int]:
+        """The leg's own."""
+        ids = self.body.ids.chambers if self.body.ids is not None else {}
+        return {name: ids[f"{SIDES[self.leg]}{name}"] for name in self.scenario.orthosis.chamber if ids}
+
     def __call__(self, recorder: "_Recorder", data: mujoco.MjData) -> Mapping[str, float]:
         """Coils by valve; the others are off."""
         scenario, now = self.scenario, float(data.time)
-        self.switch.update(float(data.actuator_force[self.body.pads[0, 0]]), TICK)
+        self.switch.update(float(data.actuator_force[self.body.pads[self.leg, 0]]), TICK)
         if self.controller is not None:
             self.commands |= checked(
-                self.controller(recorder.seen(data)),
-                self.body.ids.chambers if self.body.ids else {},
+                self.controller(recorder.seen(data, self)),
+                self.chambers,
                 {},
                 [name for name, chamber in scenario.orthosis.chamber.items() if chamber.three_way],
             )
             return {
-                f"{chamber}_{side}": coil
+                f"{SIDES[self.leg]}{chamber}_{side}": coil
                 for chamber, coils in self.commands.items()
                 if isinstance(coils, tuple)
                 for side, coil in zip(native.SIDES, coils, strict=True)
@@ -88,11 +96,12 @@ class _Board:
 
     def _at(self, tables: Mapping[str, Any], place: float) -> dict[str, float]:
         """Coils at a time or phase of the valves that tables of intervals name; one that wraps is whole."""
-        assert self.body.ids is not None
         return {
-            valve: float(any(a <= place < b if a < b else place >= a or place < b for a, b in intervals))
+            f"{SIDES[self.leg]}{valve}": float(
+                any(a <= place < b if a < b else place >= a or place < b for a, b in intervals)
+            )
             for name, times in tables.items()
-            for valve, intervals in valves_at(name, times, self.body.ids.chambers)
+            for valve, intervals in valves_at(name, times, self.chambers)
         }
 
 
@@ -132,7 +141,8 @@ def walk(
     """Let a walker walk until it falls or the time is over; without `rows` no column is kept."""
     data = start(body, vector, noise)
     model, ticks = body.model, round(duration / TICK)
-    recorder, board = _Recorder(body, ticks if rows else 1), _Board(body.scenario, body)
+    recorder = _Recorder(body, ticks if rows else 1)
+    boards = [_Board(body.scenario, body, leg) for leg in range(len(wearing(body.scenario)))]
     fallen = FALLEN * float(data.qpos[recorder.up])
     pushed = np.zeros(ticks)
     for push in pushes:
@@ -148,7 +158,7 @@ def walk(
         data.qvel -= 0.5 * model.opt.timestep * data.qacc
         while tick < ticks:
             if body.ids is not None:
-                coils = board(recorder, data)
+                coils = {name: coil for board in boards for name, coil in board(recorder, data).items()}
                 for valve, number in body.ids.valves.items():
                     data.ctrl[number] = coils.get(valve, 0.0)
             tick += take(recorder, data, pushed[tick : tick + 1 if body.ids is not None else ticks], fallen)
@@ -193,12 +203,13 @@ def _planar_ticks(recorder: "_Recorder", data: mujoco.MjData, pushes: np.ndarray
 
 def _fill(body: Body, data: mujoco.MjData) -> None:
     """Air of the start: ambient, or what the scenario's start states, at the supply's pressure at most."""
-    if body.ids is None or body.circuit is None:
+    if body.ids is None:
         return
     scenario, gauge = body.scenario, {}
     supply = scenario.supply.fixed
     for name, begun in (scenario.start.chambers if scenario.start else {}).items():
-        gauge[body.ids.chambers[name]] = supply if begun.pressure is None else begun.pressure
+        for side in wearing(scenario):
+            gauge[body.ids.chambers[f"{side}{name}"]] = supply if begun.pressure is None else begun.pressure
     act, ctrl = data.act.copy(), data.ctrl.copy()
     native.fill_chambers(body.model, data, gauge)
     first = min(body.ids.networks.values())
@@ -219,7 +230,7 @@ class _Recorder:
         row = model.actuator_user[body.reflexes[0]]
         self.slope, self.heights = row[native.REFLEX_ROW.slope], int(row[native.REFLEX_ROW.floor])
         self.trunk = model.body("trunk").id
-        self.ankle = model.joint(ANKLE)
+        self.ankles = [model.joint(f"{side}{ANKLE}") for side in SIDES]
         self.sites = [model.site(f"{side}{SOLE}{point}").id for side in SIDES for point in POINTS]
         self.device = sorted(body.ids.muscles.values()) if body.ids is not None else []
         floor = np.isin(model.actuator_user[:, 1], (native.KIND_PAD, native.KIND_GRIP))
@@ -230,33 +241,35 @@ class _Recorder:
         """Height of the floor under the trunk [m]."""
         return float(native.floor_at(data.userdata, self.heights, float(data.qpos[0])))
 
-    def seen(self, data: mujoco.MjData) -> _Seen:
-        """What the board sees now."""
-        place, dof = int(self.ankle.qposadr[0]), int(self.ankle.dofadr[0])
-        heel, *front = (float(data.actuator_force[pad]) for pad in self.body.pads[0])
+    def seen(self, data: mujoco.MjData, board: _Board) -> _Seen:
+        """What a board sees now."""
+        leg, pads, row = board.leg, self.body.pads[board.leg], native.ROW.torque + 2 * board.leg + 1
+        place, dof = int(self.ankles[leg].qposadr[0]), int(self.ankles[leg].dofadr[0])
+        heel, *front = (float(data.actuator_force[pad]) for pad in pads)
         values = {
             "time": float(data.time),
             "ankle/angle": float(data.qpos[place]),
             "ankle/velocity": float(data.qvel[dof]),
-            "shank/angle": -float(data.qpos[2] + data.qpos[3] + data.qpos[4] + self.slope),
-            "ground/force_z": float(data.actuator_force[self.body.pads[0]].sum()),
+            "shank/angle": -float(data.qpos[2] + data.qpos[place - 2] + data.qpos[place - 1] + self.slope),
+            "ground/force_z": float(data.actuator_force[pads].sum()),
             "foot/heel_load": heel,
             "foot/toe_load": sum(front),  # of ball and toes
             # of the wearer's own muscles, dorsiflexion positive [N·m]
-            "ankle/moment/biological": self.rows[(self.count - 1) % len(self.rows), native.ROW.torque + 1],
+            "ankle/moment/biological": self.rows[(self.count - 1) % len(self.rows), row],
         }
-        if self.body.ids is not None:
-            for name, chamber in self.body.ids.chambers.items():
-                air = native.read_air(self.model, data.act, data.userdata, chamber)
-                values[f"chamber/{name}/pressure"] = float(air.absolute_pressure) - AMBIENT_PRESSURE
+        for name, chamber in board.chambers.items():
+            air = native.read_air(self.model, data.act, data.userdata, chamber)
+            values[f"chamber/{name}/pressure"] = float(air.absolute_pressure) - AMBIENT_PRESSURE
         return _Seen(float(data.time), values)
 
     def take(self, data: mujoco.MjData) -> None:
         """Keep a row of MuJoCo's step."""
         # what the body and the device do at the joints, without the floor, which is actuators too
-        moment, ankle = native.jacobian(self.model, data), int(self.ankle.dofadr[0])
-        force = data.actuator_force
-        torques = [moment[each, ankle] @ force[each] for each in (self.device, self.body.muscles[0])]
+        moment, force = native.jacobian(self.model, data), data.actuator_force
+        pairs = (
+            (int(self.ankles[k].dofadr[0]), i) for k in (0, 1) for i in (self.device, self.body.muscles[k])
+        )
+        torques = [moment[i, ankle] @ force[i] for ankle, i in pairs]
         joint, points = moment[self.inner].T @ force[self.inner], data.site_xpos[self.sites][:, [0, 2]]
         points[:, 1] -= data.ctrl[self.body.pads.ravel()]  # the floor's heights
         numbers = (data.qpos, data.qvel, joint, points.ravel(), torques, data.act, force)
@@ -296,6 +309,8 @@ class _Recorder:
                 found[f"{side}/{muscle}/force"] = -kept["actuator_force"][:, i]
                 found[f"{side}/{muscle}/energy"] = kept["act"][:, first + act.energy]
         found["device/torque"] = kept["torque"][:, 0]
+        if body.scenario.worn_on == "both":
+            found["device/left_torque"] = kept["torque"][:, 2]
         if body.ids is not None:
             for name, chamber in body.ids.chambers.items():
                 found[f"chamber/{name}/mass"] = kept["act"][:, int(model.actuator_actadr[chamber])]

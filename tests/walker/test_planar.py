@@ -24,6 +24,7 @@ BODIES = {
     "timer": {"patient": "healthy", "phases": None, "start": None, "timer": {
         "period": "1 s", "dorsiflexor": {"inlet": [["0 s", "0.3 s"]], "outlet": [["0.5 s", "0.9 s"]]},
     }},
+    "air of both legs": {"patient": "healthy", "worn_on": "both"},
     "slope": {"patient": "healthy", "ground.slope": "-4 deg"},
     "uneven": {"patient": "healthy", "ground.uneven": "20 mm", "ground.seed": 3},
 }  # fmt: skip
