@@ -43,8 +43,8 @@ OTHERS, MOST_OTHERS = 10**6, 100  # seed of those who are drawn to judge, beyond
 STIFFEST = 1000.0  # spring about the ankle [N·m/rad]
 OWN = "patients.csv of a walk of the same patients"
 DIGITS = 7  # of a gait's numbers, in memory as in a file
-# Of a scenario, what does not tell one device from another.
-_APART = ("name", "description", "duration", "patient", "gait", "timestep", "callback", "limits", "reference")
+# Of a scenario, what tells one device from another.
+_WORN = ("orthosis", "worn_on", "supply", "start", "phases", "timer", "controller")
 _SEARCH = ("seed", "generations", "cost", "converged", "cpu_seconds")
 _GAIT = ("speed", *OFFSETS, *(f"{side}{name}" for side in SIDES for name in GAINS))
 
@@ -154,7 +154,7 @@ def populate(
     foot = f"in {shoe} on {described.leg.name}"
     worn = {WITHOUT: f"nothing {foot}"}
     if described.orthosis.muscle:
-        worn[DEVICE] = device_key(described)
+        worn[DEVICE] = f"{device_key(described)} {foot}"
     if spring is not None:
         worn[SPRING] = f"spring of {spring:g} N*m/rad {foot}"
     who = _Who(described, condition, condition.draw(), spring or 0.0)
@@ -219,7 +219,7 @@ def populate(
 
 def device_key(scenario: Scenario) -> str:
     """A device's name and a mark of all that it is and does, by which gaits are adapted to it."""
-    kept = {key: value for key, value in scenario.resolved().items() if key not in _APART}
+    kept = {key: value for key, value in scenario.resolved().items() if key in _WORN}
     text = json.dumps(as_stored(kept, PACKAGE), sort_keys=True)
     return f"{scenario.orthosis.name} {digest(text.encode())[:8]}"
 
