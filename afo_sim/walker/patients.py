@@ -40,6 +40,7 @@ WEEKS = " adapted"  # behind a case's name
 TIMESTEP = {"timestep": "1 ms"}
 HEALTHY = "natural"  # the gait that everybody had
 OTHERS, MOST_OTHERS = 10**6, 100  # seed of those who are drawn to judge, beyond that of any search
+LEVEL = {"ground.slope": "0 deg", "ground.uneven": "0 mm"}
 STIFFEST = 1000.0  # spring about the ankle [N·m/rad]
 OWN = "patients.csv of a walk of the same patients"
 DIGITS = 7  # of a gait's numbers, in memory as in a file
@@ -213,7 +214,9 @@ def populate(
     asked |= {"unadapted": not all((worn[WITHOUT], k) in known for k in people)}
     middle, left = who.person(condition.middle, worn=True)
     shares = {"dorsiflexor": left.get("tibialis", 1.0), "plantarflexor": left.get("soleus", 1.0)}
-    middle = middle.set({f"patient.{muscles}_strength": share for muscles, share in shares.items()})
+    recorded: dict[str, Any] = {f"patient.{muscles}_strength": share for muscles, share in shares.items()}
+    recorded |= {"worn_on": "one"} | ({} if middle.ground is None else LEVEL)  # as the recorded walk is
+    middle = middle.set(recorded)
     return Population(described, middle, condition, who.drawn, cases, unlike, known, asked)
 
 
