@@ -16,7 +16,7 @@ from afo_sim.common import AMBIENT_PRESSURE, InputError, SimulationError
 from afo_sim.control import Controller, FootSwitch, checked, make
 from afo_sim.description import Scenario
 from afo_sim.model import ANKLE, POINTS, SOLE, valves_at
-from afo_sim.physics import LEG_MUSCLES
+from afo_sim.physics import LEG_MUSCLES, TIBIALIS
 from afo_sim.walker.body import JOINTS, PITCH, ROOT, SIDES, UP, Body, wearing
 from afo_sim.walker.gait import Vector, start
 
@@ -231,6 +231,8 @@ class _Recorder:
         self.slope, self.heights = row[native.REFLEX_ROW.slope], int(row[native.REFLEX_ROW.floor])
         self.trunk = model.body("trunk").id
         self.ankles = [model.joint(f"{side}{ANKLE}") for side in SIDES]
+        first = model.actuator_actadr[body.muscles[:, TIBIALIS]]
+        self.tibialis = first + native.LEG_MUSCLE_ACT.activation  # of each leg
         self.sites = [model.site(f"{side}{SOLE}{point}").id for side in SIDES for point in POINTS]
         self.device = sorted(body.ids.muscles.values()) if body.ids is not None else []
         floor = np.isin(model.actuator_user[:, 1], (native.KIND_PAD, native.KIND_GRIP))
@@ -256,6 +258,7 @@ class _Recorder:
             "foot/toe_load": sum(front),  # of ball and toes
             # of the wearer's own muscles, dorsiflexion positive [N·m]
             "ankle/moment/biological": self.rows[(self.count - 1) % len(self.rows), row],
+            "tibialis/activation": float(data.act[self.tibialis[board.leg]]),
         }
         for name, chamber in board.chambers.items():
             air = native.read_air(self.model, data.act, data.userdata, chamber)

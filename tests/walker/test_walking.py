@@ -239,3 +239,19 @@ def test_the_board_switches_valves_by_intervals_that_may_wrap() -> None:
         coils = board._at(phases.chambers, place)
         assert (coils["dorsiflexor_inlet"], coils["dorsiflexor_outlet"]) == (inlet, outlet)
     assert set(board._at(phases.chambers, 0.5)) <= set(body.ids.valves)  # type: ignore[union-attr]
+
+
+def test_a_controller_sees_how_active_the_devices_tibialis_is() -> None:
+    """It fills by activity: air comes where the recorded activity is beyond 0.3 of full, and not before."""
+    emg = {"column": "tibialis/activation", "full": "1.0"}
+    sets = {
+        "timestep": "1 ms",
+        "patient": "healthy",
+        "phases": None,
+        "start": None,
+        "controller": {"emg": emg},
+    }
+    walked = walk(build_body(prepared("walk-dropfoot-afo", sets)), read_gait("natural").vector, 3.0)
+    mass, active = walked["chamber/dorsiflexor/mass"], walked["right/tibialis/activation"]
+    filled, first = int(np.argmax(mass > 1.05 * mass[0])), int(np.argmax(active > 0.3))
+    assert 0 < first < filled < first + 10  # activation_time of the controller, and the valve's delay
