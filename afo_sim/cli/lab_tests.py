@@ -396,18 +396,25 @@ def validate_command(
 def _walker(as_json: bool) -> None:
     """The responding walker beside measurement; a disagreement is a result, and no failure."""
     with progress("walking"):
+        from afo_sim.common import json_text
         from afo_sim.walker.measured import compare
 
         rows = compare()
     if as_json:
-        values = [{k: None if x != x else x for k, x in asdict(row).items()} for row in rows]
-        print(json.dumps(values, ensure_ascii=False, indent=1))
+        print(json_text([asdict(row) for row in rows]))
         return
-    cells = [[f"{x:.3g}" if x == x else "–" for x in (row.measured, row.simulated)] for row in rows]
+    cells = [[_spread(r.measured, *r.spread), _spread(r.simulated, *r.between)] for r in rows]
     cost = "no", "yes"
     table = [[r.quantity, *c, r.unit, r.verdict, cost[r.in_cost]] for r, c in zip(rows, cells, strict=True)]
     print_table("measured, and the responding walker", ["", "measured", "walker", "", "", "in cost"], table)
     print("\n".join(f"{row.quantity}: {row.why} ({row.source})" for row in rows))
+
+
+def _spread(value: float, low: float, high: float) -> str:
+    """A number and its spread, where they are known."""
+    return (
+        "–" if value != value else f"{value:.3g}" if low != low else f"{value:.3g} ({low:.3g} to {high:.3g})"
+    )
 
 
 def _ledger(

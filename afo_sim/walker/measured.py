@@ -1,35 +1,36 @@
 """The walker against measurement: healthy norms, and how wearers responded, on which nothing is fitted."""
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
 
-from afo_sim.walker.body import BARE, build_body
+from afo_sim.common import GRAVITY, assets
+from afo_sim.description import Scenario
+from afo_sim.walker.body import BARE, Body, build_body
+from afo_sim.walker.population import as_drawn, draw_about
 from afo_sim.walker.gait_file import Gait, read_gait
 from afo_sim.walker.likeness import BOVI, beside_people
 from afo_sim.walker.respond import falls_of, prepared
-from afo_sim.walker.strides import numbers, strides_of
+from afo_sim.walker.strides import SAMPLES, norm_at, numbers, strides_of
 from afo_sim.walker.walking import Push, Walked, walk
 
-Verdict = Literal["agrees", "disagrees", "cannot tell"]
+Verdict = Literal["agrees", "sign agrees", "disagrees", "cannot tell"]
 GAITS = ("slow", "natural", "fast")
 WALKED, PUSH_HORIZON = 20.0, 8.0  # [s]
-STARTS = 50
-CLAIMED = 0.10  # relative difference of a cost of transport that the energy's model can tell
-KAO = "Kao & Ferris 2009, Gait Posture, PMC2663810"
-GEBOERS = "Geboers et al. 2002, Arch. Phys. Med. Rehabil."
-WATERVAL = "Waterval et al. 2023, J. NeuroEng. Rehabil. 20, doi 10.1186/s12984-023-01239-z"
-GALLE = "Galle et al. 2017, J. NeuroEng. Rehabil., PMC5408443"
+STARTS, FEW = 50, 10
 SCENARIO, HEALTHY = "walk-dropfoot-afo", {"patient": "healthy"}
-SPRING = 60.0  # of a posterior leg spring, about 1 N·m/deg (assumed) [N·m/rad]
+RESPONSES, ADAPTED = "responses.toml", "responses_adapted.toml"  # the latter by scripts/adapted_wearers.py
+ALIKE = 0.8  # of the wearers who share a sign that is told (assumed) [-]
+UNKNOWN = (math.nan, math.nan)
+LOADING, SWING, PUSH_OFF, WHOLE = slice(16), slice(65, 96), slice(30, 66), slice(100)  # [% of the stride]
 
 
 @dataclass(frozen=True)
 class Compared:
-    """A measured number beside the walker's."""
+    """A measured number beside the walker's: of many wearers, the median."""
 
     quantity: str
     measured: float
@@ -39,23 +40,93 @@ class Compared:
     source: str
     why: str
     in_cost: bool = False  # of the search for the gait
+    spread: tuple[float, float] = UNKNOWN  # of what was measured, of the kind that `why` tells
+    between: tuple[float, float] = UNKNOWN  # least and most of the walker's wearers
 
 
-def compare(report: Callable[[str], None] | None = None) -> list[Compared]:
-    """All rows, by simulation: half a minute of it."""
-    found: list[Compared] = []
-    for part in (healthy, pushed, kao_ferris, geboers, waterval, galle):
-        for row in part():
-            found.append(row)
-            if report is not None:
-                report(row.quantity)
+@dataclass(frozen=True, eq=False)
+class Wearer:
+    """A person: size, tissue and device, the share left of each muscle, and how they walk."""
+
+    scenario: Scenario
+    strength: Mapping[str, float]
+    gait: Gait
+
+    def body(self, sets: Mapping[str, Any] | None = None, spring: float = 0.0) -> Body:
+        """Bare, or with the device where there are `sets`; a spring at its ankle [N·m/deg]."""
+        worn = self.scenario.set(BARE if sets is None else sets)
+        return build_body(worn, dict(self.strength), math.degrees(spring))
+
+    def walk(self, sets: Mapping[str, Any] | None = None, spring: float = 0.0) -> Walked:
+        """Their walk with such a body."""
+        return walk(self.body(sets, spring), self.gait.vector, WALKED)
+
+
+People = Mapping[str, Sequence[Wearer]]
+Responses = Iterator[tuple[str, Any]]  # a name in RESPONSES, each wearer's; NaN where one falls
+
+
+def drawn_people(count: int = 5, seed: int = 5) -> dict[str, list[Wearer]]:
+    """Adults of drawn size, tissue and cuff, unadapted: all have the natural gait."""
+    described, gait = prepared(SCENARIO, HEALTHY), read_gait("natural")
+    drawn = draw_about(described, {"tibialis": 1.0}, count, seed)[2][-count:]
+    worn, found = [as_drawn(described, {}, one, worn=True)[0] for one in drawn], {}
+    for who, (first, last) in _told("people").items():
+        left = [{"tibialis": float(share)} for share in np.linspace(first, last, count)]
+        found[who] = [Wearer(*each, gait) for each in zip(worn, left, strict=True)]
     return found
 
 
-def _walk(gait: Gait, worn: dict[str, Any] | None = None, **body: Any) -> Walked:
-    """A healthy walker in the shipped scenario's shoes, with its device where `worn` sets it."""
-    described = prepared(SCENARIO, HEALTHY | (BARE if worn is None else worn))
-    return walk(build_body(described, **body), gait.vector, WALKED)
+def compare(people: People | None = None) -> list[Compared]:
+    """All rows, by simulation: a minute of it."""
+    worn, parts = people or drawn_people(), (kao_ferris, leaves, lifted, adapted)
+    return [*healthy(), *pushed(), *(beside(*each) for part in parts for each in part(worn))]
+
+
+def beside(name: str, own: Any) -> Compared:
+    """Wearers' responses beside a published one.
+
+    They agree where the sign is right and their median lies in the published spread. A sign is told where
+    four of five wearers share it; below `claimed` no size is compared.
+    """
+    told, each = _told(name), np.ravel(own)
+    known, (low, high) = each[np.isfinite(each)], told.setdefault("spread", UNKNOWN)
+    median, least, most = map(float, np.quantile(known, (0.5, 0.0, 1.0))) if len(known) else (math.nan,) * 3
+    verdict: Verdict = "cannot tell"
+    claimed = told.pop("claimed", 0.0)
+    if np.mean(np.sign(each) == np.sign(median)) >= ALIKE:
+        near = low <= median <= high and abs(median) >= claimed
+        verdict = "agrees" if near else "sign agrees"
+        verdict = verdict if median * told["measured"] > 0.0 else "disagrees"
+    told["why"] += f"; {len(each) - len(known)} of {len(each)} unknown" * (len(known) < len(each))
+    return Compared(**told, simulated=median, verdict=verdict, between=(least, most))
+
+
+def _told(name: str) -> dict[str, Any]:
+    return dict(assets.read_toml(assets.folder("models") / RESPONSES)[name])
+
+
+def _curve(walked: Walked, name: str) -> np.ndarray:
+    """A mean curve of the device's leg (101,); NaN of who fell."""
+    strides = strides_of(walked, "right")
+    return strides.mean(name) if walked.fell is None and len(strides.duration) else np.full(SAMPLES, math.nan)
+
+
+def _change(pair: tuple[Walked, Walked], name: str, part: slice, of: Any = np.mean) -> float:
+    """Of a number of a curve in a part of the stride, the first walk's over the second's [%]."""
+    after, before = (of(_curve(walked, name)[part]) for walked in pair)
+    return float(100.0 * (after / before - 1.0))
+
+
+def _faster(pair: tuple[Walked, Walked]) -> float:
+    """By how much the first walks faster; NaN where one falls [m/s]."""
+    worn, bare = (numbers(walked)["speed"] if walked.fell is None else math.nan for walked in pair)
+    return worn - bare
+
+
+def _walk(gait: Gait) -> Walked:
+    """A healthy walker in the shipped scenario's shoes."""
+    return walk(build_body(prepared(SCENARIO, HEALTHY | BARE)), gait.vector, WALKED)
 
 
 def healthy() -> Iterator[Compared]:
@@ -86,86 +157,63 @@ def _judged(good: bool) -> Verdict:
 def pushed() -> Iterator[Compared]:
     """Pushes of the healthy walker's trunk for 0.1 s at ten instants of a second; drawn starts."""
     body, gait = build_body(prepared(SCENARIO, HEALTHY | BARE)), read_gait("natural")
-    for force, most in ((50.0, 0), (100.0, 1)):
+    rows = [(falls_of(body, gait, starts=STARTS).count, f"{STARTS} drawn starts, pushed once", 2, True)]
+    for force, most in ((100.0, 1), (50.0, 0)):
         pushes = [Push(3.0 + 0.1 * k, sign * force) for k in range(10) for sign in (1.0, -1.0)]
         falls = sum(walk(body, gait.vector, PUSH_HORIZON, (push,)).fell is not None for push in pushes)
-        what, why = f"healthy: falls of 20 walks pushed by ±{force:g} N", f"at most {most}"
-        yield Compared(what, 0.0, falls, "", _judged(falls <= most), "stated bound", why, force == 50.0)
-    falls, most = falls_of(body, gait.vector, starts=STARTS).count, 2
-    what, why = f"healthy: falls of {STARTS} drawn starts, pushed once", f"at most {most}"
-    yield Compared(what, 0.0, falls, "", _judged(falls <= most), "stated bound", why, True)
+        rows.insert(0, (falls, f"20 walks pushed by ±{force:g} N", most, force == 50.0))
+    for falls, of, most, cost in rows:
+        good, why = _judged(falls <= most), f"at most {most}"
+        yield Compared(f"healthy: falls of {of}", 0.0, falls, "", good, "stated bound", why, cost)
 
 
-def kao_ferris() -> Iterator[Compared]:
-    """A dorsiflexor muscle on a healthy wearer, by the activity of their own tibialis: S1's, switched."""
-    gait = read_gait("natural")
-    plain = strides_of(_walk(gait), "right")
-    emg = {"column": "ankle/moment/biological", "full": "20 N*m", "chamber": "dorsiflexor"}
-    sets = {
-        "patient": "healthy",
-        "phases": None,
-        "start": None,
-        "controller": {"emg": emg},
-        "supply.pressure": "3 bar",
-    }
-    with_device = strides_of(_walk(gait, sets), "right")
-    why = "S1's muscles at 3 bar, valves by the dorsiflexors' own moment; the wearer does not adapt"
-    if not len(with_device.duration):
-        yield Compared("dorsiflexion in swing", 9.0, math.nan, "deg", "cannot tell", KAO, f"{why}: fell")
-        return
-    swing, first = slice(70, 95), slice(0, 15)
-    more = np.degrees(np.mean((with_device.mean("ankle") - plain.mean("ankle"))[swing]))
-    yield _same_way("ankle in swing, with less without", 9.0, float(more), "deg", KAO, why)
-    bursts = [strides.mean("tibialis")[first].max() for strides in (with_device, plain)]
-    yield _same_way(
-        "first burst of the tibialis", -28.0, 100.0 * (bursts[0] / bursts[1] - 1.0), "%", KAO, why
+def kao_ferris(people: People) -> Responses:
+    """S1's dorsiflexors by the wearer's own tibialis, at a published moment."""
+    setting, found = _told("setting"), []
+    moments = -norm_at(1.25)["moment"].min() * np.array(setting["shares"])  # [N·m/kg]
+    for wearer in people["healthy"]:
+        plain, rows = wearer.walk(), []
+        full = f"{_curve(plain, 'tibialis').max() / setting['gain']:.6g}"
+        sets = {
+            "phases": None,
+            "start": None,
+            "controller": {"emg": {"column": "tibialis/activation", "full": full}},
+        }
+        for bar in setting["pressures"]:
+            pair = wearer.walk(sets | {"supply.pressure": f"{bar} bar"}), plain
+            worn, bare = (_curve(walked, "ankle")[70:96].mean() for walked in pair)
+            bursts = _change(pair, "tibialis", LOADING, np.max), _change(pair, "tibialis", SWING)
+            moment = _curve(pair[0], "torque").max() * GRAVITY / pair[0].body.weight
+            rows.append([moment, math.degrees(worn - bare), *bursts])
+        own, *each = np.transpose(rows)
+        found.append([np.interp(moments, own, x, math.nan, math.nan) for x in each])
+    names = ("dorsiflexor_swing", "dorsiflexor_burst", "dorsiflexor_swing_burst")
+    yield from zip(names, np.swapaxes(found, 0, 1), strict=True)
+
+
+def leaves(people: People) -> Responses:
+    """Springs at the ankle, as leaf springs and an elastic exoskeleton are."""
+    well, weak, elastic = (
+        [(w.walk(spring=x), w.walk()) for w in people[who] for x in _told("setting")[which]]
+        for who, which in (("healthy", "leaves"), ("drop foot", "leaves"), ("healthy", "elastic"))
     )
+    yield "leaf_healthy", [_change(pair, "tibialis", LOADING) for pair in well]
+    yield "leaf_drop_foot", [_change(pair, "tibialis", WHOLE) for pair in weak]
+    least = [[math.degrees(_curve(walked, "ankle")[LOADING].min()) for walked in pair] for pair in weak]
+    yield "leaf_loading", [worn - bare for worn, bare in least]
+    yield "leaf_speed", [_faster(pair) for pair in weak]
+    yield "elastic_soleus", [_change(pair, "soleus", PUSH_OFF, np.max) for pair in elastic]
+    yield "elastic_moment", [_change(pair, "moment", PUSH_OFF, np.max) for pair in elastic]
 
 
-def _same_way(what: str, measured: float, simulated: float, unit: str, source: str, why: str) -> Compared:
-    """Agrees within half and twice the measured response; nothing can be told of a walker who fell."""
-    if not math.isfinite(simulated):
-        return Compared(what, measured, math.nan, unit, "cannot tell", source, f"{why}: the walker fell")
-    near = _judged(0.5 <= simulated / measured <= 2.0)
-    return Compared(what, measured, simulated, unit, near, source, f"within half to twice; {why}")
+def lifted(people: People) -> Responses:
+    """S1 as it is on wearers with a drop foot."""
+    yield "lifting_speed", [_faster((w.walk({}), w.walk())) for w in people["drop foot"]]
+    bodies = [(w.gait, (w.body({}), w.body())) for w in people["no dorsiflexors"]]
+    falls = [[falls_of(body, gait, starts=FEW).count for body in pair] for gait, pair in bodies]
+    yield "lifting_falls", [100.0 * (worn / bare - 1.0) if bare else math.nan for worn, bare in falls]
 
 
-def geboers() -> Iterator[Compared]:
-    """Mean activity of the tibialis with a passive orthosis: patients −7 %, healthy −20 %."""
-    gait = read_gait("natural")
-    why = f"a spring of {SPRING:g} N·m/rad (assumed), no adaptation"
-    for who, share, measured in (("healthy", 1.0, -20.0), ("foot drop, 40 % left", 0.4, -7.0)):
-        means = []
-        for spring in (0.0, SPRING):
-            strides = strides_of(_walk(gait, strength={"tibialis": share}, spring=spring), "right")
-            means.append(strides.mean("tibialis").mean() if len(strides.duration) else math.nan)
-        change = 100.0 * (means[1] / means[0] - 1.0)
-        yield _same_way(f"tibialis with an orthosis, {who}", measured, change, "%", GEBOERS, why)
-
-
-def waterval() -> Iterator[Compared]:
-    """Whether the stiffness that costs least rises with weakness of the plantarflexors; no adaptation."""
-    gait, best, apart = read_gait("natural"), [], math.inf
-    for share in (0.8, 0.6):
-        costs = []
-        for stiffness in (0.0, 60.0, 120.0, 240.0):
-            weak = dict.fromkeys(("soleus", "gastrocnemius"), share)
-            walked = _walk(gait, strength=weak, spring=stiffness)
-            costs.append(numbers(walked)["cost_of_transport"] if walked.fell is None else math.inf)
-        least, second, *_ = sorted(costs)
-        apart = min(apart, second / least - 1.0)
-        best.append((0.0, 60.0, 120.0, 240.0)[int(np.argmin(costs))] if min(costs) < math.inf else math.nan)
-    rises = float(np.sign(best[1] - best[0])) if all(math.isfinite(value) for value in best) else 0.0
-    verdict: Verdict = "cannot tell" if rises == 0.0 or apart < CLAIMED else _judged(rises > 0.0)
-    words = (
-        f"least cost at {best[0]:g} and {best[1]:g} N·m/rad, 80 and 60 % strength left, by {apart:.1%} least"
-    )
-    yield Compared("stiffness of least cost, by weakness", 1.0, rises, "sign", verdict, WATERVAL, words)
-
-
-def galle() -> Iterator[Compared]:
-    """Onset of a plantarflexor muscle: only metabolic cost was measured."""
-    words = "its ten conditions differ by less than the energy model's own error"
-    yield Compared(
-        "best onset of a plantarflexor", 42.0, math.nan, "% of the stride", "cannot tell", GALLE, words
-    )
+def adapted(_: People) -> Responses:
+    """What is kept in ADAPTED: wearers who adapted to springs, and who were pushed as they are."""
+    yield from assets.read_toml(assets.folder("models") / ADAPTED).items()

@@ -35,7 +35,6 @@ from afo_sim.walker import (
 )
 from afo_sim.walker.bounds import BOUNDS, LEAST, MOST
 from afo_sim.walker.gait import OFFSETS
-from afo_sim.walker.measured import _same_way
 from afo_sim.walker.search import adapt, pushes_at
 
 MODULE = sys.modules["afo_sim.walker.search"]  # its name in the room is the function's
@@ -374,10 +373,3 @@ def test_a_search_that_still_gains_did_not_converge(medians: list[float], conver
     history = np.array([medians, medians]).T
     found = Found(read_gait("natural").vector, history, 16, {}, SimpleNamespace(fell=None))  # type: ignore[arg-type]
     assert found.converged is converged
-
-
-def test_a_response_agrees_within_half_and_twice_and_in_its_direction() -> None:
-    verdicts = [
-        _same_way("", 9.0, simulated, "deg", "", "").verdict for simulated in (4.4, 4.6, 17.9, 18.1, -9.0)
-    ]
-    assert verdicts == ["disagrees", "agrees", "agrees", "disagrees", "disagrees"]
