@@ -23,8 +23,8 @@ import tomli_w
 
 from afo_sim.common import GRAVITY, write_text
 from afo_sim.walker import Cost, Free, Vector, Walked, numbers, search, strides_of, walk
-from afo_sim.walker.population import PLANTARFLEXORS
 from afo_sim.walker.measured import WALKED, Wearer, drawn_people
+from afo_sim.walker.population import PLANTARFLEXORS
 
 KEPT, TOLD = (
     pathlib.Path("models/validation/adapted_wearers.csv"),

@@ -10,9 +10,9 @@ import numpy as np
 from afo_sim.common import GRAVITY, assets
 from afo_sim.description import Scenario
 from afo_sim.walker.body import BARE, Body, build_body
-from afo_sim.walker.population import as_drawn, draw_about
 from afo_sim.walker.gait_file import Gait, read_gait
 from afo_sim.walker.likeness import BOVI, beside_people
+from afo_sim.walker.population import as_drawn, draw_about
 from afo_sim.walker.respond import falls_of, prepared
 from afo_sim.walker.strides import SAMPLES, norm_at, numbers, strides_of
 from afo_sim.walker.walking import Push, Walked, walk

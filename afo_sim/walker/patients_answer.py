@@ -46,14 +46,15 @@ class Effect:
     relative: bool = False
 
 
-# The errors: what two searches of one patient differ by, and the energy's model (docs/walker.md).
+# The errors: twice the RMS by which the change of one patient differs between two searches (docs/walker.md),
+# and of the cost the energy model's own.
 EFFECTS = {
-    "speed": Effect(0.1, 1),
-    "right/clearance": Effect(0.01, 1),
-    "right/ankle_swing": Effect(4.0),
-    "right/knee_max": Effect(5.0),
-    "right/thigh_max": Effect(5.0),
-    "right/push_off_peak": Effect(0.5),
+    "speed": Effect(0.12, 1),
+    "right/clearance": Effect(0.02, 1),
+    "right/ankle_swing": Effect(4.6),
+    "right/knee_max": Effect(2.5),
+    "right/thigh_max": Effect(3.6),
+    "right/push_off_peak": Effect(0.9),
     "cost_of_transport": Effect(0.1, -1, relative=True),
 }
 _ROWS = (
