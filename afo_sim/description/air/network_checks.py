@@ -2,8 +2,6 @@
 too large for compiled code.
 """
 
-from collections.abc import Iterator
-
 from afo_sim.description.air.air_graph import HasAir, Way, reached, ways
 from afo_sim.description.air.air_parts import AMBIENT, SUPPLY, Restriction
 from afo_sim.description.quantity import amount, refusal, refused_name
@@ -11,6 +9,7 @@ from afo_sim.description.quantity import amount, refusal, refused_name
 MOST_NODES = 32  # of one network, beside the ambient air and the supply
 MOST_RESTRICTIONS = 64  # of one network, valves included
 TOO_MANY = "too many for one network"
+WAYS, ENDS = ("feed", "exhaust"), ("upstream", "downstream")  # keys that name a node
 
 
 def check_room(
@@ -19,7 +18,11 @@ def check_room(
 ) -> None:  # fmt: skip
     """Refuse a network that is larger than compiled code has room for."""
     group = {node: {node} for node in (*orthosis.chamber, *orthosis.volume)}
-    parts = list(_parts(orthosis))
+    parts = []  # (node, node, number of restrictions) of all that air flows through
+    for name, chamber in orthosis.chamber.items():
+        own = (chamber.tube is not None) + 2 * (chamber.quick_exhaust is not None)
+        parts += [(chamber.feed, name, 1 + own), (name, chamber.exhaust, 1)]
+    parts += [(each.upstream, each.downstream, len(each.edges(""))) for each in orthosis.restriction.values()]
     for origin, end, _ in parts:
         _merge(group, origin, end)
     if shared:
@@ -46,16 +49,6 @@ def _merge(group: dict[str, set[str]], a: str, b: str) -> None:
         group |= dict.fromkeys(merged, merged)
 
 
-def _parts(orthosis: HasAir) -> Iterator[tuple[str, str, int]]:
-    """(node, node, number of restrictions) of all that air flows through."""
-    for name, chamber in orthosis.chamber.items():
-        own = (chamber.tube is not None) + 2 * (chamber.quick_exhaust is not None)
-        yield chamber.feed, name, 1 + own
-        yield name, chamber.exhaust, 1
-    for each in orthosis.restriction.values():
-        yield each.upstream, each.downstream, len(each.edges(""))
-
-
 TAKEN = {  # names of nodes and restrictions that a supply has of its own
     "node": ("source", "regulator"),
     "restriction": ("compressor", "regulator", "regulator_relief", "regulator_bleed"),
@@ -66,7 +59,11 @@ TABLE_KEYS = ("period", "restart", "provenance")  # of a timer, beside its chamb
 def check_network(orthosis: HasAir) -> None:
     """Refuse nodes that are not there, or that air cannot come into or leave, and sources that conflict."""
     names = _names(orthosis)
-    for key, node in _ends(orthosis):
+    told = [(f"chamber.{n}.{key}", getattr(c, key)) for n, c in orthosis.chamber.items() for key in WAYS]
+    told += [
+        (f"restriction.{n}.{key}", getattr(r, key)) for n, r in orthosis.restriction.items() for key in ENDS
+    ]
+    for key, node in told:
         if node not in names:
             problem = f"there is no node {node!r}"
             ends = [name for name in orthosis.chamber if node in (f"{name}_valve_end", f"{name}_tube_end")]
@@ -130,16 +127,6 @@ def _check_names_of_restrictions(orthosis: HasAir) -> None:
             raise refusal(_own(name), "another name", key)
         if name in taken:
             raise refusal(f"is the name of {taken[name]}", "another name", key)
-
-
-def _ends(orthosis: HasAir) -> Iterator[tuple[str, str]]:
-    """(key, node) of all that names a node."""
-    for name, chamber in orthosis.chamber.items():
-        yield f"chamber.{name}.feed", chamber.feed
-        yield f"chamber.{name}.exhaust", chamber.exhaust
-    for name, each in orthosis.restriction.items():
-        yield f"restriction.{name}.upstream", each.upstream
-        yield f"restriction.{name}.downstream", each.downstream
 
 
 def _check_ends(orthosis: HasAir) -> None:
