@@ -15,7 +15,13 @@ _TableOf = tuple[str, Sequence[str], _Rows]  # title, header, rows
 
 def product(name: str) -> list[_TableOf]:
     """Everything of this name that is shipped, with each of its numbers."""
-    found = list(_found(name))
+    found: list[_TableOf] = []
+    for kind in assets.KINDS:
+        if name in assets.names(kind):
+            found.append(_described(kind, name) if kind in SPECS else _plain(kind, name))
+    for kind, known in (("law", LAWS), ("friction", FRICTIONS)):
+        found += _law(kind, known[name]) if name in known else ()
+    found += _gait(name) if name in assets.gait_names() else ()
     if not found:
         kinds = (*assets.KINDS.values(), "laws", "frictions", "gaits")
         shipped = [name for kind in assets.KINDS for name in assets.names(kind)]
@@ -23,17 +29,6 @@ def product(name: str) -> list[_TableOf]:
         allowed = f"a product's name, or one of: {', '.join(kinds)}"
         raise InputError("cannot be listed", field="list", value=name, allowed=allowed, nearest=nearest)
     return found
-
-
-def _found(name: str) -> Iterator[_TableOf]:
-    for kind in assets.KINDS:
-        if name in assets.names(kind):
-            yield _described(kind, name) if kind in SPECS else _plain(kind, name)
-    for kind, known in (("law", LAWS), ("friction", FRICTIONS)):
-        if name in known:
-            yield from _law(kind, known[name])
-    if name in assets.gait_names():
-        yield from _gait(name)
 
 
 def _described(kind: str, name: str) -> _TableOf:

@@ -218,7 +218,13 @@ class Draws:
         """
         masks = []
         for key, values in drawn.items():
-            lower, upper = _bounds_of(type(self), key)
+            law, name = _split(key)
+            if law:
+                lower, upper = LAWS[law].parameter(name).lower, LAWS[law].parameter(name).upper
+            else:
+                marks = type(self).model_fields[name].metadata  # type: ignore[attr-defined]
+                quantity = next(mark for mark in marks if isinstance(mark, Quantity))
+                lower, upper = float(quantity.at_least or 0.0), float(quantity.at_most or np.inf)
             masks.append((values >= lower) & (values <= upper))
             if key == "end_length":
                 masks.append(values < self.total_length)
@@ -228,16 +234,6 @@ class Draws:
 def key_of(law: str, name: str) -> str:
     """Dotted key, below a muscle, of a law's parameter or of the braid's geometry."""
     return name if name in _GEOMETRY else f"laws.{law}.{name}"
-
-
-def _bounds_of(kind: Any, key: str) -> tuple[float, float]:
-    """Least and greatest value that a number of a muscle may have [SI]; `kind` is the class of muscles."""
-    law, name = _split(key)
-    if law:
-        parameter = LAWS[law].parameter(name)
-        return parameter.lower, parameter.upper
-    quantity = next(mark for mark in kind.model_fields[name].metadata if isinstance(mark, Quantity))
-    return float(quantity.at_least or 0.0), float(quantity.at_most or np.inf)
 
 
 def _split(key: str) -> tuple[str, str]:

@@ -299,11 +299,6 @@ class Muscle(Named, RestCurves, Draws):
         `Lengths.factor`. A law that knows the effect of the length itself takes the length instead. The ends
         weaken it by 1 − end_loss/L0 of a piece. A `blocked_force` has precedence. `force_factor` is on
         whatever that gives.
-
-        Parameters
-        ----------
-        law : name of a law
-        parameters : of the law [SI]
         """
         known, braid = LAWS[law], self.piece
         factor = 1.0 if known.length == "own" else 1.0 - self.end_loss / braid.nominal_length

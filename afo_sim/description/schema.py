@@ -32,7 +32,7 @@ from afo_sim.description.orthosis import Orthosis, Valve
 from afo_sim.description.quantity import OfChambers, Quantity, amount
 from afo_sim.description.scenario import Scenario
 from afo_sim.description.walking import Limits, Patient
-from afo_sim.physics import FRICTIONS, LAWS, LawParameter
+from afo_sim.physics import FRICTIONS, LAWS
 
 Path = tuple[str, ...]
 SPECS: dict[str, type[BaseModel]] = {
@@ -151,7 +151,11 @@ def of_chambers(kind: Any) -> Any:
 def fields_of(kind: Any, name: str = "") -> dict[str, Leaf]:
     """The fields that a file writes in a table; of a law or friction `name` its parameters come first."""
     entry = SETS[kind].get(name) if kind in SETS else None
-    found = {each.name: _parameter(each) for each in (entry.parameters if entry else ())}
+    found = {}
+    for each in entry.parameters if entry else ():
+        bounds = Annotated[float, Quantity(each.unit, at_least=each.lower, at_most=each.upper)]
+        text, needed = f"{each.symbol}: {each.meaning}.", each.default is None
+        found[each.name] = Leaf((each.name,), bounds, needed, each.default, text)
     for key, info in kind.model_fields.items():
         if key == "provenance" or (kind in SETS and key not in _RANGES):
             continue
@@ -161,13 +165,6 @@ def fields_of(kind: Any, name: str = "") -> dict[str, Leaf]:
             default = info.get_default(call_default_factory=True, validated_data={"joint": "ankle"})
         found[key] = Leaf((key,), marked, info.is_required() and kind not in SETS, default, kind)
     return found
-
-
-def _parameter(parameter: LawParameter) -> Leaf:
-    """A law's or friction's parameter as a field."""
-    bounds = Annotated[float, Quantity(parameter.unit, at_least=parameter.lower, at_most=parameter.upper)]
-    text, needed = f"{parameter.symbol}: {parameter.meaning}.", parameter.default is None
-    return Leaf((parameter.name,), bounds, needed, parameter.default, text)
 
 
 def leaves(kind: Any, table: Any, path: Path = (), chambers: Iterable[str] = ()) -> Iterator[Leaf]:
