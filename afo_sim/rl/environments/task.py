@@ -15,13 +15,8 @@ Reader = Callable[["Sample"], Any]
 class Random(Protocol):
     """What draws: numpy's Generator and RandomState do."""
 
-    def uniform(self, low: float, high: float, size: int) -> np.ndarray:
-        """Random numbers (size,)."""
-        ...
-
-    def normal(self, mean: Any, deviation: Any, size: tuple[int, ...]) -> np.ndarray:
-        """Normal random numbers, of `size`."""
-        ...
+    def uniform(self, low: float, high: float, size: int) -> np.ndarray: ...
+    def normal(self, mean: Any, deviation: Any, size: tuple[int, ...]) -> np.ndarray: ...
 
 
 class Sample:
