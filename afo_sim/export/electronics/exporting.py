@@ -86,17 +86,17 @@ def _inputs(scenario: Scenario, columns: Sequence[str]) -> tuple[Input, ...]:
     """The quantities that a board reads, with the calibration lines of the scenario's sensors."""
     if len(columns) > MOST_NAMES:
         raise InputError("are too many inputs for a board", field="controller", value=len(columns))
-    return tuple(_input(scenario, column) for column in columns)
-
-
-def _input(scenario: Scenario, column: str) -> Input:
-    unit = unit_of(scenario, column)
-    sensor = scenario.sensor.get(column.removeprefix(SENSOR)) if column.startswith(SENSOR) else None
-    calibration = getattr(sensor, "calibration", None)
-    if calibration is None or calibration.shape != "linear":
-        return Input(column, unit)
-    line = calibration.line(unit)
-    return Input(column, unit, 1.0 / line.taken_slope, -line.taken_intercept / line.taken_slope)
+    found = []
+    for column in columns:
+        unit = unit_of(scenario, column)
+        sensor = scenario.sensor.get(column.removeprefix(SENSOR)) if column.startswith(SENSOR) else None
+        calibration = getattr(sensor, "calibration", None)
+        scaled: tuple[float, ...] = ()
+        if calibration is not None and calibration.shape == "linear":
+            line = calibration.line(unit)
+            scaled = (1.0 / line.taken_slope, -line.taken_intercept / line.taken_slope)
+        found.append(Input(column, unit, *scaled))
+    return tuple(found)
 
 
 @dataclass(frozen=True, eq=False)
@@ -190,7 +190,8 @@ def switchings(shares: np.ndarray, timestep: float, name: str) -> list[tuple[flo
             if found and after == on:
                 continue
         else:
-            after = _after(shares, k, on)
+            following = float(shares[k + 1]) if k + 1 < len(shares) else float(not on)
+            after = not on if _EDGE < following < 1.0 - _EDGE else following > 0.5  # at the step's end
             if after == on and k > 0:
                 problem = f"is switched more than once within the step at {k * timestep:g} s"
                 allowed = "longer events, or a shorter timestep"
@@ -201,11 +202,3 @@ def switchings(shares: np.ndarray, timestep: float, name: str) -> list[tuple[flo
         found.append((round(time, 9), after))
         on = after
     return found
-
-
-def _after(shares: np.ndarray, k: int, on: bool) -> bool:
-    """Whether a coil has current at the end of a step in which it has some for a part of it."""
-    following = float(shares[k + 1]) if k + 1 < len(shares) else float(not on)
-    if following <= _EDGE or following >= 1.0 - _EDGE:
-        return following > 0.5
-    return not on
