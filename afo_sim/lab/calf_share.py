@@ -35,16 +35,12 @@ def joint_powers(cycle: GaitCycle) -> dict[str, np.ndarray]:
         along, moved = 1j * np.exp(-1j * lean), np.exp(-1j * lean) * (turning - 1j * rate**2)
         centre = CENTRES[name] * length
         weight = mass * (acceleration + centre * moved + 1j * GRAVITY) - pull  # force at the upper joint
-        levers = _moment(-centre * along, pull) + _moment((length - centre) * along, weight)
+        # moments of the forces about the centre of mass, forward lean positive
+        levers = (np.conj(centre * along) * pull - np.conj((length - centre) * along) * weight).imag
         moment = mass * (GYRATION[name] * length) ** 2 * turning - below - levers
         powers[joint] = moment * (rate - above)
         acceleration, pull, below = acceleration + length * moved, -weight, -moment
     return powers
-
-
-def _moment(arm: np.ndarray, force: np.ndarray) -> np.ndarray:
-    """Moment of a force about a point, forward lean positive."""
-    return -(np.conj(arm) * force).imag
 
 
 def positive_work(cycle: GaitCycle) -> dict[str, float]:
