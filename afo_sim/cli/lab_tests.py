@@ -2,7 +2,7 @@
 
 import json
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -81,6 +81,7 @@ def stand_command(test: _Test) -> None:
     if test.test == "sensitivity":
         return _sensitivity(test)
     with progress("compiling the muscles") as report:
+        from afo_sim.lab import printed
         from afo_sim.lab.stand import stand
         from afo_sim.show import target, write_stand_files
 
@@ -97,7 +98,13 @@ def stand_command(test: _Test) -> None:
             report(0, 0, f"writing {kind}")
             written[kind] = write_stand_files(tests.of(kind), target(test.out, kind), rrd=drawn(test.rrd))
     for kind, files in written.items():
-        _print_trials(tests.of(kind), files)
+        own = tests.of(kind)
+        for trial in own.trials:
+            print_table(*printed(trial))
+        for line in _remarks(own):
+            print(line)
+        wall = sum(trial.wall_seconds for trial in own.trials)
+        print(f"{wall:.1f} s; written: {', '.join(map(str, files))}")
 
 
 def _sensitivity(test: _Test) -> None:
@@ -146,17 +153,6 @@ def _replay(test: _Test) -> None:
         for warning in one.warnings:
             print(f"warning: {warning}")
     print(f"written: {', '.join(map(str, files))}")
-
-
-def _print_trials(tests: "Stand", files: Sequence[Path]) -> None:
-    from afo_sim.lab import printed
-
-    for trial in tests.trials:
-        print_table(*printed(trial))
-    for line in _remarks(tests):
-        print(line)
-    wall = sum(trial.wall_seconds for trial in tests.trials)
-    print(f"{wall:.1f} s; written: {', '.join(map(str, files))}")
 
 
 def _remarks(tests: "Stand") -> Iterator[str]:

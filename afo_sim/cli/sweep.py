@@ -78,7 +78,7 @@ def sweep(given: _Sweep) -> None:
     which = int(found[1]), int(found[2])
     with progress("reading, compiling the muscles") as report:
         from afo_sim.show import unseen
-        from afo_sim.study import SWEEP, design, pool, runner, sweep_plan, time_step
+        from afo_sim.study import SWEEP, design, left, pool, runner, sweep_plan, time_step
 
         plan = sweep_plan.read(given.source)
         plan = plan.walked() if given.plain else plan
@@ -105,7 +105,12 @@ def sweep(given: _Sweep) -> None:
             sys.exit(130)
         took = time.monotonic() - begun
         _keep_recordings(store)
-    print(_end_text(store, state, took, "" if given.part == "1/1" else f" of part {given.part}"))
+    speed = f" in {duration(took)} ({state.new / took:.3g} a second)" if state.new else ""
+    failed = f", {state.failed} of them failed (see --show)" if state.failed else ""
+    of = "" if given.part == "1/1" else f" of part {given.part}"
+    rest = "" if store.finished else f", {left(store)} of the sweep are left"
+    done = f"{state.done} of {state.cases}{of} are done{rest}"
+    print(f"{state.new} cases computed{speed}{failed}; {done}: {store.folder}")
     if of_step := time_step.remark(folder):
         print(of_step)
     for line in unseen(SWEEP.read(folder)["scenario"], store.metrics):
@@ -125,16 +130,6 @@ def _keep_recordings(store: "Store") -> None:
             replaying.replay(store.folder, case).recording.save(target)
         except (InputError, OSError) as error:  # the results are there, and the same command tries again
             print(f"afo-sim: case {case} is not kept: {error}", file=sys.stderr)
-
-
-def _end_text(store: "Store", state: "SweepProgress", seconds: float, of: str) -> str:
-    from afo_sim.study import left
-
-    speed = f" in {duration(seconds)} ({state.new / seconds:.3g} a second)" if state.new else ""
-    failed = f", {state.failed} of them failed (see --show)" if state.failed else ""
-    rest = "" if store.finished else f", {left(store)} of the sweep are left"
-    done = f"{state.done} of {state.cases}{of} are done{rest}"
-    return f"{state.new} cases computed{speed}{failed}; {done}: {store.folder}"
 
 
 def show_folder(folder: Path, out: Path | None, metrics: list[str], best: int) -> None:
