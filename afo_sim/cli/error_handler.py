@@ -25,6 +25,7 @@ _PACKAGES = ("afo-sim", "mujoco", "numpy", "numba", "scipy", "pyarrow", "rerun-s
 # Arguments of the library whose options have another name.
 _OPTIONS = {"changed": "if_changed", "fixed": "fix", "names": "fit", "facts": "tell", "screenshot": "picture"}
 _OPTIONS |= {"draws": "uncertainty"}
+_ALSO = {"ankle": "joint", "shank": "proximal", "foot": "distal"}  # where there is no option of that name
 _ARGUMENT = re.compile(r"`(\w+)(?:=([^`]*))?`")  # in a text: `name` or `name=value`
 
 
@@ -75,7 +76,8 @@ def with_options(error: InputError, command: Any) -> InputError:
 
     def option(argument: str) -> str | None:
         name = _OPTIONS.get(argument, argument)
-        found = (parameters.get(each) for each in (name, name.removesuffix("s"), f"{name}s"))
+        names = (name, name.removesuffix("s"), f"{name}s", _ALSO.get(name, name))
+        found = (parameters.get(each) for each in names)
         parameter = next(filter(None, found), None)
         if parameter is None:
             return None

@@ -155,11 +155,8 @@ def attach_command(worn: _Attachment) -> None:
 
         names = ("joint", "proximal", "distal", "side", "sign", "forward", "supply", "timestep", "prefix")
         before: Any = attached(model) if ours else model
-        try:
-            packages = tuple(worn.package or ())
-            found = attach(before, worn.orthosis, zero=angle, packages=packages, **picked(worn, *names))
-        except InputError as error:
-            raise error.renamed(_option, str) from None
+        packages = tuple(worn.package or ())
+        found = attach(before, worn.orthosis, zero=angle, packages=packages, **picked(worn, *names))
         written = write_attached(found, out, force=worn.force, mjb=worn.mjb)
     _print(found)
     for words in found.told:
@@ -180,13 +177,6 @@ def _is_written(model: Path) -> bool:
         return model.suffix == ".xml" and f'model = "{model.name}"' in sidecar.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError):
         return False
-
-
-def _option(field: str) -> str:
-    """The option that stands for an argument of `attach`."""
-    field = {"ankle": "joint", "shank": "proximal", "foot": "distal"}.get(field, field)
-    own = "joint proximal distal sign side zero forward supply timestep prefix orthosis"
-    return f"--{field}" if field in own.split() else field
 
 
 def _print(found: Any) -> None:
