@@ -10,31 +10,11 @@ from typing import Any, Literal, get_args, get_origin
 from pydantic import TypeAdapter, ValidationError
 
 from afo_sim.common import EXAMPLES, InputError, assets, nearest_name, unknown
+from afo_sim.description import schema
 from afo_sim.description.law_set import FrictionSet, LawSet
 from afo_sim.description.quantity import Provenance, Whole
 from afo_sim.description.reader import Reading, load, read
 from afo_sim.description.scenario import Scenario
-from afo_sim.description.schema import (
-    KINDS,
-    SPECS,
-    Leaf,
-    allowed,
-    child_of,
-    core,
-    dotted_key,
-    fields_of,
-    holder,
-    item_type,
-    leaves,
-    of_chambers,
-    quantity_of,
-    shown,
-    split_key,
-    table_names,
-    tables,
-    type_below,
-    unit_of,
-)
 from afo_sim.description.tree import value_at
 
 
@@ -70,34 +50,35 @@ def keys(
     reading = read(kind, source, sets)
     found = (
         key
-        for leaf in leaves(SPECS[kind], reading.tree.root)
-        if holder(reading.description, leaf.path) is not None and (whole or not _is_whole(leaf.annotation))
+        for leaf in schema.leaves(schema.SPECS[kind], reading.tree.root)
+        if schema.holder(reading.description, leaf.path) is not None
+        and (whole or not _is_whole(leaf.annotation))
         for key in _keys_of(reading, leaf)
     )
     return [key for key in found if key.mentions(word)]
 
 
-def _keys_of(reading: Reading[Any], leaf: Leaf) -> Iterator[Key]:
+def _keys_of(reading: Reading[Any], leaf: schema.Leaf) -> Iterator[Key]:
     """A leaf's key, or one for each item of its list."""
     written = value_at(reading.tree.root, leaf.path)
     source, provenance = _source(reading, leaf, written)
     origin = (provenance.kind, provenance.source) if provenance else ("", "")
     present = leaf.default if written is None else written
     if present is None:
-        present = child_of(holder(reading.description, leaf.path), leaf.path[-1])
+        present = schema.child_of(schema.holder(reading.description, leaf.path), leaf.path[-1])
     for name, value, annotation in _items(leaf.key, present, leaf.annotation):
-        facts = (shown(value, annotation), unit_of(annotation), allowed(annotation))
+        facts = (schema.shown(value, annotation), schema.unit_of(annotation), schema.allowed(annotation))
         yield Key(name, *facts, leaf.meaning, source, *origin)
 
 
 def _is_whole(annotation: Any) -> bool:
     """Whether a list is written only as a whole."""
-    return any(isinstance(mark, Whole) for mark in core(annotation)[1])
+    return any(isinstance(mark, Whole) for mark in schema.core(annotation)[1])
 
 
 def _items(key: str, value: Any, annotation: Any) -> Iterator[tuple[str, Any, Any]]:
     """(key, value, type) of a field, or of each item of a list that is not marked as a whole."""
-    inner, _ = core(annotation)
+    inner, _ = schema.core(annotation)
     if (
         _is_whole(annotation)
         or get_origin(inner) is not tuple
@@ -107,12 +88,12 @@ def _items(key: str, value: Any, annotation: Any) -> Iterator[tuple[str, Any, An
         yield key, value, annotation
         return
     for k, item in enumerate(value):
-        yield from _items(f"{key}[{k}]", item, item_type(annotation, k))
+        yield from _items(f"{key}[{k}]", item, schema.item_type(annotation, k))
 
 
-def _source(reading: Reading[Any], leaf: Leaf, written: Any) -> tuple[str, Provenance | None]:
+def _source(reading: Reading[Any], leaf: schema.Leaf, written: Any) -> tuple[str, Provenance | None]:
     """Source of a value, and its provenance."""
-    table = holder(reading.description, leaf.path)
+    table = schema.holder(reading.description, leaf.path)
     provenance = getattr(table, "provenance", {}).get(leaf.path[-1])
     tree, path = reading.tree, leaf.path
     file, inner = tree.file_of(path[:-1])
@@ -141,7 +122,7 @@ class Field:
     @property
     def bounds(self) -> tuple[float, float]:
         """Least and greatest number allowed [SI]; infinite where the description sets no bound."""
-        quantity = quantity_of(self.annotation)
+        quantity = schema.quantity_of(self.annotation)
         if quantity is None:
             return -math.inf, math.inf
         lower = quantity.at_least if quantity.at_least is not None else quantity.above
@@ -178,13 +159,13 @@ class Field:
             return value
         if self.key == "gait.cycle":
             assets.find_gait(whole)
-        if core(self.annotation)[0] is pathlib.Path and not pathlib.Path(whole).is_file():
+        if schema.core(self.annotation)[0] is pathlib.Path and not pathlib.Path(whole).is_file():
             raise InputError("there is no such file", value=value)
         try:
             TypeAdapter(self.annotation).validate_python(value)
         except ValidationError as error:
             first = error.errors(include_url=False)[0]
-            choices = [c for c in get_args(core(self.annotation)[0]) if isinstance(c, str)]
+            choices = [c for c in get_args(schema.core(self.annotation)[0]) if isinstance(c, str)]
             problem = "is not a valid choice" if choices else first["msg"]
             raise unknown(value, choices, problem=problem) from None
         return value
@@ -193,21 +174,21 @@ class Field:
         """A word that is the path of a file beside `beside` as its whole path; else the word itself."""
         path = beside.parent / word
         shipped = assets.names(self.description) if self.description else []
-        names_a_file = self.key == "gait.cycle" or core(self.annotation)[0] is pathlib.Path
+        names_a_file = self.key == "gait.cycle" or schema.core(self.annotation)[0] is pathlib.Path
         found = (self.description or names_a_file) and word not in shipped and path.exists()
         return str(path.resolve()) if found else word
 
 
 def field_at(key: str, scenario: Scenario) -> Field:
     """The field that a dotted key leads to."""
-    path, items = split_key(key)
+    path, items = schema.split_key(key)
     annotation: Any = Scenario
     value: Any = scenario
     for depth, name in enumerate(path):
-        if tables(annotation)[1] == "list" and name.isdigit():
+        if schema.tables(annotation)[1] == "list" and name.isdigit():
             annotation, value = _item(annotation, value, int(name), key)
         else:
-            at = dotted_key(path[:depth])
+            at = schema.dotted_key(path[:depth])
             # (type, value where there is one) of a field of a table
             names = _names(annotation, value, scenario)
             if name not in names:
@@ -216,45 +197,48 @@ def field_at(key: str, scenario: Scenario) -> Field:
                     raise InputError(f"{at} is a value, not a table", field=whole)
                 nearest = nearest_name(name, names)
                 raise InputError("is an unknown key", field=whole, allowed=", ".join(names), nearest=nearest)
-            annotation, value = type_below(annotation, name, _law_of(value)), child_of(value, name)
+            annotation, value = (
+                schema.type_below(annotation, name, _law_of(value)),
+                schema.child_of(value, name),
+            )
     for item in items:
         annotation, value = _item(annotation, value, item, key)
-    kind = core(annotation)[0]
+    kind = schema.core(annotation)[0]
     if get_origin(kind) is tuple:
         raise InputError("is a list: name one of its items", field=key, allowed=f"{key}[0]")
-    quantity = quantity_of(annotation)
+    quantity = schema.quantity_of(annotation)
     if quantity is not None:
         return Field(key, "number", quantity.unit, annotation, value=value)
     if kind is int:
         return Field(key, "integer", "", annotation, value=value)
     if kind in (str, bool, pathlib.Path) or get_origin(kind) is Literal:
         return Field(key, "word", "", annotation, value=value)
-    if kind in KINDS:
-        return Field(key, "word", "", annotation, KINDS[kind])
+    if kind in schema.KINDS:
+        return Field(key, "word", "", annotation, schema.KINDS[kind])
     allowed = ", ".join(f"{key}.{name}" for name in _names(annotation, value, scenario))
     raise InputError("is a table: name one of its fields", field=key, allowed=allowed)
 
 
 def _item(annotation: Any, value: Any, item: int, key: str) -> tuple[Any, Any]:
     """(type, value where there is one) of an item of a list."""
-    if get_origin(core(annotation)[0]) is not tuple:
+    if get_origin(schema.core(annotation)[0]) is not tuple:
         raise InputError("is not a list, so it has no items", field=key)
     count = len(value) if isinstance(value, tuple) else 0
     if item >= count:
         allowed = f"[0] to [{count - 1}]" if count else "none: the list is empty here"
         raise InputError(f"there is no item [{item}]", field=key, allowed=allowed)
-    return item_type(annotation, item), value[item]
+    return schema.item_type(annotation, item), value[item]
 
 
 def _names(annotation: Any, value: Any, scenario: Scenario) -> list[str]:
     """The fields of a table."""
-    kind, many = tables(annotation)
+    kind, many = schema.tables(annotation)
     if many == "named":
-        return table_names(annotation, value or ())
+        return schema.table_names(annotation, value or ())
     if many != "one":
         return []
-    chambers: Iterable[str] = () if of_chambers(kind) is None else scenario.orthosis.chamber
-    return [*fields_of(kind, _law_of(value)), *chambers]
+    chambers: Iterable[str] = () if schema.of_chambers(kind) is None else scenario.orthosis.chamber
+    return [*schema.fields_of(kind, _law_of(value)), *chambers]
 
 
 def _law_of(table: Any) -> str:

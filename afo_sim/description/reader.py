@@ -13,6 +13,7 @@ import numpy as np
 from pydantic import BaseModel, ValidationError
 
 from afo_sim.common import InputError, assets, nearest_name, unknown
+from afo_sim.description import schema
 from afo_sim.description.air.regulator import Regulator
 from afo_sim.description.air.source import Source as GasSource
 from afo_sim.description.air.tube import Tube
@@ -22,21 +23,6 @@ from afo_sim.description.muscle import Muscle
 from afo_sim.description.orthosis import Orthosis, Valve
 from afo_sim.description.quantity import SET_BY_HAND, Described
 from afo_sim.description.scenario import Scenario
-from afo_sim.description.schema import (
-    ALSO_OF_LEG,
-    KINDS,
-    SPECS,
-    Path,
-    allowed,
-    child_of,
-    dotted_key,
-    fields_of,
-    holder,
-    leaves,
-    nearest_key,
-    table_at,
-    tables,
-)
 from afo_sim.description.schema import split_key as split_key
 from afo_sim.description.tree import Tree, leave_out, read_table, value_at
 from afo_sim.description.walking import Limits, Patient
@@ -156,7 +142,7 @@ def load(kind: str, source: _Source, sets: _Sets = None) -> Described:
     >>> load("muscle", "dmsp_20").law
     'sarosi_2012'
     """
-    if kind in SPECS and isinstance(source, SPECS[kind]):
+    if kind in schema.SPECS and isinstance(source, schema.SPECS[kind]):
         return with_keys(source, sets) if sets else source
     return read(kind, source, sets).description
 
@@ -173,7 +159,7 @@ def read(kind: str, source: _Source, sets: _Sets = None) -> Reading[Any]:
         if value_at(tree.root, (*path, *map(str, items))) != value:
             changed[key] = value
         tree.set(key, value)
-        if base is not None and isinstance(table := holder(tree.root, path), dict):
+        if base is not None and isinstance(table := schema.holder(tree.root, path), dict):
             tree.unfound = {at: told for at, told in tree.unfound.items() if at[: len(path)] != path}
             tree.follow_all(path, table)
     if base is None:
@@ -198,17 +184,17 @@ def _described(tree: Tree, base: Base | None = None) -> Any:
     if base is not None:
         same = (name for name in base.parts if table.get(name) is base.tree.root[name])
         table |= {name: base.parts[name] for name in same}
-    return SPECS[tree.kind].model_validate(table, context={"kept": (KEPT, table)})
+    return schema.SPECS[tree.kind].model_validate(table, context={"kept": (KEPT, table)})
 
 
 def with_keys(description: D, sets: Mapping[str, Any]) -> D:
     """A copy of a description with dotted keys set, checked as a file's are."""
     _require_table(sets)
-    kind = KINDS[type(description)]
+    kind = schema.KINDS[type(description)]
     table = description.model_dump(mode="json", exclude_none=True)
     for key in sets:  # whose source is the user, where a number names one
         path = split_key(key)[0]
-        owner = holder(table, path)
+        owner = schema.holder(table, path)
         sources = owner.get("provenance") if isinstance(owner, dict) else None
         if sources and path[-1] in sources:
             sources[path[-1]] = {"kind": "user", "source": SET_BY_HAND}
@@ -233,8 +219,8 @@ def _require_table(sets: Any) -> None:
 
 def _tree(kind: str, source: Any) -> Tree:
     """A description as it is written; a scenario that names no limits is judged by the usual ones."""
-    if kind not in SPECS:
-        raise unknown(kind, SPECS, field="kind", problem="is not a kind of description")
+    if kind not in schema.SPECS:
+        raise unknown(kind, schema.SPECS, field="kind", problem="is not a kind of description")
     if isinstance(source, Mapping):
         tree = Tree(kind, None, dict(source))
     elif isinstance(source, str | os.PathLike):
@@ -271,7 +257,7 @@ def _problems(tree: Tree, error: ValidationError) -> list[InputError]:
     return found
 
 
-def _path(entry: Any) -> Path:
+def _path(entry: Any) -> schema.Path:
     """The place that a validation error is about, as the file writes it."""
     facts = entry.get("ctx", {})
     path = tuple(str(part) for part in entry["loc"])
@@ -287,22 +273,23 @@ def _path(entry: Any) -> Path:
     return path
 
 
-def _problem(tree: Tree, entry: Any, path: Path) -> InputError:
+def _problem(tree: Tree, entry: Any, path: schema.Path) -> InputError:
     facts = entry.get("ctx", {})
     name = next((part for part in reversed(path) if not part.isdigit()), "")
     expected = facts.get("allowed", "") or facts.get("expected", "")
-    table = table_at(SPECS[tree.kind], path[:-1])
-    leaf = fields_of(table).get(name) if table else None  # none of a { value, source, kind } table
-    if not expected and not (leaf and tables(leaf.annotation)[1] == "one"):  # a chamber's inlet is no list
+    table = schema.table_at(schema.SPECS[tree.kind], path[:-1])
+    leaf = schema.fields_of(table).get(name) if table else None  # none of a { value, source, kind } table
+    # a chamber's inlet is no list
+    if not expected and not (leaf and schema.tables(leaf.annotation)[1] == "one"):
         expected = _FORMS.get(name, "")
     if entry["type"] == "dict_type":
         expected = f"tables of their own, [{tree.place(path)['field']}.NAME]"
     if not expected and "min_length" in facts:
         expected = f"at least {facts['min_length']}"
     if not expected and leaf and PROBLEMS.get(entry["type"]) == "is out of range":
-        expected = allowed(leaf.annotation)
+        expected = schema.allowed(leaf.annotation)
     if entry["type"] == "missing" and leaf and not expected:
-        expected = f"{allowed(leaf.annotation)} ({' '.join(leaf.meaning.split()).rstrip('.')})"
+        expected = f"{schema.allowed(leaf.annotation)} ({' '.join(leaf.meaning.split()).rstrip('.')})"
     nearest = facts.get("nearest") or None
     if entry["type"] == "literal_error" and isinstance(entry["input"], str):
         nearest = nearest_name(entry["input"], re.findall("'([^']+)'", expected))
@@ -310,19 +297,19 @@ def _problem(tree: Tree, entry: Any, path: Path) -> InputError:
     return InputError(problem, **tree.place(path), allowed=str(expected), nearest=nearest)
 
 
-def _unknown_key(tree: Tree, path: Path) -> InputError:
+def _unknown_key(tree: Tree, path: schema.Path) -> InputError:
     """An unknown key, with the nearest one on whatever level."""
-    spec = SPECS[tree.kind]
-    table = table_at(spec, path[:-1])
-    names = list(fields_of(table)) if table else []
+    spec = schema.SPECS[tree.kind]
+    table = schema.table_at(spec, path[:-1])
+    names = list(schema.fields_of(table)) if table else []
     place = tree.place(path)
-    word = ALSO_OF_LEG.get(path[-1])
+    word = schema.ALSO_OF_LEG.get(path[-1])
     if word in names and value_at(tree.root, (*path[:-1], word)) is not None:  # both are left by `plain_keys`
         return InputError(f"is another word for {word}, which is there too", **place, allowed=f"{word} alone")
     written_in, inner = tree.file_of(path)
     within = path[: len(path) - len(inner)] if place["file"] == written_in else ()
-    known = [leaf for leaf in leaves(spec, tree.root) if leaf.path[: len(within)] == within]
-    nearest = nearest_key(path, known, names, tree.root)
+    known = [leaf for leaf in schema.leaves(spec, tree.root) if leaf.path[: len(within)] == within]
+    nearest = schema.nearest_key(path, known, names, tree.root)
     if nearest and nearest not in names:
         nearest = ".".join(nearest.split(".")[len(within) :])
     return InputError("is an unknown key", **place, allowed=", ".join(names), nearest=nearest)
@@ -335,11 +322,11 @@ def _say_what_is_set(table: Any, key: str, value: Any) -> None:
     for depth, name in enumerate(path):
         told = table.get("description") if isinstance(table, dict) else None
         if isinstance(told, str) and path[-1] not in ("description", "name"):
-            now = f"set {dotted_key(path[depth:])}{key[len(dotted_key(path)) :]}"
+            now = f"set {schema.dotted_key(path[depth:])}{key[len(schema.dotted_key(path)) :]}"
             stale = f"{now}=", f"{now}.", f"{now}["  # of the same key, or of one below it
             before = [part for part in told.split("; ") if part and not f"{part}=".startswith(stale)]
             table["description"] = "; ".join([f"{now}={value}" if short else now, *before])
-        table = child_of(table, name)
+        table = schema.child_of(table, name)
 
 
 def unchanged(description: str) -> tuple[str, int]:

@@ -9,22 +9,12 @@ from collections.abc import Mapping
 from typing import Any
 
 from afo_sim.common import InputError, assets
+from afo_sim.description import schema
 from afo_sim.description.air.valve import CONDUCTANCE, make_room
 from afo_sim.description.quantity import SET_BY_HAND
-from afo_sim.description.schema import (
-    ALSO,
-    ALSO_OF_LEG,
-    SPECS,
-    Path,
-    child_of,
-    dotted_key,
-    files_of,
-    holder,
-    references,
-    split_key,
-)
 
-FILES = {kind: names for kind in SPECS if (names := files_of(kind))}  # fields that are files beside the TOML
+# fields that are files beside the TOML
+FILES = {kind: names for kind in schema.SPECS if (names := schema.files_of(kind))}
 SCENARIO_FILES = (*((table, key) for table, keys in FILES.items() for key in keys), ("gait", "cycle"))
 
 
@@ -33,9 +23,9 @@ class Tree:
 
     def __init__(self, kind: str, file: pathlib.Path | None, root: dict[str, Any]):
         self.kind, self.root = kind, plain_keys(root, kind)
-        self.files: dict[Path, pathlib.Path | None] = {(): file}
-        self.set_keys: set[Path] = set()
-        self.unfound: dict[Path, InputError] = {}  # names that stand for nothing
+        self.files: dict[schema.Path, pathlib.Path | None] = {(): file}
+        self.set_keys: set[schema.Path] = set()
+        self.unfound: dict[schema.Path, InputError] = {}  # names that stand for nothing
 
     def forked(self) -> "Tree":
         """A tree that shares all tables with this one, which stays as it is."""
@@ -44,14 +34,14 @@ class Tree:
         found.unfound = dict(self.unfound)
         return found
 
-    def file_of(self, path: Path) -> tuple[pathlib.Path | None, Path]:
+    def file_of(self, path: schema.Path) -> tuple[pathlib.Path | None, schema.Path]:
         """The file that a path is written in, and the path within that file."""
         for length in range(len(path), -1, -1):
             if path[:length] in self.files:
                 return self.files[path[:length]], path[length:]
         return None, path
 
-    def place(self, path: Path) -> dict[str, Any]:
+    def place(self, path: schema.Path) -> dict[str, Any]:
         """File, field and value of a path; no file where `--set` wrote it; that of a name that it set."""
         file, inner = self.file_of(path)
         depth = len(path) - len(inner)  # of the file
@@ -60,10 +50,10 @@ class Tree:
         value = value_at(self.root, path)
         return {"file": file, "field": ".".join(inner), "value": None if isinstance(value, dict) else value}
 
-    def follow(self, path: Path) -> None:
+    def follow(self, path: schema.Path) -> None:
         """Replace the name at `path`, if it is a reference, by what it names."""
         kind = _references(self.kind, path).get(())
-        table = holder(self.root, path)
+        table = schema.holder(self.root, path)
         if kind is None or not isinstance(table, dict) or not isinstance(table.get(path[-1]), str):
             return
         beside, inner = self.file_of(path)
@@ -74,7 +64,7 @@ class Tree:
         table[path[-1]] = plain_keys(read_table(kind, file), kind)
         self.files[path] = file
 
-    def follow_all(self, path: Path = (), table: Any = None) -> None:
+    def follow_all(self, path: schema.Path = (), table: Any = None) -> None:
         """Follow every reference at and below `path`, a key of `table`; `unfound` has what is not found."""
         if path:
             try:
@@ -90,7 +80,7 @@ class Tree:
 
     def set(self, dotted: str, value: Any) -> None:
         """Put a value at a dotted key, following references on the way down."""
-        path, items = split_key(dotted)
+        path, items = schema.split_key(dotted)
         value = plain_keys(value, path[-1])
         self.set_keys.add((*path, *map(str, items)))
         node: Any = self.root
@@ -99,16 +89,16 @@ class Tree:
             if isinstance(node, list):
                 child = _table_in(node, key, dotted, value)
             elif key.isdigit() and node:
-                allowed = ", ".join(f"{dotted_key(path[: depth - 1])}.{name}" for name in node)
+                allowed = ", ".join(f"{schema.dotted_key(path[: depth - 1])}.{name}" for name in node)
                 raise InputError("is a table of names, not a list", field=dotted, allowed=allowed)
             else:
                 make_room(node, key)
                 child = node.setdefault(key, [] if path[depth].isdigit() else {})
             if isinstance(child, list) and not path[depth].isdigit():
-                allowed = f"as in {dotted_key(path[:depth])}[0].{dotted_key(path[depth:])}"
+                allowed = f"as in {schema.dotted_key(path[:depth])}[0].{schema.dotted_key(path[depth:])}"
                 raise InputError("is a list here: name one of its items", field=dotted, allowed=allowed)
             if not isinstance(child, dict | list):
-                problem = f"{dotted_key(path[:depth])} is a value, not a table"
+                problem = f"{schema.dotted_key(path[:depth])} is a value, not a table"
                 raise InputError(problem, field=dotted, value=value)
             own = copy.copy(child)  # what was given stays as it was
             node[int(key) if isinstance(node, list) else key] = own
@@ -125,11 +115,11 @@ class Tree:
 
 
 @functools.lru_cache(maxsize=1024)  # every description of a kind has the same places
-def _references(kind: str, path: Path) -> dict[Path, str]:
+def _references(kind: str, path: schema.Path) -> dict[schema.Path, str]:
     """Kinds of what names at and below `path` refer to, by the rest of the way to them."""
     return {
         pattern[len(path) :]: referred
-        for pattern, referred in references(kind).items()
+        for pattern, referred in schema.references(kind).items()
         if len(pattern) >= len(path) and all(p in ("*", key) for p, key in zip(pattern, path, strict=False))
     }
 
@@ -140,7 +130,7 @@ def plain_keys(node: Any, name: str) -> Any:
         return node
     # far faster than to look at every key, of which few have two words
     text = json.dumps(node, default=id, skipkeys=True)
-    return _renamed(node, name) if any(f'"{word}": ' in text for word in ALSO_OF_LEG) else node
+    return _renamed(node, name) if any(f'"{word}": ' in text for word in schema.ALSO_OF_LEG) else node
 
 
 def _renamed(node: Any, name: str) -> Any:
@@ -148,7 +138,7 @@ def _renamed(node: Any, name: str) -> Any:
         return [_renamed(item, "") for item in node]
     if type(node) is not dict:
         return node
-    words = ALSO_OF_LEG if name == "leg" else ALSO
+    words = schema.ALSO_OF_LEG if name == "leg" else schema.ALSO
     return {
         key if words.get(key) in node else words.get(key, key): _renamed(value, key)
         for key, value in node.items()
@@ -195,10 +185,10 @@ def read_table(kind: str, file: pathlib.Path) -> dict[str, Any]:
     return table
 
 
-def value_at(node: Any, path: Path) -> Any:
+def value_at(node: Any, path: schema.Path) -> Any:
     """Value written at a path, None where nothing is; of { value = …, source = … } the value."""
     if path:
-        node = child_of(holder(node, path), path[-1])
+        node = schema.child_of(schema.holder(node, path), path[-1])
     return node["value"] if isinstance(node, Mapping) and "value" in node else node
 
 

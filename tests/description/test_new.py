@@ -14,8 +14,7 @@ from afo_sim.common import InputError, assets
 from afo_sim.description import fields_of, load, of_chambers, tables
 from afo_sim.description.air.source import MAY_HAVE, NEEDED, OF_ONE_KIND
 from afo_sim.description.new import new, reference
-from afo_sim.description.reader import SPECS
-from afo_sim.description.schema import KINDS, Leaf, allowed, is_table, unit_of
+from afo_sim.description.schema import KINDS, SPECS, Leaf, allowed, is_table, unit_of
 from afo_sim.study import new_study
 from afo_sim.study import sweep_plan as sweeps
 from afo_sim.study.parameter_table import ParameterTable

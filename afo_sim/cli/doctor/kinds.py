@@ -91,7 +91,7 @@ def _check_description(path: pathlib.Path, kind: str) -> Findings:
 def _kind_of(path: pathlib.Path, table: Mapping[str, Any]) -> str:
     """The kind of description that has most of a file's keys; of several, the file's namesake."""
     from afo_sim.description import fields_of
-    from afo_sim.description.reader import SPECS
+    from afo_sim.description.schema import SPECS
 
     shared = {
         kind: len(table.keys() & fields_of(spec).keys() - {"name", "description"})
