@@ -7,18 +7,7 @@ from typing import Annotated
 import typer
 from typer import Argument, Option
 
-from afo_sim.cli.common import (
-    Scenario,
-    Sets,
-    Threads,
-    app,
-    check_counts,
-    one_group,
-    picked,
-    print_table,
-    progress,
-    read_sets,
-)
+from afo_sim.cli import common
 from afo_sim.cli.overwriting import check_same
 from afo_sim.cli.printed_run import print_line
 
@@ -28,8 +17,8 @@ class _Sizing:
     """Options of `size`: what is sized, by which limits."""
 
     kind: Annotated[str, Argument(help="pressure, valve, tube, supply or muscle")]
-    scenario: Scenario
-    sets: Sets = None
+    scenario: common.Scenario
+    sets: common.Sets = None
     limit: Annotated[
         list[str] | None,
         Option(help='as "toe_clearance >= 10 mm"; of walking the toe clearance that its limits want'),
@@ -48,19 +37,21 @@ class _Sizing:
     group: Annotated[str | None, Option(help="muscle: of which group; the first by default")] = None
     count: Annotated[str | None, Option(help='muscle: how many, as "3" or "1-4"')] = None
     out: Annotated[Path | None, Option(help="folder to write to; none by default")] = None
-    threads: Threads = 0
+    threads: common.Threads = 0
     force: Annotated[bool, Option("--force", help="replace another sizing")] = False
 
 
-@app.command("size")
-@one_group
+@common.app.command("size")
+@common.one_group
 def size_command(sizing: _Sizing) -> None:
     """Smallest valve, tube, supply or muscle, or least pressure, that meets limits; does 3 bar suffice?"""
-    values = read_sets(sizing.sets)
-    check_counts(sizing.threads, 0)
-    options = picked(sizing, "cadence", "at", "between", "chamber", "side", "length", "hours", "strides")
-    options |= picked(sizing, "group", "count") | {"proportional": sizing.proportional or None}
-    with progress("reading, compiling the muscles") as report:
+    values = common.read_sets(sizing.sets)
+    common.check_counts(sizing.threads, 0)
+    options = common.picked(
+        sizing, "cadence", "at", "between", "chamber", "side", "length", "hours", "strides"
+    )
+    options |= common.picked(sizing, "group", "count") | {"proportional": sizing.proportional or None}
+    with common.progress("reading, compiling the muscles") as report:
         from afo_sim.study import requested
 
         asked = requested(sizing.kind, sizing.scenario, values or None, limits=sizing.limit or (), **options)
@@ -73,7 +64,7 @@ def size_command(sizing: _Sizing) -> None:
 
             found.save(sizing.out, draw=draw_size)
     if found.asked is None:
-        print_table(*found.table, whole_names=True)
+        common.print_table(*found.table, whole_names=True)
         for line in found.remarks:
             print_line(line)
     print_line(f"{found.answer}.")

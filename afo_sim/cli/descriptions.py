@@ -8,18 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from typer import Argument, Option
 
-from afo_sim.cli.common import (
-    Scenario,
-    Sets,
-    app,
-    one_group,
-    picked,
-    print_table,
-    progress,
-    quantity,
-    read_sets,
-    short_lived,
-)
+from afo_sim.cli import common
 from afo_sim.common import InputError, nearest_name, unknown
 
 if TYPE_CHECKING:
@@ -44,11 +33,11 @@ _NEXT = {  # the command to go on with, or where the new one goes
 }
 
 
-@app.command("list")
+@common.app.command("list")
 def list_command(what: Annotated[str, Argument(help="|".join(_LISTS) + ", or the name of one")] = "") -> None:
     """List what is available, one line each; or one entry in full: every number, its unit and source."""
-    short_lived()
-    with progress("reading"):
+    common.short_lived()
+    with common.progress("reading"):
         if what and what not in _LISTS:
             from afo_sim.description import product
 
@@ -57,7 +46,7 @@ def list_command(what: Annotated[str, Argument(help="|".join(_LISTS) + ", or the
             columns = ("name", "what it is")
             tables = [(kind, columns, _entries(kind)) for kind in ([what] if what else _LISTS)]
     for title, header, rows in tables:
-        print_table(title, list(header), [list(row) for row in rows] or [["–", "none is shipped yet"]])
+        common.print_table(title, list(header), [list(row) for row in rows] or [["–", "none is shipped yet"]])
 
 
 def _entries(kind: str) -> list[tuple[str, str]]:
@@ -80,16 +69,16 @@ def _entries(kind: str) -> list[tuple[str, str]]:
     return found
 
 
-@app.command()
+@common.app.command()
 def check(
     file: Annotated[Path, Argument(help="a TOML description, MJCF, URDF or gait CSV; or a shipped orthosis")],
 ) -> None:
     """Check your own files: report what is wrong, or what was understood."""
-    with progress("checking"):
+    with common.progress("checking"):
         from afo_sim.cli.doctor.kinds import check_file
 
         findings = check_file(file)
-    print_table(str(file), ["", "found"], [list(row) for row in findings])
+    common.print_table(str(file), ["", "found"], [list(row) for row in findings])
     doubts = sum(name == "warning" for name, _ in findings)
     print(f"readable; {doubts} warning{'s' if doubts > 1 else ''} above" if doubts else "good")
 
@@ -128,20 +117,20 @@ class _New:
     wall_thickness: Annotated[str | None, Option(help="of its rubber tube; bore/7 by default")] = None
 
 
-@app.command()
-@one_group
+@common.app.command()
+@common.one_group
 def new(new_one: _New) -> None:
     """Write a commented file of your own that runs at once: every key, what it means, what is allowed."""
     if new_one.kind not in _NEW_KINDS:
         raise unknown(new_one.kind, _NEW_KINDS, field="KIND", problem="is not a valid kind")
     parts = ("muscle", "valve", "orthosis", "leg", "patient", "shoe", "limits", "scenario")
-    uses = {used: where for used, where in picked(new_one, *parts).items() if where}
-    dimensions = picked(new_one, "bore", "braid_angle", "length", "end_length", "wall_thickness")
+    uses = {used: where for used, where in common.picked(new_one, *parts).items() if where}
+    dimensions = common.picked(new_one, "bore", "braid_angle", "length", "end_length", "wall_thickness")
     braid = {key: text for key, text in dimensions.items() if text is not None}
     if braid and new_one.kind != "muscle":
         problem = f"does not go with a new {new_one.kind}"
         raise InputError(problem, field=next(iter(braid)), allowed="a new muscle")
-    with progress("writing"):
+    with common.progress("writing"):
         if new_one.kind in ("sweep", "search"):
             from afo_sim.study import new_study
 
@@ -167,15 +156,15 @@ def new(new_one: _New) -> None:
     print(f"next: {_NEXT[new_one.kind].format(file=file)}")
 
 
-@app.command()
+@common.app.command()
 def keys(
-    scenario: Scenario,
+    scenario: common.Scenario,
     word: Annotated[str, Argument(help="only keys that mention it")] = "",
-    sets: Sets = None,
+    sets: common.Sets = None,
 ) -> None:
     """Every key that --set, a sweep or a search can set: value, range, where the value comes from."""
-    values = read_sets(sets)
-    with progress("reading"):
+    values = common.read_sets(sets)
+    with common.progress("reading"):
         from afo_sim.description.keys import keys as find
 
         found = find(scenario, word, values)
@@ -190,10 +179,12 @@ def keys(
         )
     rows = [[k.key, k.value, k.allowed, k.unit, k.origin, k.meaning] for k in found]
     header = ["key", "value", "allowed", "SI unit", "from", "meaning"]
-    print_table(f"{scenario}: {len(rows)} key{'s' if len(rows) > 1 else ''}", header, rows, droppable=5)
+    common.print_table(
+        f"{scenario}: {len(rows)} key{'s' if len(rows) > 1 else ''}", header, rows, droppable=5
+    )
 
 
-@app.command("refit")
+@common.app.command("refit")
 def refit_command(
     orthosis: Annotated[str, Argument(help="a shipped orthosis' name, or its TOML file or folder")],
     out: Annotated[Path | None, Option(help="needed: folder of the refitted orthosis")] = None,
@@ -206,7 +197,7 @@ def refit_command(
     """Fit an orthosis to a leg of another size: anchors and paths go with the lengths of shank and foot."""
     if out is None:
         raise InputError("is needed", field="--out", allowed="a folder, orthoses/mine")
-    with progress("reading"):
+    with common.progress("reading"):
         from afo_sim.common import assets
         from afo_sim.description import load
         from afo_sim.model import fits, write_rescaled
@@ -223,7 +214,7 @@ def refit_command(
             f"note: no length of the {segment} is stated for {to}: a share of its body height stands for it"
         )
     print(f"shank × {by.shank:.4g}, foot × {by.foot:.4g}")
-    print_table(
+    common.print_table(
         "before → after", ["group", "moment arm at 0° [mm]", "contraction [%]", "taut at [deg]"], rows
     )
     print("contraction: what the path leaves a muscle over the range of motion; below 0 it is stretched")
@@ -248,7 +239,7 @@ def _ratio(to: str, made_for: str, shank_length: str, foot_length: str) -> "Rati
     else:
         stated = (("--shank-length", shank_length), ("--foot-length", foot_length))
         new = tuple(  # type: ignore[assignment]
-            quantity(option, text, "m") if text else length
+            common.quantity(option, text, "m") if text else length
             for (option, text), length in zip(stated, own, strict=True)
         )
         words = f"from leg {made_for} to shank {100.0 * new[0]:.4g} cm, foot {100.0 * new[1]:.4g} cm"

@@ -7,24 +7,7 @@ from typing import Annotated, Any, cast
 
 from typer import Option
 
-from afo_sim.cli.common import (
-    SIDES_HEADER,
-    Plain,
-    Rate,
-    RecordingOption,
-    Scenario,
-    Sets,
-    app,
-    drawn,
-    hertz_of,
-    print_table,
-    print_tables,
-    progress,
-    quantity,
-    read_sets,
-    short_lived,
-    watching,
-)
+from afo_sim.cli import common
 from afo_sim.cli.overwriting import check_folder, check_run_folder, check_same
 from afo_sim.cli.printed_run import note_lines, print_answers, print_line, print_run, warning_lines
 from afo_sim.common import InputError
@@ -44,14 +27,14 @@ ROWS = (
 )
 
 
-@app.command()
+@common.app.command()
 def run(
-    scenario: Scenario = "seated",
+    scenario: common.Scenario = "seated",
     out: Annotated[Path | None, Option(help="folder to write to; runs/<scenario> by default")] = None,
-    sets: Sets = None,
-    rrd: RecordingOption = None,
-    rate: Rate = None,
-    plain: Plain = False,
+    sets: common.Sets = None,
+    rrd: common.RecordingOption = None,
+    rate: common.Rate = None,
+    plain: common.Plain = False,
     change: Annotated[
         bool, Option("--change/--no-change", help="find out what to change first (walking)")
     ] = True,
@@ -72,10 +55,10 @@ def run(
 
     A folder that holds a run of the very same description is replaced; another run is not, without --force.
     """
-    values = read_sets(sets)
-    hertz = None if rate is None else hertz_of(rate)
-    short_lived()
-    with watching(live) as watch, progress("reading, compiling the muscles") as report:
+    values = common.read_sets(sets)
+    hertz = None if rate is None else common.hertz_of(rate)
+    common.short_lived()
+    with common.watching(live) as watch, common.progress("reading, compiling the muscles") as report:
         from afo_sim.description import load
         from afo_sim.model import with_person
         from afo_sim.simulation import check_step, run_at_step
@@ -91,7 +74,7 @@ def run(
         recording = with_studies(
             recording, description, effects=change, draws=uncertainty, spreads=spreads, report=report
         )
-        recording.save(folder, rrd=drawn(rrd), rate=hertz)
+        recording.save(folder, rrd=common.drawn(rrd), rate=hertz)
     print_run(recording, folder, numbers=numbers)
     _stop({} if recording.ok else {"": recording.status})
 
@@ -104,19 +87,19 @@ def _stop(failed: dict[str, str]) -> None:
         sys.exit(3)
 
 
-@app.command()
+@common.app.command()
 def compare(
-    scenario: Scenario,
+    scenario: common.Scenario,
     laws: Annotated[
         str, Option(help="names with commas between; by default every law that all muscles know")
     ] = "",
     out: Annotated[Path | None, Option(help="folder to write to; runs/<scenario>-laws by default")] = None,
-    sets: Sets = None,
-    rrd: RecordingOption = None,
+    sets: common.Sets = None,
+    rrd: common.RecordingOption = None,
 ) -> None:
     """One scenario with several muscle laws, side by side."""
-    values = read_sets(sets)
-    with progress("reading, compiling the muscles") as report:
+    values = common.read_sets(sets)
+    with common.progress("reading, compiling the muscles") as report:
         from afo_sim.show import write
         from afo_sim.simulation import compare as comparing
 
@@ -124,9 +107,9 @@ def compare(
         check_folder(folder, "comparison of laws")
         names = [name.strip() for name in laws.split(",") if name.strip()]
         runs = comparing.compare_laws(scenario, names, values, report=report)
-        rrd = drawn(rrd)
+        rrd = common.drawn(rrd)
         write(runs, folder, rrd=rrd)
-    print_tables(comparing.tables(runs))
+    common.print_tables(comparing.tables(runs))
     for name, recording in runs.items():
         for warning in recording.warnings:
             print(f"warning: {name}: {warning}")
@@ -134,11 +117,11 @@ def compare(
     _stop({f"{name}: ": recording.status for name, recording in runs.items() if not recording.ok})
 
 
-@app.command("torque-map")
+@common.app.command("torque-map")
 def torque_map_command(
-    scenario: Scenario = "walk-dropfoot-afo",
+    scenario: common.Scenario = "walk-dropfoot-afo",
     out: Annotated[Path, Option(help="folder to write to")] = Path("runs/torque-map"),
-    sets: Sets = None,
+    sets: common.Sets = None,
     walk: Annotated[str | None, Option(metavar="SCENARIO", help="walk that gives the need")] = None,
     angle: Annotated[
         tuple[str, str, str] | None,
@@ -148,15 +131,17 @@ def torque_map_command(
     uncertainty: Annotated[int, Option(help="draws of patient and walk, for bands of the need")] = 0,
 ) -> None:
     """Torque needed and torque available: joint angle × pressure → orthosis torque."""
-    values = read_sets(sets)
-    start, stop, step = (quantity("--angle", text, "rad") for text in angle or ("-20 deg", "25 deg", "1 deg"))
+    values = common.read_sets(sets)
+    start, stop, step = (
+        common.quantity("--angle", text, "rad") for text in angle or ("-20 deg", "25 deg", "1 deg")
+    )
     asked = pressure or ["1 bar", "2 bar", "3 bar", "4 bar"]
-    pressures = [quantity("--pressure", each, "Pa", at_least=0.0, at_most=2e6) for each in asked]
+    pressures = [common.quantity("--pressure", each, "Pa", at_least=0.0, at_most=2e6) for each in asked]
     if not (step > 0.0 and stop > start) or (stop - start) / step > 2000:
         given = " ".join(angle or ())
         raise InputError("is not a valid range", field="--angle", value=given, allowed="FROM < TO, STEP > 0")
     check_folder(out)
-    with progress("computing torques"):
+    with common.progress("computing torques"):
         import numpy as np
 
         from afo_sim.common import together
@@ -185,7 +170,7 @@ def _print_torque_maps(found: Any, bands: dict[str, list[float]], out: Path) -> 
         header = ["angle [deg]", *(f"{p * 1e-5:g} bar" for p in own.pressures)]
         rows = [[f"{np.degrees(own.angles[k]):.0f}", *(f"{t:.2f}" for t in own.torque[k])] for k in chosen]
         positive = JOINTS[own.joint].directions[0]
-        print_table(f"{own.chamber}: orthosis torque [N·m], {positive} +", header, rows)
+        common.print_table(f"{own.chamber}: orthosis torque [N·m], {positive} +", header, rows)
     rows, header = [], ["phase", "needs [N·m]", "at [deg]", "chamber", "enough in", "short by"]
     for chambers, need, lacking in found.lacking:
         angle, asked, k = np.degrees(need.angle), need.torque > 0.0, int(lacking.argmax())
@@ -198,7 +183,7 @@ def _print_torque_maps(found: Any, bands: dict[str, list[float]], out: Path) -> 
     scenario = found.scenario
     if rows:
         title = f"torque needed by {person_of(scenario).body_mass:g} kg" + " (5 to 95 %)" * bool(bands)
-        print_table(f"{title}, at the supply's {scenario.supply.pressure * 1e-5:g} bar", header, rows)
+        common.print_table(f"{title}, at the supply's {scenario.supply.pressure * 1e-5:g} bar", header, rows)
         print("available is static, as if filled at once: a run tells what the valves leave of it")
         print("" if bands else "the need is uncertain by a factor of two and more: --uncertainty 20")
     elif scenario.leg.joint == "ankle":
@@ -209,14 +194,14 @@ def _print_torque_maps(found: Any, bands: dict[str, list[float]], out: Path) -> 
     print(f"written to {out}")
 
 
-@app.command("both")
+@common.app.command("both")
 def both_command(
-    scenario: Scenario,
+    scenario: common.Scenario,
     left: Annotated[
         str, Option(help="scenario of the left leg; the same by default", metavar="SCENARIO")
     ] = "",
     out: Annotated[Path | None, Option(help="folder to write to; runs/<scenario>-both by default")] = None,
-    sets: Sets = None,
+    sets: common.Sets = None,
     left_sets: Annotated[
         list[str] | None, Option("--set-left", metavar="KEY=VALUE", help="of the left leg alone")
     ] = None,
@@ -226,17 +211,17 @@ def both_command(
     affected: Annotated[
         str | None, Option(help="right|left: this side alone wears the device, the other walks as recorded")
     ] = None,
-    rrd: RecordingOption = None,
-    rate: Rate = None,
+    rrd: common.RecordingOption = None,
+    rate: common.Rate = None,
     numbers: Annotated[bool, Option("--numbers", help="print every number of both legs")] = False,
     force: Annotated[bool, Option("--force", help="replace the run of other descriptions")] = False,
 ) -> None:
     """Simulate both legs on one supply: the air of both, the flow from the source, the worse leg."""
-    values, others = read_sets(sets), read_sets(left_sets, "--set-left")
-    hertz = None if rate is None else hertz_of(rate)
+    values, others = common.read_sets(sets), common.read_sets(left_sets, "--set-left")
+    hertz = None if rate is None else common.hertz_of(rate)
     side = cast(Any, affected)  # `described` examines it
-    short_lived()
-    with progress("reading, compiling the muscles") as report:
+    common.short_lived()
+    with common.progress("reading, compiling the muscles") as report:
         from afo_sim.model import with_person
         from afo_sim.simulation import bilateral as legs
 
@@ -249,7 +234,7 @@ def both_command(
             check_run_folder(folder / each, with_person(leg).resolved(), force=force)
         check_same(folder, kind, "both.json", {"apart": shift}, problem, force=force, whom="them")
         found = legs.both(*pair, apart=shift, affected=side, progress=report)
-        found.save(folder, rrd=drawn(rrd), rate=hertz)
+        found.save(folder, rrd=common.drawn(rrd), rate=hertz)
     _print_both(found, folder, numbers=numbers)
     _stop({} if found.ok else {"": found.status})
 
@@ -284,17 +269,19 @@ def _print_tables(legs: Any, *, whole: bool) -> None:
         factor = 1e-3 if name.startswith("way") else 1.0  # in kilometres
         if any(cell is not None for cell in cells):
             air.append([words, *("–" if cell is None else f"{factor * cell.value:.4g}" for cell in cells)])
-    print_table("air on one supply", ["", *sides], air)
+    common.print_table("air on one supply", ["", *sides], air)
     if not whole:
         return
     for kind, each in legs.asymmetry.items():
-        print_table(f"one side beside the other, {kind}", SIDES_HEADER, [row.cells for row in each])
+        common.print_table(
+            f"one side beside the other, {kind}", common.SIDES_HEADER, [row.cells for row in each]
+        )
     rows = []
     for name, metric in legs.right.metrics.items():
         if name in legs.left.metrics:
             title = f"{name} [{metric.unit}]" if metric.unit else name
             rows.append([title, *(printed(name, leg.metrics[name]) for leg in legs.legs.values())])
-    print_table("either leg", ["", "right", "left"], rows)
+    common.print_table("either leg", ["", "right", "left"], rows)
 
 
 def _peak(legs: Any) -> list[tuple[str, int]]:

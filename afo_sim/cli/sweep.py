@@ -10,22 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from typer import Argument, Option
 
-from afo_sim.cli.common import (
-    Plain,
-    RecordingOption,
-    Scheduler,
-    Threads,
-    Workers,
-    app,
-    check_changed,
-    check_counts,
-    drawn,
-    duration,
-    one_group,
-    print_table,
-    print_tables,
-    progress,
-)
+from afo_sim.cli import common
 from afo_sim.cli.overwriting import check_folder
 from afo_sim.common import InputError
 
@@ -43,14 +28,14 @@ class _Sweep:
     out: Annotated[
         Path | None, Option(help="folder to write to; runs/<sweep> by default; of --show, DIR/figures")
     ] = None
-    threads: Threads = 0
-    workers: Workers = 0
-    scheduler: Scheduler = ""
+    threads: common.Threads = 0
+    workers: common.Workers = 0
+    scheduler: common.Scheduler = ""
     part: Annotated[str, Option(help="K/N: the K-th of N parts only, for a job array")] = "1/1"
     if_changed: Annotated[
         str, Option(help="where sweep file or code changed: refuse, restart or continue")
     ] = "refuse"
-    plain: Plain = False
+    plain: common.Plain = False
     dry_run: Annotated[bool, Option("--dry-run", help="say what it would take, and stop")] = False
     yes_many: Annotated[bool, Option("--yes-many", help="more than ten million cases are intended")] = False
     show: Annotated[Path | None, Option(help="a sweep's folder: print its tables, draw its figures")] = None
@@ -60,8 +45,8 @@ class _Sweep:
     best: Annotated[int, Option(help="with --show: how many best cases")] = 5
 
 
-@app.command()
-@one_group
+@common.app.command()
+@common.one_group
 def sweep(given: _Sweep) -> None:
     """Many cases of one scenario; started again, it goes on where it was stopped."""
     if given.show is not None:
@@ -69,14 +54,14 @@ def sweep(given: _Sweep) -> None:
         return
     if not given.source:
         raise InputError("is missing", field="SWEEP", allowed="a sweep file, or --show DIR")
-    check_changed(given.if_changed, given.dry_run)
-    check_counts(given.threads, given.workers)
+    common.check_changed(given.if_changed, given.dry_run)
+    common.check_counts(given.threads, given.workers)
     found = re.fullmatch(r"(\d+)/(\d+)", given.part)
     if found is None or not 1 <= int(found[1]) <= int(found[2]):
         allowed = "K/N with 1 ≤ K ≤ N, such as 3/20"
         raise InputError("is not a valid part", field="--part", value=given.part, allowed=allowed)
     which = int(found[1]), int(found[2])
-    with progress("reading, compiling the muscles") as report:
+    with common.progress("reading, compiling the muscles") as report:
         from afo_sim.show import unseen
         from afo_sim.study import SWEEP, design, left, pool, runner, sweep_plan, time_step
 
@@ -89,7 +74,7 @@ def sweep(given: _Sweep) -> None:
         workload = runner.estimate(store, given.workers or (1 if given.scheduler else threads), which)
         done = f", {workload.done} of them done" if workload.done else ""
         dropped = f" ({workload.dropped} outside the constraints)" if workload.dropped else ""
-        takes = "" if workload.done == workload.cases else f"; about {duration(workload.seconds)}"
+        takes = "" if workload.done == workload.cases else f"; about {common.duration(workload.seconds)}"
         takes += " by one worker" if takes and given.scheduler else ""
         print(f"{workload.cases} cases{dropped}{done}{takes}; about {workload.bytes / 1e6:.3g} MB of results")
         for note in plan.notes:
@@ -105,7 +90,7 @@ def sweep(given: _Sweep) -> None:
             sys.exit(130)
         took = time.monotonic() - begun
         _keep_recordings(store)
-    speed = f" in {duration(took)} ({state.new / took:.3g} a second)" if state.new else ""
+    speed = f" in {common.duration(took)} ({state.new / took:.3g} a second)" if state.new else ""
     failed = f", {state.failed} of them failed (see --show)" if state.failed else ""
     of = "" if given.part == "1/1" else f" of part {given.part}"
     rest = "" if store.finished else f", {left(store)} of the sweep are left"
@@ -134,7 +119,7 @@ def _keep_recordings(store: "Store") -> None:
 
 def show_folder(folder: Path, out: Path | None, metrics: list[str], best: int) -> None:
     """Print what a sweep's cases say, and write its figures."""
-    with progress("reading"):
+    with common.progress("reading"):
         from afo_sim.show import FIGURES, tables
         from afo_sim.show.sweep_figures import write_figures
         from afo_sim.study import chosen, read
@@ -142,33 +127,33 @@ def show_folder(folder: Path, out: Path | None, metrics: list[str], best: int) -
 
         results = read(folder)
         found = findings(results, chosen(results, metrics))
-    print_tables(tables(found, best))
+    common.print_tables(tables(found, best))
     for remark in found.remarks:
         print(remark)
     target = out or folder / FIGURES
-    with progress("drawing"):
+    with common.progress("drawing"):
         paths = write_figures(found, target, found.objectives)
     print(f"figures in {target}: {', '.join(path.name for path in paths) or 'none'}")
 
 
-@app.command()
+@common.app.command()
 def replay(
     folder: Annotated[Path, Argument(metavar="DIR", help="a sweep's folder")],
     case: Annotated[int, Argument(help="the case's number")],
     out: Annotated[Path | None, Option(help="folder to write to; DIR/recordings/case_N by default")] = None,
-    rrd: RecordingOption = None,
+    rrd: common.RecordingOption = None,
 ) -> None:
     """Run one case of a sweep again, with its whole recording."""
-    with progress("reading, compiling the muscles") as report:
+    with common.progress("reading, compiling the muscles") as report:
         from afo_sim.study import replay as replaying
 
         target = out or replaying.recording_folder(folder, case)
         check_folder(target, "run")
         again = replaying.replay(folder, case, progress=report)
-        again.recording.save(target, rrd=drawn(rrd))
+        again.recording.save(target, rrd=common.drawn(rrd))
     if again.different:
         rows = [[name, f"{row!r}", f"{now!r}"] for name, (row, now) in again.different.items()]
-        print_table("not as in the sweep's row", ["metric", "row", "now"], rows)
+        common.print_table("not as in the sweep's row", ["metric", "row", "now"], rows)
     if not again.same:
         print(f"case {case}: {again.status} in the sweep, now {again.recording.status}: {target}")
         print("afo-sim: another processor, other code or other libraries", file=sys.stderr)
@@ -186,7 +171,7 @@ def reporter(show: Callable[..., None]) -> Callable[["SweepProgress"], None]:
         now = time.monotonic()
         failed = f", {state.failed} failed" if state.failed else ""
         rate = state.new / max(now - begun, 1e-9)
-        left = f", {duration((state.cases - state.done) / rate)} left" if rate > 0.0 else ""
+        left = f", {common.duration((state.cases - state.done) / rate)} left" if rate > 0.0 else ""
         line = f"{state.done} of {state.cases} cases{failed}; {rate:.3g} a second{left}"
         show(state.done, state.cases, line)
         if now - printed >= LINE_EVERY and not sys.stderr.isatty():
@@ -196,23 +181,23 @@ def reporter(show: Callable[..., None]) -> Callable[["SweepProgress"], None]:
     return report
 
 
-@app.command()
+@common.app.command()
 def optimise(
     source: Annotated[str, Argument(metavar="SEARCH", help="a shipped search's name, or a TOML file")],
     out: Annotated[Path | None, Option(help="folder to write to; runs/<search> by default")] = None,
-    threads: Threads = 0,
-    workers: Workers = 0,
-    scheduler: Scheduler = "",
+    threads: common.Threads = 0,
+    workers: common.Workers = 0,
+    scheduler: common.Scheduler = "",
     if_changed: Annotated[
         str, Option(help="where search file or code changed: refuse, restart or continue")
     ] = "refuse",
-    plain: Plain = False,
+    plain: common.Plain = False,
     dry_run: Annotated[bool, Option("--dry-run", help="say what it would take, and stop")] = False,
 ) -> None:
     """Search for the design that meets an objective best within limits; started again, it goes on."""
-    check_changed(if_changed, dry_run)
-    check_counts(threads, workers)
-    with progress("reading, compiling the muscles") as report:
+    common.check_changed(if_changed, dry_run)
+    common.check_counts(threads, workers)
+    with common.progress("reading, compiling the muscles") as report:
         from afo_sim.show import draw_search, unseen
         from afo_sim.study import processors, statement, tables
         from afo_sim.study.pool import pool
@@ -231,7 +216,7 @@ def optimise(
         figure = folder / store.FIGURE
         if not opened.finished or not figure.is_file():
             draw_search(opened.problem, opened.units, store.read_table(folder / store.DESIGNS), figure)
-    print_tables(tables(best), statement(best))
+    common.print_tables(tables(best), statement(best))
     for line in unseen(opened.scenario, opened.problem.aim.metrics):
         print(line)
     print(f"written to {folder}; run this design with: afo-sim run {folder / 'best.toml'}")
@@ -241,7 +226,7 @@ def _plan_text(opened: "Opened", workers: int) -> str:
     if opened.finished:
         return "the search is finished: nothing is computed"
     search, method = opened.search, opened.problem.method
-    time = duration(opened.runs * opened.seconds / workers)
+    time = common.duration(opened.runs * opened.seconds / workers)
     starts = f"{search.starts} starts, each " if search.starts > 1 else ""
     each = f"up to {search.generations} generations by {method}: {opened.runs} runs; about {time} in all"
     whole = "" if method == search.method else f"\n{search.method} takes no whole numbers: {method} searches"
