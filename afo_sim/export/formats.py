@@ -10,15 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from afo_sim.common import InputError, as_stored, json_text, titles, write_bytes, write_text
-from afo_sim.export.opensim import (
-    ANKLE_ANGLE,
-    NEEDED,
-    coordinates,
-    external_loads,
-    ground_loads,
-    side_of,
-    write_storage,
-)
+from afo_sim.export import opensim
 from afo_sim.export.rows import Report, Rows, finite, legal_names, rows_of, write_numbers
 from afo_sim.metrics import Metric, words
 from afo_sim.simulation import Recording, to_binary
@@ -91,23 +83,23 @@ def _sto(order: Order, path: pathlib.Path) -> tuple[str, ...]:
     rows = finite(order.rows(), failed=not order.recording.ok)
     label = legal_names(rows.columns)
     columns = {label[name]: values for name, values in rows.columns.items()}
-    write_storage(path, order.recording.scenario["name"], columns, degrees=False, report=order.report)
+    opensim.write_storage(path, order.recording.scenario["name"], columns, degrees=False, report=order.report)
     _write_metrics(order.recording, _beside(path, METRICS))
     return rows.notes
 
 
 def _mot(order: Order, path: pathlib.Path) -> tuple[str, ...]:
-    side, note = side_of(order.recording)
-    present = [name for name in NEEDED if name in order.recording.columns]
+    side, note = opensim.side_of(order.recording)
+    present = [name for name in opensim.NEEDED if name in order.recording.columns]
     rows = finite(order.rows(columns=present), failed=not order.recording.ok)
-    if ANKLE_ANGLE not in rows.columns:
-        raise InputError("is not a finite number in every row", field=ANKLE_ANGLE)
-    angles, loads = coordinates(rows, side), ground_loads(rows)
-    write_storage(path, path.stem, angles, degrees=True, report=order.report)
+    if opensim.ANKLE_ANGLE not in rows.columns:
+        raise InputError("is not a finite number in every row", field=opensim.ANKLE_ANGLE)
+    angles, loads = opensim.coordinates(rows, side), opensim.ground_loads(rows)
+    opensim.write_storage(path, path.stem, angles, degrees=True, report=order.report)
     if loads:
         file = _beside(path, LOADS)
-        write_storage(file, file.stem, loads, degrees=False, report=order.report)
-        write_text(_beside(path, LOADS_XML), external_loads(path.stem, file.name, side))
+        opensim.write_storage(file, file.stem, loads, degrees=False, report=order.report)
+        write_text(_beside(path, LOADS_XML), opensim.external_loads(path.stem, file.name, side))
     _write_metrics(order.recording, _beside(path, METRICS))
     return (*rows.notes, note) if note else rows.notes
 

@@ -8,22 +8,7 @@ import numpy as np
 from afo_sim.common import InputError, SimulationError
 from afo_sim.control import Coils, Command, Controller, Log, Observation, coils, machine_of, make
 from afo_sim.description import Scenario
-from afo_sim.export.electronics.board import (
-    MICROSECOND,
-    MOST_CHAMBERS,
-    MOST_NAMES,
-    Board,
-    Clock,
-    Input,
-    States,
-    check_names,
-    controller_clock,
-    phases_clock,
-    states_of,
-    tick_of,
-    timer_clock,
-    whole,
-)
+from afo_sim.export.electronics import board
 from afo_sim.model import Built, stride_time_of
 from afo_sim.model import supply_and_timer as schedule
 from afo_sim.model.build import build
@@ -35,32 +20,32 @@ _EXPORTED = (
 _EDGE = 1e-6  # of a step, to which a coil's share counts as none or all
 
 
-def board_of(scenario: Scenario) -> Board:
+def board_of(scenario: Scenario) -> board.Board:
     """The board that switches a scenario's valves."""
     _check(scenario)
-    chambers = check_names(scenario.orthosis.chamber, "chamber", MOST_CHAMBERS)
+    chambers = board.check_names(scenario.orthosis.chamber, "chamber", board.MOST_CHAMBERS)
     controller = scenario.controller
     name = scenario.name or "scenario"
-    logic: Clock | States
+    logic: board.Clock | board.States
     if controller is not None and controller.timer is not None:
-        logic, tick, step = controller_clock(controller.timer, controller.rate, chambers)
+        logic, tick, step = board.controller_clock(controller.timer, controller.rate, chambers)
         restart = controller.timer.restart
         inputs = () if restart is None else _inputs(scenario, [restart.column])
-        return Board(name, chambers, tick, step, logic, inputs)
+        return board.Board(name, chambers, tick, step, logic, inputs)
     if controller is not None and controller.state_machine is not None:
         machine = machine_of(controller.state_machine, scenario)
         period = 1.0 / controller.rate
-        tick = tick_of([period])
-        step = whole(period, tick, "controller.rate: the time between two commands")
-        logic = states_of(machine, step * tick * MICROSECOND, chambers)
-        return Board(name, chambers, tick, step, logic, _inputs(scenario, machine.columns()))
+        tick = board.tick_of([period])
+        step = board.whole(period, tick, "controller.rate: the time between two commands")
+        logic = board.states_of(machine, step * tick * board.MICROSECOND, chambers)
+        return board.Board(name, chambers, tick, step, logic, _inputs(scenario, machine.columns()))
     if scenario.timer is not None:
-        logic, tick = timer_clock(scenario.timer, chambers)
-        return Board(name, chambers, tick, 0, logic)
+        logic, tick = board.timer_clock(scenario.timer, chambers)
+        return board.Board(name, chambers, tick, 0, logic)
     assert scenario.phases is not None and scenario.gait is not None
     gait = scenario.gait
-    logic, tick = phases_clock(scenario.phases, stride_time_of(scenario), gait.start_phase, chambers)
-    return Board(name, chambers, tick, 0, logic)
+    logic, tick = board.phases_clock(scenario.phases, stride_time_of(scenario), gait.start_phase, chambers)
+    return board.Board(name, chambers, tick, 0, logic)
 
 
 def _check(scenario: Scenario) -> None:
@@ -82,9 +67,9 @@ def _check(scenario: Scenario) -> None:
                 raise InputError(problem, field=f"gait.{key}", value=value, allowed=_EXPORTED)
 
 
-def _inputs(scenario: Scenario, columns: Sequence[str]) -> tuple[Input, ...]:
+def _inputs(scenario: Scenario, columns: Sequence[str]) -> tuple[board.Input, ...]:
     """The quantities that a board reads, with the calibration lines of the scenario's sensors."""
-    if len(columns) > MOST_NAMES:
+    if len(columns) > board.MOST_NAMES:
         raise InputError("are too many inputs for a board", field="controller", value=len(columns))
     found = []
     for column in columns:
@@ -95,7 +80,7 @@ def _inputs(scenario: Scenario, columns: Sequence[str]) -> tuple[Input, ...]:
         if calibration is not None and calibration.shape == "linear":
             line = calibration.line(unit)
             scaled = (1.0 / line.taken_slope, -line.taken_intercept / line.taken_slope)
-        found.append(Input(column, unit, *scaled))
+        found.append(board.Input(column, unit, *scaled))
     return tuple(found)
 
 
