@@ -156,11 +156,11 @@ def attach(
     added = prefix, pressure, circuit, ids, first
     attached = Attached(whole, spec, device, found, bodies, joints, *added)
     legs = [] if before is None else before.legs.values()
-    return _checked(attached, legs, bare, tree, [*attached_spec.doubts_of_start(bare), *read.notes, *changed])
+    return _checked(attached, legs, bare, [*attached_spec.doubts_of_start(bare), *read.notes, *changed])
 
 
 def _checked(
-    attached: Attached, before: Iterable[Attached], bare: mujoco.MjModel, tree: Tree, changed: list[str]
+    attached: Attached, before: Iterable[Attached], bare: mujoco.MjModel, changed: list[str]
 ) -> Attached:
     """The orthosis on its compiled model, with those that were there before, and its notices."""
     legs = [dataclasses.replace(leg, model=attached.model, spec=attached.spec) for leg in before]
@@ -169,7 +169,7 @@ def _checked(
     warned = [*_check_muscles(attached), *_check_step(attached)]
     for leg in legs:
         _check_step(leg)  # which may be another now
-    notices = (*changed, *_doubts(attached, tree), *warned)
+    notices = (*changed, *_doubts(attached), *warned)
     return completed([*legs, dataclasses.replace(attached, notices=notices)])[-1]
 
 
@@ -180,7 +180,12 @@ def completed(legs: Sequence[Attached]) -> list[Attached]:
         by_prefix[leg.prefix] = dataclasses.replace(leg, legs=by_prefix)
         native.fill_circuit(leg.model, leg.circuit, leg.ids, userdata=leg.userdata)
     _check_live(list(by_prefix.values()))
-    _fill_keyframes(legs[-1].model, by_prefix[legs[-1].prefix])
+    model, last = legs[-1].model, by_prefix[legs[-1].prefix]
+    first = int(model.actuator_actadr[last.own_controls.stop])
+    for key in range(model.nkey):  # which begins with air at ambient pressure, and with supply
+        model.key_act[key, first:] = last.data(model.key_qpos[key]).act[first:]
+        for leg in by_prefix.values():
+            model.key_ctrl[key, list(leg.chambers.values())] = leg.supply
     return list(by_prefix.values())
 
 
@@ -208,15 +213,6 @@ def _check_live(legs: Sequence[Attached]) -> None:
     mujoco.mj_getState(model, data, state, mujoco.mjtState.mjSTATE_INTEGRATION)
     with Hold():
         native.assert_muscles_pull(model, state)
-
-
-def _fill_keyframes(model: mujoco.MjModel, attached: Attached) -> None:
-    """Let each keyframe of the model begin with air at ambient pressure, and with supply."""
-    first = int(model.actuator_actadr[attached.own_controls.stop])
-    for key in range(model.nkey):
-        model.key_act[key, first:] = attached.data(model.key_qpos[key]).act[first:]
-        for leg in attached.legs.values():
-            model.key_ctrl[key, list(leg.chambers.values())] = leg.supply
 
 
 def _check_spec(
@@ -321,24 +317,18 @@ def _check_step(attached: Attached) -> list[Notice]:
     if falling.any():
         ids, number = list(attached.muscles.values()), 0.0
         for angle in np.linspace(*attached.orthosis.range_of_motion, POSTURES):
-            coordinate = found.zero + found.sign * angle
-            inverse = np.sqrt(falling) * _inverse_masses(model, ids, found.ankle, coordinate)
+            data = native.scratch(model)
+            data.qpos[model.joint(found.ankle).qposadr[0]] = found.zero + found.sign * angle
+            mujoco.mj_fwdPosition(model, data)
+            arms, moved = native.jacobian(model, data)[ids], np.zeros((len(ids), model.nv))
+            mujoco.mj_solveM(model, data, moved, arms)
+            inverse = np.sqrt(falling) * (moved @ arms.T)
             number = max(number, step * float(np.linalg.eigvalsh(inverse * np.sqrt(falling)[:, None])[-1]))
         check_friction(number, step)
     return list(warned)
 
 
-def _inverse_masses(model: mujoco.MjModel, muscles: list[int], ankle: str, coordinate: float) -> np.ndarray:
-    """J M⁻¹ Jᵀ of the muscles' paths [1/kg] (n, n), with the ankle at a coordinate [rad]."""
-    data = native.scratch(model)
-    data.qpos[model.joint(ankle).qposadr[0]] = coordinate
-    mujoco.mj_fwdPosition(model, data)
-    arms, moved = native.jacobian(model, data)[muscles], np.zeros((len(muscles), model.nv))
-    mujoco.mj_solveM(model, data, moved, arms)
-    return moved @ arms.T
-
-
-def _doubts(attached: Attached, tree: Tree) -> Iterator[str]:
+def _doubts(attached: Attached) -> Iterator[str]:
     """Notices of what is doubtful about an orthosis on this leg."""
     found, orthosis, carrier = attached.found, attached.orthosis, list(attached.bodies.values())[1]
     yield from found.notes

@@ -75,7 +75,7 @@ def find(
         allowed = f"{named}, or name the shank of the {side} one"
         raise InputError(problem, field="side", value=side, allowed=allowed)
     check_name(legs[0], tree.file)
-    zero_angle = zero_of(tree, tree.joints()[legs[0].ankle][1], zero)
+    zero_angle = zero_of(tree.joints()[legs[0].ankle][1], zero)
     found = _measured(tree, legs[0], side, zero_angle, given)
     for field, name, length in (
         ("shank", found.shank, found.shank_length),
@@ -103,7 +103,7 @@ def _direction(given: Direction) -> np.ndarray:
     return np.asarray(found / np.linalg.norm(found))
 
 
-def zero_of(tree: Tree, hinge: Joint, given: float | None) -> float:
+def zero_of(hinge: Joint, given: float | None) -> float:
     """The coordinate of the angle zero [rad]: the given one, else 0, if the hinge reaches it."""
     if given is not None:
         return given

@@ -59,7 +59,7 @@ def find_worn(
     if distal is not None and distal not in known:
         raise unknown(distal, known, field="distal", problem=f"does not hang on {part.name!r}")
     above, below, last = proximal or str(parts[0].parent), distal or parts[-1].name, parts[-1].name
-    zero = zero_of(tree, hinge, zero)
+    zero = zero_of(hinge, zero)
     end, how_up = beyond(tree, below if tree.way(last, below) else last, axis, centre)
     if end is None:
         problem = (

@@ -151,7 +151,13 @@ def tree_of(model: mujoco.MjModel) -> tree.Tree:
         mass, centre = float(model.body_mass[body]), model.body_ipos[body].copy()
         inertia, hinged, shown = (inertia + inertia.T) / 2, tuple(joints[body]), tuple(shapes[body])
         found[name] = tree.Part(name, parent, pose, mass, centre, inertia, hinged, shown, points[body])
-    return tree.Tree(file=None, parts=found, beside=_beside(model), notes=tuple(_notes(model, parts)))
+    beside = {}
+    for word, (count, kind, fallback) in BESIDE_TREE.items():
+        numbers = range(int(getattr(model, count)))
+        named = [mujoco.mj_id2name(model, kind, number) or "" for number in numbers]
+        if names := tree.own_names(named, [f"{fallback}_{number}" for number in numbers]):
+            beside[word] = tuple(names)
+    return tree.Tree(file=None, parts=found, beside=beside, notes=tuple(_notes(model, parts)))
 
 
 def _joints(model: mujoco.MjModel, parts: dict[int, str]) -> dict[int, list[tree.Joint]]:
@@ -220,16 +226,6 @@ def _points(model: mujoco.MjModel, parts: dict[int, str]) -> dict[int, dict[str,
     found: dict[int, dict[str, np.ndarray]] = {body: {} for body in parts}
     for site, name in zip(sites, names, strict=True):
         found[int(model.site_bodyid[site])][name] = model.site_pos[site].copy()
-    return found
-
-
-def _beside(model: mujoco.MjModel) -> dict[str, tuple[str, ...]]:
-    found = {}
-    for word, (count, kind, fallback) in BESIDE_TREE.items():
-        numbers = range(int(getattr(model, count)))
-        given = [mujoco.mj_id2name(model, kind, number) or "" for number in numbers]
-        if names := tree.own_names(given, [f"{fallback}_{number}" for number in numbers]):
-            found[word] = tuple(names)
     return found
 
 

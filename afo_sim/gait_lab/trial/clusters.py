@@ -98,9 +98,11 @@ class Cluster:
 
     def bridge(self, path: np.ndarray) -> tuple[np.ndarray, float]:
         """Fill the gaps of a point's path by its mean place among the markers."""
-        shape = _mean_shape(self.paths)
-        if shape is None:
-            return path, math.inf
+        whole = np.flatnonzero(np.isfinite(self.paths).all(axis=(1, 2)))
+        if not len(whole):
+            return path, math.inf  # they are never seen all at once
+        first = self.paths[whole[len(whole) // 2]]
+        shape = np.stack([_mean_place(first, self.paths, each) for each in self.paths.swapaxes(0, 1)])
         carried = fit_rigid(shape, self.paths).place(_mean_place(shape, self.paths, path))
         square = np.sum((carried - path) ** 2, axis=1)
         known = square[np.isfinite(square)]
@@ -160,15 +162,6 @@ def completed(paths: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
     seen = np.stack(list(paths.values()), axis=1)
     segment = Cluster(tuple(paths), seen[0], seen)
     return {name: segment.bridge(path)[0] for name, path in paths.items()}
-
-
-def _mean_shape(seen: np.ndarray) -> np.ndarray | None:
-    """Mean shape of a segment's markers, in axes of its own (k, 3) [m]; None if never seen all at once."""
-    whole = np.flatnonzero(np.isfinite(seen).all(axis=(1, 2)))
-    if not len(whole):
-        return None
-    first = seen[whole[len(whole) // 2]]
-    return np.stack([_mean_place(first, seen, seen[:, k]) for k in range(seen.shape[1])])
 
 
 def _mean_place(shape: np.ndarray, seen: np.ndarray, path: np.ndarray) -> np.ndarray:
