@@ -101,10 +101,8 @@ def gait_import_command(trial: Trial) -> None:
         allowed = "a name ending in .csv, such as my_walk.csv"
         raise InputError(problem, field="out", value=shown, allowed=allowed)
     if trial.walker is None:
-        meaning = (
-            "healthy (a sound leg, which a described patient then weakens) or patient (the patient's own "
-            "walk without the device, which the device is added to and nothing weakens again)"
-        )
+        meaning = "healthy (a sound leg, which a described patient then weakens) or patient (the patient's "
+        meaning += "own walk without the device, which the device is added to and nothing weakens again)"
         raise InputError("is missing: whose walk it is", field="walker", allowed=meaning)
     with progress("reading the trial"):
         from afo_sim.common import check_writable, together

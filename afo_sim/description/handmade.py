@@ -145,10 +145,8 @@ def _read(given: Mapping[str, str]) -> dict[str, float]:
     q = {"end_length": 2.0 * q["bore"], "wall_thickness": q["bore"] / 7.0} | q
     active, longer = q["length"] - q["end_length"], f"more than {1e3 * (q['bore'] + q['end_length']):g} mm"
     if active <= q["bore"]:
-        problem = (
-            f"leaves {1e3 * active:g} mm of braid, no longer than the bore of {1e3 * q['bore']:g} mm: "
-            "the law is a long cylinder's"
-        )
+        problem = f"leaves {1e3 * active:g} mm of braid, no longer than the bore of {1e3 * q['bore']:g} mm: "
+        problem += "the law is a long cylinder's"
         if active <= 0.0:
             problem = f"no braid is left between the ends, {1e3 * q['end_length']:g} mm in all"
         raise InputError(problem, field="length", value=given["length"], allowed=longer)

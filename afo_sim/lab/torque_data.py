@@ -181,10 +181,8 @@ def _still(file: pathlib.Path, columns: Columns, rates: tuple[float, float]) -> 
     for name in ("angle", "pressure", "torque", "cuff", *_of_path(columns)):
         found[name] = np.array([columns[name][rows].mean() for rows in cells.values()])
     found["weight"] = np.ones(len(cells))
-    said = (
-        f"{int(still.sum())} of {len(time)} samples are still (slower than {bounds}, over {WINDOW:g} s); "
-        f"their stretches give {len(cells)} readings"
-    )
+    said = f"{int(still.sum())} of {len(time)} samples are still (slower than {bounds}, over {WINDOW:g} s); "
+    said += f"their stretches give {len(cells)} readings"
     return found, said
 
 

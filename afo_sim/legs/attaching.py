@@ -242,10 +242,8 @@ def _check_spec(
     for actuator in list(spec.actuators)[:ours]:
         kinds = actuator.dyntype, actuator.gaintype, actuator.biastype
         if any(kind == user for kind, user in zip(kinds, USER, strict=True)):
-            problem = (
-                f"the actuator {actuator.name!r} asks for callbacks of another program, and MuJoCo takes one "
-                "program's alone"
-            )
+            problem = f"the actuator {actuator.name!r} asks for callbacks of another program, and MuJoCo "
+            problem += "takes one program's alone"
             allowed = "a model without such actuators; what attach gave is passed on itself, not its spec"
             raise InputError(problem, file=file, field="actuator", allowed=allowed)
     if spec.option.disableflags & BIT.mjDSBL_ACTUATION:

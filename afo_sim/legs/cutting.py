@@ -219,10 +219,8 @@ def _check_inertia(part: Part, field: str, file: object) -> None:
     slack = 1e-9 * abs(most) + LEAST_INERTIA
     if part.mass < 0.0 or least < -slack or least + middle < most * (1.0 - ROUNDED) - slack:
         moments = ", ".join(f"{moment:.3g}" for moment in (least, middle, most))
-        problem = (
-            f"no body has the mass {part.mass:g} kg with the principal moments of inertia {moments} kg m2 "
-            "about its centre of mass"
-        )
+        problem = f"no body has the mass {part.mass:g} kg with the principal moments of inertia {moments} kg "
+        problem += "m2 about its centre of mass"
         allowed = "positive ones, none above the sum of the others"
         raise InputError(problem, file=file, field=field, value=part.name, allowed=allowed)
 

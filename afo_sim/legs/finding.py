@@ -110,11 +110,9 @@ def zero_of(hinge: Joint, given: float | None) -> float:
     low, high = hinge.range or (-np.inf, np.inf)
     if low <= 0.0 <= high:
         return 0.0
-    problem = (
-        f"the hinge {hinge.name!r} does not reach its coordinate 0, which would be the angle zero: it goes "
-        f"from {np.degrees(low):.4g} to {np.degrees(high):.4g} deg, and stands at "
-        f"{np.degrees(hinge.zero):.4g} deg"
-    )
+    problem = f"the hinge {hinge.name!r} does not reach its coordinate 0, which would be the angle zero: it "
+    problem += f"goes from {np.degrees(low):.4g} to {np.degrees(high):.4g} deg, and stands at "
+    problem += f"{np.degrees(hinge.zero):.4g} deg"
     allowed = "its coordinate in the neutral posture, of an ankle with the sole square to the shank; 0 where "
     allowed += "that is meant; a number is in rad"
     raise InputError(problem, field="zero", allowed=allowed)
@@ -334,26 +332,20 @@ def _doubts(ankle: str, tilt: float, leans: float, foot: np.ndarray, aside: floa
     """An oblique axis, the shank to the left; a foot's points (n, 3) wider than long; an ankle beside [m]."""
     if tilt > NOTED_TILT:
         lean, way = np.tan(tilt), "left" if leans > 0.0 else "right"
-        words = (
-            f"the ankle's axis is oblique by {np.degrees(tilt):.0f} deg: in the leg's axes the shank leans "
-            f"to the {way} by {100.0 * lean:.0f} mm in every 100 mm, and so must the attachment points of a "
-            f"cuff: 30 cm up its middle has y = {np.sign(leans) * 300.0 * lean:.0f} mm, not 0 as on a "
-            "straight axis"
-        )
+        words = f"the ankle's axis is oblique by {np.degrees(tilt):.0f} deg: in the leg's axes the shank "
+        words += f"leans to the {way} by {100.0 * lean:.0f} mm in every 100 mm, and so must the attachment "
+        words += f"points of a cuff: 30 cm up its middle has y = {np.sign(leans) * 300.0 * lean:.0f} mm, not "
+        words += "0 as on a straight axis"
         yield Notice("axis-oblique", words, subject=ankle, tilt=tilt)
     length, width, _ = np.ptp(foot, axis=0).tolist() if len(foot) > 1 else (0.0, 0.0, 0.0)
     if width > 1.2 * length:
-        words = (
-            f"the foot's shapes are {1000 * width:.0f} mm wide along the axis of {{subject!r}} and "
-            f"{1000 * length:.0f} mm long across it: is it the roll, or is the zero another?"
-        )
+        words = f"the foot's shapes are {1000 * width:.0f} mm wide along the axis of {{subject!r}} and "
+        words += f"{1000 * length:.0f} mm long across it: is it the roll, or is the zero another?"
         yield Notice("foot-wide", words, subject=ankle, width=width, length=length)
     if abs(aside) > ASIDE:
         way = "right" if aside > 0 else "left"
-        words = (
-            f"the joint {{subject!r}} sits {1000 * abs(aside):.0f} mm to the {way} of the foot's centre of "
-            "mass: what is placed from the ankle is placed from there"
-        )
+        words = f"the joint {{subject!r}} sits {1000 * abs(aside):.0f} mm to the {way} of the foot's centre "
+        words += "of mass: what is placed from the ankle is placed from there"
         yield Notice("ankle-aside", words, subject=ankle, aside=aside)
 
 

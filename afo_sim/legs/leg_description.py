@@ -184,11 +184,9 @@ def person_notes(
     of_shank, of_foot = numbers.shank.mass / MASS_SHARES["shank"], numbers.foot.mass / MASS_SHARES["foot"]
     mass = BODY_MASS if body_mass is None else body_mass
     if max(abs(of_shank / mass - 1.0), abs(of_foot / mass - 1.0)) > APART:
-        words = (
-            f"a shank of {numbers.shank.mass:.3g} kg is that of a person of {of_shank:.0f} kg, a foot of "
-            f"{numbers.foot.mass:.3g} kg of one of {of_foot:.0f} kg (0.0465 and 0.0145 of the body, Winter); "
-            f"{'assumed' if body_mass is None else 'given'} are {mass:g} kg"
-        )
+        words = f"a shank of {numbers.shank.mass:.3g} kg is that of a person of {of_shank:.0f} kg, a foot of "
+        words += f"{numbers.foot.mass:.3g} kg of one of {of_foot:.0f} kg (0.0465 and 0.0145 of the body, "
+        words += f"Winter); {'assumed' if body_mass is None else 'given'} are {mass:g} kg"
         said.append(
             Notice("mass-unlike", words, subject="body_mass", shank=of_shank, foot=of_foot, mass=mass)
         )
@@ -196,10 +194,8 @@ def person_notes(
     if found.shank_length is not None:
         tall = found.shank_length / SHANK_LENGTH
         if abs(tall / height - 1.0) > APART:
-            words = (
-                f"a shank of {found.shank_length:.3f} m is that of a person of {tall:.2f} m (0.246 of the "
-                f"height, Winter); {'assumed' if body_height is None else 'given'} are {height:g} m"
-            )
+            words = f"a shank of {found.shank_length:.3f} m is that of a person of {tall:.2f} m (0.246 of "
+            words += f"the height, Winter); {'assumed' if body_height is None else 'given'} are {height:g} m"
             said.append(Notice("height-unlike", words, subject="body_height", shank=tall, height=height))
     return said
 
@@ -209,12 +205,10 @@ def tissue_notes(leg: Tree) -> list[Notice]:
     ankle = leg.joints()[ANKLE][1]
     if not ankle.stiffness > 0.0:
         return []
-    words = (
-        "the file's ankle has a spring of {stiffness:.3g} N*m/rad, and so no passive tissue is added; "
-        f"a healthy ankle's has {RELAXED[0]:g} N*m/rad at zero with the knee bent, {RELAXED[1]:g} with it "
-        "straight: is the spring a person's tissue, or there for a solver or a robot? "
-        "--set leg.passive.scale=1 adds the tissue"
-    )
+    words = "the file's ankle has a spring of {stiffness:.3g} N*m/rad, and so no passive tissue is added; a "
+    words += f"healthy ankle's has {RELAXED[0]:g} N*m/rad at zero with the knee bent, {RELAXED[1]:g} with it "
+    words += "straight: is the spring a person's tissue, or there for a solver or a robot? --set "
+    words += "leg.passive.scale=1 adds the tissue"
     return [Notice("ankle-spring", words, subject="leg.passive", stiffness=ankle.stiffness)]
 
 

@@ -74,10 +74,9 @@ def doubtful_notes(leg: Tree, numbers: LegNumbers) -> list[Notice]:
                 if shaped
                 else "no shank or foot has that"
             )
-            words = (
-                f"the {{subject}}'s inertia gives a radius of gyration of {1000 * gyration:.4g} mm about its "
-                f"centre of mass, and {beside}: is the inertia in kg m2, and about the centre of mass?"
-            )
+            words = f"the {{subject}}'s inertia gives a radius of gyration of {1000 * gyration:.4g} mm about "
+            words += f"its centre of mass, and {beside}: is the inertia in kg m2, and about the centre of "
+            words += "mass?"
             found.append(Notice("inertia-doubtful", words, subject=name, gyration=gyration, reach=reach))
     low, high = numbers.range
     if high - low < NARROW_RANGE:

@@ -211,10 +211,8 @@ def _pressure_off_plate(name: str, spot: np.ndarray, load: np.ndarray, half: np.
     share = float((off > _BESIDE).mean())
     if share <= 0.1:
         return []
-    text = (
-        "plate {subject}: its centre of pressure lies off the plate in {percent:.0f} % of its loaded "
-        "samples, by up to {off_mm:.0f} mm: its origin, corners or moments are doubtful"
-    )
+    text = "plate {subject}: its centre of pressure lies off the plate in {percent:.0f} % of its loaded "
+    text += "samples, by up to {off_mm:.0f} mm: its origin, corners or moments are doubtful"
     most = 1e3 * float(np.nanmax(off))
     return [Notice("plate-pressure-off", text, subject=name, percent=100.0 * share, off_mm=most)]
 
@@ -296,9 +294,7 @@ def _moment_scale(
     if is_on(stated) or len(others) != 1:
         return stated, []
     unit = {1.0: "N·m", 1e-3: "N·mm"}[others[0]]
-    text = (
-        "plate {subject}: its centre of pressure reaches {times:.3g} times as far as its edge with moments "
-        "in the stated unit; they were read as {unit}"
-    )
+    text = "plate {subject}: its centre of pressure reaches {times:.3g} times as far as its edge with "
+    text += "moments in the stated unit; they were read as {unit}"
     times = reach(stated * moment[pressed])
     return others[0], [Notice("plate-moment-unit", text, subject=plate_name, times=times, unit=unit)]

@@ -99,10 +99,8 @@ def angle_unit(
             raise InputError(problem, file=table.file, field=name, allowed="`angles=deg`")
         if looks is not False or not stated:
             return stated, ()
-        text = (
-            "{subject} has a range of {span:.3g} only: were its angles in radians, the knee would bend by "
-            "{bend:.0f} deg"
-        )
+        text = "{subject} has a range of {span:.3g} only: were its angles in radians, the knee would bend by "
+        text += "{bend:.0f} deg"
         doubt = Notice("angle-unit-doubted", text, subject=name, span=span, bend=float(np.degrees(span)))
         return stated, (doubt,)
     if looks is None:
@@ -115,10 +113,8 @@ def angle_unit(
         return looks, ()
     word = "degrees" if looks else "radians"
     header = "does not say the unit" if says is None else f"says {'degrees' if says else 'radians'}"
-    text = (
-        "{file}: {subject} has a range of {span:.3g}, so its angles are in {unit} "
-        "(a knee that bends by {bend:.0f} deg); its header {header}"
-    )
+    text = "{file}: {subject} has a range of {span:.3g}, so its angles are in {unit} (a knee that bends by "
+    text += "{bend:.0f} deg); its header {header}"
     bend = float(span if looks else np.degrees(span))
     data: dict[str, Any] = {"file": table.file.name, "span": span, "unit": word, "bend": bend}
     return looks, (Notice("angle-unit-read", text, subject=name, **data, header=header),)

@@ -65,10 +65,8 @@ def find_mass(
         problem = f"the plates carry {mass:.3g} kg: forces in another unit?"
         raise InputError(problem, field="mass", allowed=f"{low:g} to {high:g} kg")
     if how == "by the plates" and one_leg:
-        text = (
-            "the mass, {mass:.1f} kg, is twice what one leg carries: a leg that carries 40 % of the weight "
-            "makes it 20 % too small; give the mass"
-        )
+        text = "the mass, {mass:.1f} kg, is twice what one leg carries: a leg that carries 40 % of the "
+        text += "weight makes it 20 % too small; give the mass"
         notices.append(Notice("mass-of-one-leg", text, mass=mass))
     for name, other in masses.items():
         # Newton's law is judged with its own error, among the trial's checks
@@ -106,10 +104,8 @@ def _estimate(
     low, high = min(means, key=means.__getitem__), max(means, key=means.__getitem__)
     if means[high] > _UNLIKE * means[low]:
         error = (means[high] - means[low]) / mass
-        text = (
-            "the {subject} leg carries {percent:.0f} % of the weight only: a limp, or a foot "
-            "half beside its plate; then the mass is rather {rather:.1f} kg"
-        )
+        text = "the {subject} leg carries {percent:.0f} % of the weight only: a limp, or a foot half beside "
+        text += "its plate; then the mass is rather {rather:.1f} kg"
         percent, rather = 100.0 * means[low] / mass, 2.0 * means[high]
         notices.append(Notice("legs-unlike", text, subject=low, percent=percent, rather=rather))
     counted = " and ".join(f"{len(each)} {side}" for side, each in shares.items())

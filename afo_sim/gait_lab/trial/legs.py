@@ -198,10 +198,8 @@ def _out_of_plane(table: OpenSimTable, side: str, degrees: bool) -> list[Notice]
     most = max(swings, key=lambda name: swings[name], default="")
     if not most or swings[most] <= _OUT_OF_PLANE:
         return []
-    text = (
-        "{subject} swings by ±{swing:.0f} deg, which a chain in one plane leaves out: "
-        "the scaled model, `model`, takes it in"
-    )
+    text = "{subject} swings by ±{swing:.0f} deg, which a chain in one plane leaves out: the scaled model, "
+    text += "`model`, takes it in"
     return [Notice("out-of-plane", text, subject=most, swing=swings[most])]
 
 

@@ -300,11 +300,9 @@ def _carry_end(
         where, sole = ("where the foot lies flat", None) if shown is paths else ("in standing", 0.0)
         how = "ankle and forefoot", _BEHIND_ERROR, "a marker of the heel"
         point = LegPoint(path, *how, way=f"level {where}")
-        text = (
-            "the {subject} heel has no marker that is known by its name: the foot is the line from ankle to "
-            "forefoot, level {where}; ankle angle ±{error:.0f} deg, and the equinus of a foot that never "
-            "lies flat is lost"
-        )
+        text = "the {subject} heel has no marker that is known by its name: the foot is the line from ankle "
+        text += "to forefoot, level {where}; ankle angle ±{error:.0f} deg, and the equinus of a foot that "
+        text += "never lies flat is lost"
         notices = (*notices, Notice("heel-unmarked", text, subject=side, where=where, error=_UNMARKED))
     points, ranks = {**chosen.points, end: point}, {**chosen.ranks, end: rank}
     return _Chosen(points, ranks, notices, sole)
@@ -325,10 +323,8 @@ def _turned_foot(end: str, places: np.ndarray, paths: list[np.ndarray]) -> Clust
 def _not_carried(role: str, side: str, clusters: Clusters) -> Notice:
     segment = _CARRIERS[role][0]
     cluster = clusters.get((side, segment))
-    text = (
-        "the {subject} of the standing posture is not used: both trials see {markers} on the {segment}, and "
-        "{needed} that are not on a line are needed"
-    )
+    text = "the {subject} of the standing posture is not used: both trials see {markers} on the {segment}, "
+    text += "and {needed} that are not on a line are needed"
     seen = ", ".join(cluster.names if cluster else ()) or "no marker"
     data = {"markers": seen, "segment": segment, "needed": FEWEST}
     return note("standing-centre-unused", text, subject=f"{side} {role}", **data)

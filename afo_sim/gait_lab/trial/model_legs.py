@@ -171,8 +171,6 @@ def _scale_warnings(model: OpenSimModel, seen: Mapping[str, np.ndarray]) -> tupl
     if not ratios or abs(np.median(ratios) - 1.0) <= _SCALE:
         return ()
     ratio = float(np.median(ratios))
-    text = (
-        "the trial's markers lie {ratio:.3g} times as far apart as the model's (median of {pairs}"
-        " pairs, each on one body): is this the person's scaled model?"
-    )
+    text = "the trial's markers lie {ratio:.3g} times as far apart as the model's (median of {pairs} pairs, "
+    text += "each on one body): is this the person's scaled model?"
     return (Notice("model-scale", text, ratio=ratio, pairs=len(ratios)),)

@@ -72,10 +72,8 @@ class Segment:
             for name, place in self.local.items()
         }
         worst = max(off, key=lambda name: off[name])
-        text = (
-            "the model's {subject} misses the trial's markers by {rms_mm:.0f} mm RMS, most of all "
-            "{worst} by {worst_mm:.0f} mm: another person's model, or a marker moved or swapped?"
-        )
+        text = "the model's {subject} misses the trial's markers by {rms_mm:.0f} mm RMS, most of all {worst} "
+        text += "by {worst_mm:.0f} mm: another person's model, or a marker moved or swapped?"
         data: dict[str, Any] = {"rms_mm": rms_mm, "worst": worst, "worst_mm": 1e3 * off[worst]}
         return laid, Notice("segment-misfit", text, subject=self.name, **data)
 

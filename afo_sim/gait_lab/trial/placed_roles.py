@@ -38,10 +38,8 @@ def place_roles(markers: Markers) -> Roles:
         if leg:
             sides[side] = {mark: (names[k],) for mark, k in (pelvis[side] | leg).items()}
             each = ", ".join(f"{mark} {name}" for mark, (name,) in sides[side].items())
-            text = (
-                "{subject} by where markers are and move, in a right-handed laboratory, else it is the other "
-                "leg: {each}; others fit {times:.0f} or more times worse"
-            )
+            text = "{subject} by where markers are and move, in a right-handed laboratory, else it is the "
+            text += "other leg: {each}; others fit {times:.0f} or more times worse"
             told.append(Notice("roles-placed", text, subject=f"{side} leg", each=each, times=times))
     # with shoulders taken for a pelvis one leg alone may fit by chance (6 of 660 drawn), both did not
     return Roles(sides, tuple(told)) if all(sides.values()) else Roles({side: {} for side in SIDES})

@@ -72,19 +72,15 @@ def walker_doubts(cycle: gait.GaitCycle) -> list[Notice]:
     swing = off[cycle.phase > gait.stance(cycle)]
     beyond = float(np.sqrt(np.mean(swing**2)))
     if cycle.walker == "healthy" and beyond > _PEOPLE:
-        text = (
-            "in swing the ankle is {mean:+.0f} deg off the norm's band ({beyond:.0f} deg RMS), more than "
-            "healthy people's spread of {limit:.0f} deg: if it is the patient's own walk, import it with "
-            "{subject} patient, else the weakness counts twice"
-        )
+        text = "in swing the ankle is {mean:+.0f} deg off the norm's band ({beyond:.0f} deg RMS), more than "
+        text += "healthy people's spread of {limit:.0f} deg: if it is the patient's own walk, import it with "
+        text += "{subject} patient, else the weakness counts twice"
         mean = float(swing.mean())
         return [Notice("walker-not-usual", text, subject="walker", limit=_PEOPLE, beyond=beyond, mean=mean)]
     most = float(np.abs(off).max())
     if cycle.walker == "patient" and most <= _PEOPLE:
-        text = (
-            "the ankle stays within {most:.0f} deg of the norm's band, as healthy people's does "
-            "({limit:.0f} deg): is it a patient's own walk, without the device ({subject})?"
-        )
+        text = "the ankle stays within {most:.0f} deg of the norm's band, as healthy people's does "
+        text += "({limit:.0f} deg): is it a patient's own walk, without the device ({subject})?"
         return [Notice("walker-usual", text, subject="walker", limit=_PEOPLE, most=most)]
     return []
 
@@ -100,20 +96,16 @@ def _zero(zero: float) -> list[Notice]:
         raise InputError(problem, field="marker.heel", allowed=allowed)
     if abs(degrees) <= _ZERO[0]:
         return []
-    text = (
-        "the ankle's zero was moved by {moved:+.0f} deg, so that the flat foot is level: more than "
-        "{usual:.0f} deg is a marker at another place, or a foot that never lies flat"
-    )
+    text = "the ankle's zero was moved by {moved:+.0f} deg, so that the flat foot is level: more than "
+    text += "{usual:.0f} deg is a marker at another place, or a foot that never lies flat"
     return [Notice("ankle-zero-far", text, moved=-degrees, usual=_ZERO[0])]
 
 
 def _flat(cycle: gait.GaitCycle) -> list[Notice]:
     if cycle.flat.steady:
         return []
-    text = (
-        "the foot is never steady for {least:.0f} % of the stride between {low:.0f} and {high:.0f} %: "
-        "{taken} are taken as flat, and with them the ankle's zero and height"
-    )
+    text = "the foot is never steady for {least:.0f} % of the stride between {low:.0f} and {high:.0f} %: "
+    text += "{taken} are taken as flat, and with them the ankle's zero and height"
     low, high = (100.0 * share for share in gait.WITHIN)
     data: dict[str, Any] = {"least": 100.0 * gait.LEAST, "low": low, "high": high, "taken": cycle.flat.words}
     return [Notice("foot-never-flat", text, **data)]
@@ -127,10 +119,8 @@ def _ankle_height(cycle: gait.GaitCycle, points: LegPoints) -> list[Notice]:
     height = float(cycle.ankle_z[cycle.foot_flat()].min())  # a heel that leaves early raises the mean
     if low <= height <= high:
         return []
-    text = (
-        "the ankle is {height_cm:.1f} cm above the floor with the foot flat; of this leg "
-        "{low_cm:.0f} to {high_cm:.0f} cm is usual: is the floor at 0, the foot ever flat?"
-    )
+    text = "the ankle is {height_cm:.1f} cm above the floor with the foot flat; of this leg {low_cm:.0f} to "
+    text += "{high_cm:.0f} cm is usual: is the floor at 0, the foot ever flat?"
     data: dict[str, Any] = {"height_cm": 100.0 * height, "low_cm": 100.0 * low, "high_cm": 100.0 * high}
     return [Notice("ankle-height", text, **data)]
 
@@ -201,20 +191,16 @@ def _pressure(cycle: gait.GaitCycle, last: float, first: float) -> list[Notice]:
     if share <= _OUTSIDE and np.mean(behind > 0.0) <= _BEHIND:
         return []
     most, end = max((float(behind.max()), "behind the heel"), (float(ahead.max()), "ahead of the toes"))
-    text = (
-        "the centre of pressure is outside the foot for {percent:.0f} % of stance, up to "
-        "{most_cm:.0f} cm {end}: plates and markers in different places?"
-    )
+    text = "the centre of pressure is outside the foot for {percent:.0f} % of stance, up to {most_cm:.0f} cm "
+    text += "{end}: plates and markers in different places?"
     return [Notice("pressure-off-foot", text, percent=100.0 * share, most_cm=100.0 * most, end=end)]
 
 
 def _forward_force(cycle: gait.GaitCycle) -> list[Notice]:
     if not np.isfinite(cycle.grf_x).all() or np.abs(cycle.grf_x).max() > _FORWARD:
         return []
-    text = (
-        "the ground's force has no part forward or backward: a plate that measures upward force alone? The "
-        "ankle moment lacks that force times {height_cm:.0f} cm"
-    )
+    text = "the ground's force has no part forward or backward: a plate that measures upward force alone? "
+    text += "The ankle moment lacks that force times {height_cm:.0f} cm"
     return [Notice("no-shear-force", text, height_cm=100.0 * cycle.ankle_height)]
 
 
@@ -275,10 +261,8 @@ def _proportion(points: LegPoints, lengths: Mapping[str, np.ndarray]) -> list[No
     means = float(np.median(thigh)), float(np.median(shank))
     if _THIGH_TO_SHANK[0] <= means[0] / means[1] <= _THIGH_TO_SHANK[1]:
         return []
-    text = (
-        "the {subject} thigh is {thigh_cm:.0f} cm long and the shank "
-        "{shank_cm:.0f} cm: is the hip's or the knee's marker at another place?"
-    )
+    text = "the {subject} thigh is {thigh_cm:.0f} cm long and the shank {shank_cm:.0f} cm: is the hip's or "
+    text += "the knee's marker at another place?"
     thigh_cm, shank_cm = (100.0 * mean for mean in means)
     return [Notice("leg-proportion", text, subject=points.side, thigh_cm=thigh_cm, shank_cm=shank_cm)]
 
@@ -298,10 +282,8 @@ def _lengths(points: LegPoints, lengths: Mapping[str, np.ndarray]) -> list[Notic
         first, last = points.time[bad][[0, -1]]
         span = f"in {bad.sum()} frames of {first:.2f} to {last:.2f} s"
         when = f"at {first:.2f} s" if bad.sum() == 1 else span
-        text = (
-            "the {subject}, {upper} to {lower}, changes its length of {length_cm:.1f} cm by "
-            "{percent:+.0f} %, {when}: exchanged or sliding markers?"
-        )
+        text = "the {subject}, {upper} to {lower}, changes its length of {length_cm:.1f} cm by "
+        text += "{percent:+.0f} %, {when}: exchanged or sliding markers?"
         data: dict[str, Any] = {"upper": upper, "lower": lower, "when": when}
         data |= {"length_cm": 100.0 * median, "percent": 100.0 * float(change[k])}
         found.append(Notice("segment-length", text, subject=f"{points.side} {name}", **data))
@@ -340,10 +322,8 @@ def _steps_of_time(what: str, time: np.ndarray, rate: float) -> list[Notice]:
     uneven = np.abs(steps - step) > _UNEVEN * step
     if np.any(uneven):
         worst = steps[np.argmax(np.abs(steps - step))]
-        text = (
-            "{subject} has {uneven} of {steps} steps of time that are not {step_ms:.3g} ms, one "
-            "of {worst_ms:.3g} ms: the samples between are interpolated"
-        )
+        text = "{subject} has {uneven} of {steps} steps of time that are not {step_ms:.3g} ms, one of "
+        text += "{worst_ms:.3g} ms: the samples between are interpolated"
         data: dict[str, Any] = {"uneven": int(uneven.sum()), "steps": len(steps)}
         data |= {"step_ms": 1e3 * step, "worst_ms": 1e3 * float(worst)}
         found.append(Notice("sampled-unevenly", text, subject=what, **data))

@@ -195,11 +195,9 @@ def _along(steps: Mapping[str, _Steps | None]) -> Check:
     if not known:
         return Check(fault, needs="a heel that lands first, whole on a plate, and its two markers")
     off, limit = 1e3 * float(np.mean(known)), 1e3 * _ROLLED
-    text = (
-        "the plates' pressure lies {off:+.0f} mm ahead of where the foot rolls over its heel (limit "
-        "{limit:.0f} mm): plates and cameras disagree along the walk; the moment at push-off is off by about "
-        "{moment:.2f} N·m/kg (force times shift)"
-    )
+    text = "the plates' pressure lies {off:+.0f} mm ahead of where the foot rolls over its heel (limit "
+    text += "{limit:.0f} mm): plates and cameras disagree along the walk; the moment at push-off is off by "
+    text += "about {moment:.2f} N·m/kg (force times shift)"
     data = {"off": off, "limit": limit, "moment": _PUSH_OFF * abs(off) * 1e-3}
     lies, most = f"{off:+.0f} mm ahead of where the foot rolls", f"±{limit:.0f} mm"
     return _check(fault, lies, most, abs(off) > limit, "pressure-shifted", text, **data)
@@ -212,11 +210,9 @@ def _aside(steps: Mapping[str, _Steps | None]) -> Check:
     off, limit = 1e3 * float(np.mean(known)), 1e3 * _ASIDE
     each = ", ".join(f"{side} {1e3 * step.aside:+.0f}" for side, step in steps.items() if step is not None)
     lies, most, wrong = f"{off:+.0f} mm to the right of both feet", f"±{limit:.0f} mm", abs(off) > limit
-    text = (
-        "the plates' pressure lies {off:+.0f} mm to the right of both feet ({each}; limit {limit:.0f} mm): "
-        "plates and cameras disagree sideways, or a foot's marker is beside its place; the sagittal moment "
-        "is not changed by that"
-    )
+    text = "the plates' pressure lies {off:+.0f} mm to the right of both feet ({each}; limit {limit:.0f} "
+    text += "mm): plates and cameras disagree sideways, or a foot's marker is beside its place; the sagittal "
+    text += "moment is not changed by that"
     return _check(fault, lies, most, wrong, "pressure-aside", text, off=off, limit=limit, each=each)
 
 
@@ -238,10 +234,8 @@ def _late(steps: Mapping[str, _Steps | None], law: Newton | str) -> Check:
     comes, most, wrong = f"{late:+.0f} ms after {by}", f"±{limit:.0f} ms", abs(late) > limit
     if isinstance(law, Newton) and law.why:
         comes += f", without {law.left_out}, which is in part beside it"
-    text = (
-        "the force is about {late:.0f} ms {order} by {by} (limit {limit:.0f} ms); the pressure under the "
-        "foot moves by some {way:.0f} mm, the moment at push-off by {moment:.2f} N·m/kg"
-    )
+    text = "the force is about {late:.0f} ms {order} by {by} (limit {limit:.0f} ms); the pressure under the "
+    text += "foot moves by some {way:.0f} mm, the moment at push-off by {moment:.2f} N·m/kg"
     way, order = _ROLLS * abs(late), "late" if late > 0.0 else "early"
     sizes = {"late": abs(late), "limit": limit, "way": way, "moment": _PUSH_OFF * 1e-3 * way}
     return _check(fault, comes, most, wrong, "force-late", text, order=order, by=by, **sizes)
@@ -250,10 +244,8 @@ def _late(steps: Mapping[str, _Steps | None], law: Newton | str) -> Check:
 def _unlike(law: Newton | str) -> Iterator[Check]:
     """A foot whose force does not follow the body, where no heel beside the plate explains it."""
     if isinstance(law, Newton) and law.left_out and not law.why:
-        text = (
-            "the force of {subject} does not follow the {by} while the other feet's does: its clock, its "
-            "scale, or a foot in part beside it; do not take a stride of it"
-        )
+        text = "the force of {subject} does not follow the {by} while the other feet's does: its clock, its "
+        text += "scale, or a foot in part beside it; do not take a stride of it"
         found, limit = f"not of {law.left_out}", "each foot's"
         known = "force follows the body", found, limit, True, "foot-unlike", text
         yield _check(*known, law.left_out, by=law.by)
@@ -269,10 +261,8 @@ def _clipped(done: Imported) -> list[Check]:
         top = force >= (1.0 - _FLAT) * force.max()
         most = max(stop - first for first, stop in stretches(top))
         lasts, limit = 1e3 * (most - 1) * float(time[1] - time[0]), 1e3 * _FLAT_TIME
-        text = (
-            "plate {subject} is clipped: it reads {force:.0f} N for {lasts:.0f} ms on end (limit "
-            "{limit:.0f} ms); what is cut off is not known, so the peak moment is too small"
-        )
+        text = "plate {subject} is clipped: it reads {force:.0f} N for {lasts:.0f} ms on end (limit "
+        text += "{limit:.0f} ms); what is cut off is not known, so the peak moment is too small"
         said, wrong = (f"{lasts:.0f} ms at the peak", f"{limit:.0f} ms"), most >= 5 and lasts > limit
         data = {"limit": limit, "force": float(force.max()), "lasts": lasts}
         fault = f"clipped (plate {name})" if wrong else "clipped plates"
@@ -295,11 +285,9 @@ def _scaled(done: Imported) -> Iterator[Check]:
         low, high = (pick(clear, key=lambda name: clear[name]) for pick in (min, max))
         less, limit = _apart(clear[low], clear[high], _PLATES)
         alike = less >= -limit
-        text = (
-            "plate {subject} carries {percent:.0f} % less than plate {other} by Newton's law (limit "
-            "{limit:.0f} %): one of them is scaled, and its moments by as much, or a cane or a rail carries "
-            "the rest"
-        )
+        text = "plate {subject} carries {percent:.0f} % less than plate {other} by Newton's law (limit "
+        text += "{limit:.0f} %): one of them is scaled, and its moments by as much, or a cane or a rail "
+        text += "carries the rest"
         data: dict[str, Any] = {"percent": -less, "other": high, "limit": limit}
         said = f"plate {low} {-less:.0f} % less", f"{limit:.0f} %"
         yield _check("plates alike", *said, not alike, "plates-unlike", text, low, **data)
@@ -310,10 +298,8 @@ def _scaled(done: Imported) -> Iterator[Check]:
         off, limit = _apart(each, (mass.mass, 0.0), _WORN)
         subject = "the plates carry" if alike else f"plate {name} carries"
         cause = "the mass, their scale, what is worn, or a cane or rail that carries the rest"
-        text = (
-            "{subject} {carried:.1f} ±{error:.1f} kg by Newton's law, {percent:+.0f} % off the mass {how}, "
-            "{mass:.1f} kg (limit {limit:.0f} %): {cause}; moments are off by as much"
-        )
+        text = "{subject} {carried:.1f} ±{error:.1f} kg by Newton's law, {percent:+.0f} % off the mass "
+        text += "{how}, {mass:.1f} kg (limit {limit:.0f} %): {cause}; moments are off by as much"
         data = {"carried": each[0], "error": each[1], "percent": off, "how": mass.how, "mass": mass.mass}
         data |= {"limit": limit, "cause": cause if alike else "its scale, or a cane or rail beside it"}
         code = "mass-differs" if alike else "plate-scaled"
@@ -351,20 +337,16 @@ def _standing(done: Imported) -> Iterator[Check]:
         return
     off, limit = 100.0 * float(np.median(ratios)), 100.0 * _LENGTHS
     said, wrong = (f"{off:+.1f} % of the walker's size", f"±{limit:.0f} %"), abs(off) > limit
-    text = (
-        "the standing trial is another person's: its segments are {percent:+.0f} % longer than the "
-        "walker's (limit {limit:.0f} %), and the ankle's place and lever with them"
-    )
+    text = "the standing trial is another person's: its segments are {percent:+.0f} % longer than the "
+    text += "walker's (limit {limit:.0f} %), and the ankle's place and lever with them"
     yield _check("standing trial", *said, wrong, "standing-stranger", text, percent=off, limit=limit)
     signs = [_handed(done, {n: p[None] for n, p in pose.items()}), _handed(done, walk.positions)]
     if not all(signs):
         yield Check("standing mirrored", needs="heel, toe, ankle and knee of both legs in both trials")
         return
     mirrored = signs[0] * signs[1] < 0.0
-    text = (
-        "the standing trial is mirrored: its right side is the walk's left; centres lie on the wrong side "
-        "of their markers"
-    )
+    text = "the standing trial is mirrored: its right side is the walk's left; centres lie on the wrong side "
+    text += "of their markers"
     hand = "other hand" if mirrored else "same hand"
     yield _check("standing mirrored", hand, "same hand", mirrored, "standing-mirrored", text)
 
@@ -392,9 +374,7 @@ def _bmi(done: Imported) -> Check:
         return Check(fault, needs="a stated height")
     index = mass / height**2
     said, wrong = (f"{index:.0f} kg/m²", f"{low:.0f} to {high:.0f}"), not low <= index <= high
-    text = (
-        "{mass:.1f} kg of {height:.2f} m are {index:.0f} kg/m², outside {low:.0f} to {high:.0f}: the mass, "
-        "the plates' unit or the height; the moment per mass is off as the mass is"
-    )
+    text = "{mass:.1f} kg of {height:.2f} m are {index:.0f} kg/m², outside {low:.0f} to {high:.0f}: the "
+    text += "mass, the plates' unit or the height; the moment per mass is off as the mass is"
     data = {"mass": mass, "height": height, "index": index, "low": low, "high": high}
     return _check(fault, *said, wrong, "mass-for-height", text, **data)

@@ -193,10 +193,8 @@ def _require_feet_ahead(legs: Mapping[str, LegPoints], frame: WalkingFrame) -> l
             raise InputError(problem, field="marker.heel", allowed=allowed)
         out = math.degrees(math.atan2(abs(aside), ahead))
         if out > _TURNED_OUT:
-            text = (
-                "the {subject} foot points {out:.0f} deg away from the direction of travel: "
-                "its sagittal angle is not its joint angle"
-            )
+            text = "the {subject} foot points {out:.0f} deg away from the direction of travel: its sagittal "
+            text += "angle is not its joint angle"
             warnings.append(Notice("foot-turned-out", text, subject=side, out=out))
     return warnings
 
@@ -212,11 +210,9 @@ def _exchanged_sides(legs: Mapping[str, LegPoints], frame: WalkingFrame) -> list
             break
     if not right < -_APART:
         return []
-    text = (
-        "the right {subject} is {apart_cm:.0f} cm to the left of the left one: the laboratory's axes "
-        "are left-handed, and all is well, or right and left are exchanged; sagittal angles are the "
-        "same, but look which leg is which"
-    )
+    text = "the right {subject} is {apart_cm:.0f} cm to the left of the left one: the laboratory's axes are "
+    text += "left-handed, and all is well, or right and left are exchanged; sagittal angles are the same, "
+    text += "but look which leg is which"
     return [Notice("sides-exchanged", text, subject=role, apart_cm=-100.0 * right)]
 
 
@@ -309,10 +305,8 @@ def _belt_speed_of(
         allowed = "none of a walk overground, or where the belt's travel is added already"
         raise InputError(problem, field="belt_speed", value=given, allowed=allowed)
     if abs(given - found) > _BELT_ERROR * found:
-        text = (
-            "belt_speed = {given:.3g} m/s is taken, but the standing foot moves at {found:.3g} m/s "
-            "({percent:+.0f} %)"
-        )
+        text = "belt_speed = {given:.3g} m/s is taken, but the standing foot moves at {found:.3g} m/s "
+        text += "({percent:+.0f} %)"
         percent = 100.0 * (given / found - 1.0)
         warnings.append(Notice("belt-speed-differs", text, given=given, found=found, percent=percent))
     return given, warnings
