@@ -8,16 +8,8 @@ import numpy as np
 
 from afo_sim.common import InputError, Notice
 from afo_sim.gait_lab.noted import Noted, note
+from afo_sim.gait_lab.readers import text
 from afo_sim.gait_lab.readers.signals import check_clock, even_clock, refuse_slow
-from afo_sim.gait_lab.readers.text import (
-    cells_of,
-    miscounts,
-    numbers,
-    read_lines,
-    separator_of,
-    unique_names,
-    without_empty_end,
-)
 
 _VECTORS = ("quaternion", "vec3", "vec6", "spatialvec", "rotation", "unitvec3")  # in one cell of a table
 _TIME = re.compile(r"(time|t|zeit)\s*[\[(]?\s*(s|sec|seconds?|ms)?\s*[\])]?$", re.IGNORECASE)
@@ -36,7 +28,7 @@ class OpenSimTable(Noted):
 
 def read_opensim_table(path: pathlib.Path) -> OpenSimTable:
     """Read a .mot or .sto file."""
-    lines, ended = read_lines(path)
+    lines, ended = text.read_lines(path)
     end = next((k for k, line in enumerate(lines) if line.strip(" \t;,").lower() == "endheader"), None)
     if end is None:
         problem = "has no header that ends in 'endheader'"
@@ -46,18 +38,18 @@ def read_opensim_table(path: pathlib.Path) -> OpenSimTable:
     if len(body) < 3:
         problem = "has no table over time after its header"
         raise InputError(problem, file=path, allowed="a row of names with 'time', then rows of numbers")
-    separator = separator_of(body[0])
-    names = without_empty_end(cells_of(body[0], separator))
+    separator = text.separator_of(body[0])
+    names = text.without_empty_end(text.cells_of(body[0], separator))
     _refuse_vectors(path, header, names, body[1], separator)
-    table, notices = numbers(path, body[1:], names, separator, ended, gaps=False)
-    notices += miscounts(header, dict.fromkeys(("nrows", "datarows"), ("rows", len(table))))[:1]
+    table, notices = text.numbers(path, body[1:], names, separator, ended, gaps=False)
+    notices += text.miscounts(header, dict.fromkeys(("nrows", "datarows"), ("rows", len(table))))[:1]
     # each row has its columns: no harm
-    wide = miscounts(header, dict.fromkeys(("ncolumns", "datacolumns"), ("columns", table.shape[1])))[:1]
+    wide = text.miscounts(header, dict.fromkeys(("ncolumns", "datacolumns"), ("columns", table.shape[1])))[:1]
     place, factor, clock = _clock_column(path, names, table)
     time, rounded = even_clock(table[:, place] * factor)
     check_clock(path, time)
     refuse_slow(path, time, "time", "seconds, or a title 'time [ms]'")
-    columns, doubles = unique_names(_coordinates(names), "column")
+    columns, doubles = text.unique_names(_coordinates(names), "column")
     # of the leg, the second may have been meant
     if not any(re.match(r"(pelvis|hip|knee|ankle)_.*\.\d+$", name) for name in columns):
         doubles = [each.with_severity("note") for each in doubles]
@@ -82,7 +74,7 @@ def _refuse_vectors(
     path: pathlib.Path, header: dict[str, str], names: list[str], row: str, separator: str | None
 ) -> None:
     kind = header.get("datatype", "").lower()
-    cells = cells_of(row, separator) if separator != "," else []
+    cells = text.cells_of(row, separator) if separator != "," else []
     commas = max((cell.count(",") for cell in cells), default=0)
     if not kind.startswith(_VECTORS) and commas < 2:
         return
@@ -99,14 +91,14 @@ def _clock_column(path: pathlib.Path, names: list[str], table: np.ndarray) -> tu
         place = titled[0]
         milli = bool(re.search(r"[\[( ]ms", names[place], re.IGNORECASE))
         plain = place == 0 and not milli
-        text = "its clock is column {column}, {title!r}"
-        found = [] if plain else [note("clock-column", text, column=place + 1, title=names[place])]
+        words = "its clock is column {column}, {title!r}"
+        found = [] if plain else [note("clock-column", words, column=place + 1, title=names[place])]
         return place, 1e-3 if milli else 1.0, found
     with np.errstate(invalid="ignore"):
         steps = np.diff(table[:, 0])
         if len(steps) and np.all(steps > 0.0) and np.ptp(steps) <= 0.1 * steps.mean():
-            text = "its first column, {title!r}, was taken as the time"
-            return 0, 1.0, [note("clock-column", text, column=1, title=names[0])]
+            words = "its first column, {title!r}, was taken as the time"
+            return 0, 1.0, [note("clock-column", words, column=1, title=names[0])]
     problem = "has no table over time after its header"
     raise InputError(problem, file=path, value=", ".join(names[:6]), allowed="a first column 'time'")
 

@@ -7,19 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from afo_sim.common import InputError, Notice
+from afo_sim.gait_lab.readers import text
 from afo_sim.gait_lab.readers.markers import Markers, lost_as_nan, marker_set
 from afo_sim.gait_lab.readers.signals import check_clock, even_clock, refuse_slow
-from afo_sim.gait_lab.readers.text import (
-    CUT_SHORT,
-    cells_of,
-    measured,
-    miscounts,
-    parse_rate,
-    parse_row,
-    read_lines,
-    require_size,
-    without_empty_end,
-)
 from afo_sim.gait_lab.readers.unit_checks import length_name, metres_of
 
 _LAYOUT = "'PathFileType' on line 1, 'Frame#<tab>Time<tab>names' on line 4"
@@ -39,12 +29,12 @@ class _Header:
 
 def read_trc(path: pathlib.Path) -> Markers:
     """Read a .trc file."""
-    lines, ended = read_lines(path)
+    lines, ended = text.read_lines(path)
     header = _header(path, lines)
     table, warnings = _table(path, header, ended)
     names = [*header.names, *[""] * ((table.shape[1] - header.lead) // 3 - len(header.names))]
     counts = {"numframes": ("frames", len(table)), "nummarkers": ("markers", len(names))}
-    warnings += miscounts(header.stated, counts)
+    warnings += text.miscounts(header.stated, counts)
     time, clock = _clock(path, header, table)
     check_clock(path, time, "Time")
     points = lost_as_nan(table[:, header.lead :].reshape(len(table), len(names), 3))
@@ -64,7 +54,7 @@ def _header(path: pathlib.Path, lines: list[str]) -> _Header:
         elif len(cells) > 2 and re.fullmatch(r"frames?(#|no\.?)?", cells[0].lower()):
             names, words = keys.split(), values.split()
             if len(words) != len(names):  # one is absent, and only tabs can say which
-                names, words = cells_of(keys, "\t"), cells_of(values, "\t")
+                names, words = text.cells_of(keys, "\t"), text.cells_of(values, "\t")
             stated = {name.lower(): word for name, word in zip(names, words, strict=False)}
             return _titles(path, line, lines[k + 1 :], stated)
     raise InputError("is not laid out as a .trc file", file=path, allowed=_LAYOUT)
@@ -74,9 +64,11 @@ def _titles(path: pathlib.Path, line: str, rest: list[str], stated: dict[str, st
     """Markers' names, each above the first of its three columns, or one after the other."""
     tabs = "\t" in line
     # some write "Frame #"; blanks alone separate names only if no name holds one
-    cells = cells_of(re.sub(r"^(\s*frames?)\s+#", r"\1#", line, flags=re.IGNORECASE), "\t" if tabs else None)
+    cells = text.cells_of(
+        re.sub(r"^(\s*frames?)\s+#", r"\1#", line, flags=re.IGNORECASE), "\t" if tabs else None
+    )
     lead = 2 if cells[1].lower().startswith("time") else 1
-    titles = without_empty_end(cells[lead:])
+    titles = text.without_empty_end(cells[lead:])
     spaced = tabs and all(not title or k % 3 == 0 for k, title in enumerate(titles))
     names = titles[::3] if spaced and len(titles) > 1 else [title for title in titles if title]
     rows = [row for row in rest if row.strip()]
@@ -91,11 +83,11 @@ def _table(path: pathlib.Path, header: _Header, ended: bool) -> tuple[np.ndarray
     """The numbers (n, lead + 3 × markers), NaN where a cell is empty, and warnings."""
     rows, warnings, separator = header.rows, [], "\t" if header.tabs else None
     named = header.lead + 3 * len(header.names)
-    split = (cells_of(row, separator) for row in rows)  # all cells at a time would be ten times the file
-    counts = [(len(cells), len(without_empty_end(cells))) for cells in split]
+    split = (text.cells_of(row, separator) for row in rows)  # all cells at a time would be ten times the file
+    counts = [(len(cells), len(text.without_empty_end(cells))) for cells in split]
     if not ended and len(rows) > 3 and counts[-1][0] < min(counts[-2][0], named):
         rows, counts = rows[:-1], counts[:-1]
-        warnings.append(CUT_SHORT)
+        warnings.append(text.CUT_SHORT)
     width = max(named, *{filled for _, filled in counts})
     width = header.lead + 3 * -(-(width - header.lead) // 3)
     if not header.tabs and any(count != width for count, _ in counts):
@@ -104,12 +96,12 @@ def _table(path: pathlib.Path, header: _Header, ended: bool) -> tuple[np.ndarray
         raise InputError(seen, file=path, allowed="tabs between the cells where some are empty")
     if width > 3 * named + 300:
         raise InputError(f"has rows of {width} numbers for {len(header.names)} names", file=path)
-    require_size(path, len(rows), width)
+    text.require_size(path, len(rows), width)
     table = np.full((len(rows), width), np.nan)
     for k, row in enumerate(rows):
-        cells = cells_of(row, separator)
+        cells = text.cells_of(row, separator)
         try:
-            found = parse_row(cells[:width])
+            found = text.parse_row(cells[:width])
         except ValueError:
             problem = f"frame {cells[0] or k + 1} holds something that is not a number"
             raise InputError(problem, file=path, allowed="numbers separated by tabs") from None
@@ -118,14 +110,14 @@ def _table(path: pathlib.Path, header: _Header, ended: bool) -> tuple[np.ndarray
 
 
 def _clock(path: pathlib.Path, header: _Header, table: np.ndarray) -> tuple[np.ndarray, list[Notice]]:
-    rate = parse_rate(header.stated.get("datarate", ""))
+    rate = text.parse_rate(header.stated.get("datarate", ""))
     time = np.full(len(table), np.nan)
     if header.lead == 2:
-        time = measured(path, ["Time"], table[:, 1:2])[:, 0]
+        time = text.measured(path, ["Time"], table[:, 1:2])[:, 0]
     if np.isfinite(time).any() and np.any(time[np.isfinite(time)] != 0.0):
         refuse_slow(path, time, "Time", "seconds" + (f"; its DataRate is {rate:g} Hz" if rate else ""))
         return even_clock(time, rate)
     if rate is None:
         raise InputError("has neither times nor a DataRate", file=path, field="Time", allowed="seconds")
-    text = "has no times; they were counted at DataRate {rate:g} Hz"
-    return np.arange(len(table)) / rate, [Notice("times-counted", text, rate=rate)]
+    words = "has no times; they were counted at DataRate {rate:g} Hz"
+    return np.arange(len(table)) / rate, [Notice("times-counted", words, rate=rate)]
