@@ -1,24 +1,12 @@
 """Findings on one described part: a muscle, a piece of the air path, a person, a shoe."""
 
+from afo_sim import description
 from afo_sim.cli.doctor.kinds import Findings
-from afo_sim.description import (
-    DENSITIES,
-    BraidFacts,
-    Limits,
-    Muscle,
-    Patient,
-    Regulator,
-    SensorType,
-    Shoe,
-    Source,
-    Tube,
-    amount,
-)
 from afo_sim.description.orthosis import Valve
 from afo_sim.physics import LAWS, nominal_flow
 
 
-def muscle(muscle: Muscle) -> Findings:
+def muscle(muscle: description.Muscle) -> Findings:
     """Law, braid, mass, fit and sources of a muscle."""
     rows: Findings = [
         ("law", muscle.law),
@@ -34,7 +22,7 @@ def muscle(muscle: Muscle) -> Findings:
         ]
         rows += [("warning", muscle.length_warning)] if muscle.length_warning else []
     if LAWS[muscle.law].braids:
-        rows += BraidFacts.of(muscle).rows()
+        rows += description.BraidFacts.of(muscle).rows()
     volume = muscle.law_volume
     whose = "of its law" if any(volume.numbers) else "of the braid"
     rows += [
@@ -44,14 +32,14 @@ def muscle(muscle: Muscle) -> Findings:
     return rows + [(name, f"{origin.kind}: {origin.source}") for name, origin in muscle.provenance.items()]
 
 
-def _covariance(muscle: Muscle) -> str:
+def _covariance(muscle: description.Muscle) -> str:
     """Standard errors, the strongest correlation, freedom; or why there is none."""
     fit = muscle.covariance
     if fit is None:
         return "none"
     names = [key.rpartition(".")[2] for key in fit.parameters]
     errors = [
-        f"{name} ± {amount(fit.scale * error, unit, 3)}"
+        f"{name} ± {description.amount(fit.scale * error, unit, 3)}"
         for name, error, unit in zip(names, fit.standard_errors, fit.units, strict=True)
     ]
     line = f"{', '.join(errors)} (standard errors)"
@@ -74,13 +62,13 @@ def valve(valve: Valve) -> Findings:
         found.append((f"sonic conductance{what}", f"{path.conductance * 1e8:.4g} dm³/(s·bar){how}"))
         flows = (
             f"{6e4 * nominal_flow(path.conductance, path.critical_ratio, 6e5, 5e5, density):.4g} l/min {norm}"
-            for norm, density in DENSITIES.items()
+            for norm, density in description.DENSITIES.items()
         )
         found.append((f"flow from 6 to 5 bar gauge{what}", " or ".join(flows)))
     return found
 
 
-def tube(tube: Tube) -> Findings:
+def tube(tube: description.Tube) -> Findings:
     """What three lengths of a tube do to the air."""
     return [
         (
@@ -92,7 +80,7 @@ def tube(tube: Tube) -> Findings:
     ]
 
 
-def source(source: Source) -> Findings:
+def source(source: description.Source) -> Findings:
     """Gas of a source, and what it delivers."""
     needed = 4e5  # gauge pressure of most shipped scenarios [Pa]
     found = [("gives until 4 bar are left", f"{source.free_litres(needed):.3g} l of free gas (ANR)")]
@@ -102,7 +90,7 @@ def source(source: Source) -> Findings:
     return [("gas", source.gas), ("full", f"{1e3 * source.full_mass:.3g} g"), *found]
 
 
-def regulator(regulator: Regulator) -> Findings:
+def regulator(regulator: description.Regulator) -> Findings:
     """Range and droop of a regulator."""
     flow, low, high = 6e4 * regulator.rated_flow, *(1e-5 * p for p in regulator.set_range)
     return [
@@ -112,13 +100,13 @@ def regulator(regulator: Regulator) -> Findings:
     ]
 
 
-def patient(patient: Patient) -> Findings:
+def patient(patient: description.Patient) -> Findings:
     """Strength of a patient's muscles."""
     sides = {"dorsiflexors": patient.dorsiflexor_strength, "plantarflexors": patient.plantarflexor_strength}
     return [(f"strength of the {side}", f"{100 * share:g} %") for side, share in sides.items()]
 
 
-def shoe(shoe: Shoe) -> Findings:
+def shoe(shoe: description.Shoe) -> Findings:
     """Heights, stiffness and mass of a shoe."""
     return [
         ("under heel and ball", f"{1e3 * shoe.heel_stack:g} mm and {1e3 * shoe.ball_stack:g} mm"),
@@ -129,7 +117,7 @@ def shoe(shoe: Shoe) -> Findings:
     ]
 
 
-def sensor(sensor: SensorType) -> Findings:
+def sensor(sensor: description.SensorType) -> Findings:
     """Output line of a sensor."""
     found = [("for columns in", sensor.unit or "no unit")]
     if sensor.calibration is not None:
@@ -138,7 +126,7 @@ def sensor(sensor: SensorType) -> Findings:
     return found
 
 
-def limits(limits: Limits) -> Findings:
+def limits(limits: description.Limits) -> Findings:
     """Limits of a run."""
     wanted, trips = (1e3 * height for height in limits.toe_clearance)
     return [
