@@ -32,7 +32,7 @@ ROOMS = {
     "legs": PLANT | {"model"},
     "export": CORE | {"legs"},
     "walker": CORE,
-    "study": CORE,
+    "study": CORE | {"walker"},
     "lab": CORE,
     "rl": CORE | {"legs"},
     "show": CORE | {"study", "lab", "gait_lab", "legs", "walker"},

@@ -102,6 +102,7 @@ from .verdict import needless as needless
 from .verdict import seated_answers as seated_answers
 from .verdict import status_of as status_of
 from .verdict import undecided as undecided
+from .walkers import walkers_metrics as walkers_metrics
 from .walking import WalkMetrics as WalkMetrics
 from .walking import has_orthosis as has_orthosis
 from .walking import walk_metrics as walk_metrics

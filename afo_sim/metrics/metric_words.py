@@ -5,7 +5,7 @@ from collections.abc import Mapping
 
 from afo_sim.metrics.metric import METRICS, OTHER, Metric, MetricEntry, known, load_all
 
-UNITS = {"N*m": "N·m", "N*m/kg": "N·m/kg", "percent": "%", "deg": "°", "deg/s": "°/s"}
+UNITS = {"N*m": "N·m", "N*m/kg": "N·m/kg", "percent": "%", "deg": "°", "deg/s": "°/s", "J/(kg*m)": "J/(kg·m)"}
 DIGITS = {"mm": 1, "deg": 1, "percent": 1, "N*m": 2, "N*m/kg": 3, "J/kg": 4, "W/kg": 3, "deg/s": 0, "bar": 2}
 DIGITS |= {"g": 3, "l": 3, "l/min": 1, "s": 3, "N": 0, "kPa": 1}
 THREE = ("", "h", "d")  # units of counts and times of all sizes: three digits, whole ones as they are

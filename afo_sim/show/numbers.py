@@ -28,6 +28,7 @@ _HARM = (
     "note: what lifts the toe may hold push-off back and press on the skin, and no number here says so: ask "
     "for torque_against_push_off_per_mass and cuff_skin_pressure, or read the verdict of the chosen design"
 )
+_RESPONDING = "note: experimental. Falls are in simulation, never a patient's risk: compare cases"
 _CHANGES = (("walked_clearance_change", "mm", "toe clearance"), ("walked_air_change", "%", "air"))
 _WHICH_STRIDES = "which-strides"  # code of the note of which strides the numbers are
 FIRST = 8  # strides of a run whose toe clearance is told
@@ -76,6 +77,8 @@ def in_brief(notes: Iterable[str]) -> str:
 
 def unseen(scenario: Mapping[str, Any], metrics: Collection[str]) -> list[str]:
     """Notes for many walks of which nobody has asked how they begin, what fills, what the device harms."""
+    if any(name.startswith("walkers_") for name in metrics):
+        return [_RESPONDING]
     if not scenario.get("gait"):
         return []
     found = [_UNSEEN] if NAMES.isdisjoint(metrics) else []

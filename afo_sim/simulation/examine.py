@@ -65,6 +65,7 @@ class Asked:
     metrics: frozenset[str] | None = None
     doubts: bool = True
     curves: tuple[str, ...] = ()
+    walkers: str | None = None  # the condition whose patients respond, instead of a roll-out
 
     @functools.cached_property
     def walking(self) -> frozenset[str] | None:

@@ -172,12 +172,13 @@ class Processes:
         while len(self.children) < self.count:
             self.children.append(Child(self.jobs, self.answers))
         waited_for = 0  # jobs
+        portion = 1 if asked.walkers else _PORTION  # of seconds each
 
         def own() -> Iterator[tuple[int, Mapping[str, Any]]]:
             nonlocal waited_for
             while True:
                 room = self.count + 1
-                while self.jobs.qsize() < room and (some := list(itertools.islice(cases, _PORTION))):
+                while self.jobs.qsize() < room and (some := list(itertools.islice(cases, portion))):
                     self.jobs.put((scenario, some, asked))
                     waited_for += 1
                 try:

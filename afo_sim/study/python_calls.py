@@ -34,6 +34,7 @@ def sweep(
     seed: int = 0,
     threads: int = 0,
     spreads: str = "",
+    walkers: str = "",
 ) -> Results:
     """Many cases of one scenario; killed at any time, the same call goes on from there.
 
@@ -51,6 +52,7 @@ def sweep(
     seed : of a sampled design
     threads : as many as processors if 0
     spreads : of the design "uncertainty", which has no parameters: what is not known, a name or a TOML file
+    walkers : condition whose patients respond instead of a recorded walk, a name or a TOML file
 
     Returns
     -------
@@ -71,7 +73,7 @@ def sweep(
     np.True_
     """
     stated = {"metrics": metrics, "constraints": constraints, "seed": seed, "spreads": spreads}
-    plan = plan_of(scenario, parameters, sets, design=design, cases=cases, **stated)
+    plan = plan_of(scenario, parameters, sets, design=design, cases=cases, walkers=walkers, **stated)
     with tempfile.TemporaryDirectory() as scratch:
         folder = pathlib.Path(scratch, "study") if out is None else pathlib.Path(out)
         return runner.sweep(plan, folder, threads=threads)
@@ -102,7 +104,7 @@ def optimise(
     patients : that a design must serve, as [patients] of a search's file has them
     out : folder of the search, which it can be resumed from; none is kept by default
     threads : as many as processors if 0
-    options : `method`, `generations`, `population`, `starts`, `seed`, `constraints`, `of`, as in a file
+    options : method, generations, population, starts, seed, constraints, of, walkers, as in a file
 
     Returns
     -------

@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from afo_sim.common import InputError
-from afo_sim.metrics import COMPARED, REPORTED, reference_metrics
-from afo_sim.simulation import EVERYTHING, Asked
+from afo_sim.metrics import COMPARED, REPORTED, reference_metrics, walkers_metrics
+from afo_sim.simulation import Asked
 from afo_sim.study import engine
 from afo_sim.study.design import Cases, cases_of
 from afo_sim.study.engine import OK
@@ -81,8 +81,8 @@ def run(
     report: Callable[[SweepProgress], None] | None = None,
 ) -> SweepProgress:  # fmt: skip
     """Compute what is left of a sweep; killed at any time, the next call goes on from there."""
-    metrics = store.cases.plan.metrics
-    asked = Asked(frozenset(metrics)) if metrics else EVERYTHING
+    plan = store.cases.plan
+    asked = Asked(frozenset(plan.metrics) or None, walkers=plan.walkers)
     pending = _of_part(store.pending(), part)
     count = _cases(store, _of_part(range(store.jobs.count), part))
     state = SweepProgress(count, count - left(store, part), 0, 0)
@@ -112,7 +112,7 @@ def run(
     if not store.finished and not store.pending():
         store.finish()
     if store.finished:
-        if not (store.folder / STEPS).exists():  # nor where it was stopped before
+        if not (plan.walkers or (store.folder / STEPS).exists()):  # nor where it was stopped before
             with pool(threads, workers) as who:
                 check_sample(read(store.folder), SWEEP.read(store.folder)["scenario"], asked, who)
         store.tidy()
@@ -142,7 +142,7 @@ def _tried(scenario: Mapping[str, Any], plan: Plan, cases: Cases) -> tuple[dict[
     words = [cases.values[p.name] for p in plan.parameters if p.words]
     first = [int((column == word).argmax()) for column in words for word in dict.fromkeys(column)]
     telling = dict.fromkeys([0, last // 2, last, *first[:_MOST_WORDS]])
-    units, beside, seconds = probe(scenario, [plan.set, *map(cases.sets, telling)], plan.file)
+    units, beside, seconds = probe(scenario, [plan.set, *map(cases.sets, telling)], plan)
     if not units:
         problem = "no case that was tried has any metric: is the run shorter than two strides?"
         raise InputError(problem, file=plan.file, field="set.duration")
@@ -153,19 +153,21 @@ def _tried(scenario: Mapping[str, Any], plan: Plan, cases: Cases) -> tuple[dict[
 
 
 def probe(
-    scenario: Mapping[str, Any], sets: Sequence[Mapping[str, Any]], file: pathlib.Path
+    scenario: Mapping[str, Any], sets: Sequence[Mapping[str, Any]], plan: Plan
 ) -> tuple[dict[str, str], dict[str, str], float]:
     """Cases tried before a study begins: {metric: unit}, the same of comparisons, what one case takes [s]."""
+    asked, sets = Asked(walkers=plan.walkers), sets[-1:] if plan.walkers else sets  # of which each is slow
     # compiles what only the first run compiles
-    next(engine.outcomes(scenario, [(0, sets[0])], 1, 1, EVERYTHING))
+    next(engine.outcomes(scenario, [(0, sets[0])], 1, 1, asked))
     begun = time.perf_counter()
-    by_number = dict(engine.outcomes(scenario, enumerate(sets), 1, len(sets), EVERYTHING))
+    by_number = dict(engine.outcomes(scenario, enumerate(sets), 1, len(sets), asked))
     found = [by_number[number] for number in range(len(sets))]
     seconds = (time.perf_counter() - begun) / len(sets)
     if all(outcome.status != OK for outcome in found):
         reason = next(outcome.reason for outcome in reversed(found))
-        raise InputError(f"no case that was tried runs: {reason}", file=file)
+        raise InputError(f"no case that was tried runs: {reason}", file=plan.file)
     units = {name: metric.unit for outcome in found for name, metric in outcome.metrics.items()}
     compares = scenario.get("reference") is not None or any("reference" in one for one in sets)
-    rows = REPORTED[reference_metrics] if compares and COMPARED in units else ()
+    rows = REPORTED[reference_metrics] if compares and COMPARED in units else []
+    rows = REPORTED[walkers_metrics] if plan.walkers else rows
     return units, {row.name: row.unit for row in rows}, seconds

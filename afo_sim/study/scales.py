@@ -17,7 +17,7 @@ _LOW_IS_GOOD = (
     "air_", "free_air_", "angle_error_", "gvs_", "torque_missing", "torque_unneeded", "foot_slap",
     "needed_", "swings_with", "contacts_with_forefoot", "contacts_with_flat", "rise_time", "peak_pressure_",
     "normal_litres_", "torque_against_", "work_against_", "ankle_range_lost", "dorsiflexion_lost",
-    "plantarflexion_lost_",
+    "plantarflexion_lost_", "walkers_falls", "walkers_air", "walkers_lose", "walkers_cost",
 )  # fmt: skip
 # Units by the size of the values: (largest value below which it is used [SI], unit).
 _SIZES = {

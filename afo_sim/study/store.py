@@ -128,6 +128,7 @@ class Store:
             "parameters": [{"name": p.name, **_spread(p.spread)} for p in plan.parameters],
             "versions": versions(),
         } | ({"mixed": True} if self.mixed else {})
+        sweep |= {"walkers": pathlib.Path(plan.walkers).stem} if plan.walkers else {}
         return pa.schema(fields, metadata={"sweep": json.dumps(sweep)})
 
     def finish(self) -> None:

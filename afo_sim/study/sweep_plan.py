@@ -19,6 +19,7 @@ from afo_sim.study.constraint import Constraint, read_constraint
 from afo_sim.study.parameter import Choice, Parameter, Span
 from afo_sim.study.parameter_table import ParameterReader, ParameterTable, StrictTable, is_free, values_of
 from afo_sim.study.uncertainty.draw import joint_parameters
+from afo_sim.study.walkers import decided_by
 
 _RANDOM = ("random", "latin-hypercube", "sobol", "saltelli")
 _UNCERTAINTY = "uncertainty"  # joint draws of what is not known
@@ -59,6 +60,7 @@ class SweepTable(StrictTable):
     keep: tuple[StrictInt, ...] = ()
     chunk: StrictInt = Option(default=32, ge=1)  # cases
     set: dict[str, Any] = Option(default_factory=dict)
+    walkers: StrictStr | None = None  # the condition whose patients walk in every case
 
     @field_validator("keep")
     @classmethod
@@ -80,7 +82,7 @@ class SweepFile(SweepTable):
 def check_metric(file: pathlib.Path, field: str, name: str, known: Collection[str]) -> None:
     """Refuse a metric that no case has."""
     if name not in known:
-        problem, allowed = "is not a metric of this scenario", ", ".join(sorted(known))
+        problem, allowed = "is not a metric of these cases", ", ".join(sorted(known))
         raise no_metric(problem, name, known, file=file, field=field, allowed=allowed)
 
 
@@ -100,6 +102,8 @@ class Plan(SweepTable):
 
     def walked(self) -> "Plan":
         """The same with settled strides that are walked to, not solved for; where nobody walks, the same."""
+        if self.walkers is not None:
+            raise InputError("does not go with walkers, who walk every stride", file=self.file, field="plain")
         if not load("scenario", self.scenario, self.set).walking:
             return self
         return self.model_copy(update={"set": self.set | {"gait.settled": "walked"}})
@@ -113,7 +117,8 @@ class Plan(SweepTable):
             if isinstance(one.spread, Choice) and one.words:
                 written["content"] = [_digest_of_word(one, str(word)) for word in one.spread.values]
             parameters.append(written)
-        return {
+        files = [_digest(str(path)) for path in decided_by(self.walkers)] if self.walkers else []
+        return ({"walkers": files} if files else {}) | {
             "scenario": _content(load("scenario", self.scenario, self.set)),
             "set": self.set,  # holds over what a case swaps whole, also where it changes nothing here
             "design": self.design,
@@ -192,6 +197,7 @@ def planned(file: pathlib.Path, written: SweepFile) -> Plan:
             raise _elsewhere(error, file, f"constraints[{number}]") from None
     stated = {name: getattr(written, name) for name in SweepTable.model_fields}
     stated |= {"scenario": scenario, "set": sets, "notes": notes}
+    stated |= {} if written.walkers is None else _with_walkers(file, written, sets, parameters)
     return Plan(**stated, file=file, parameters=parameters, constraints=tuple(constraints))
 
 
@@ -213,6 +219,7 @@ def _check_count(file: pathlib.Path, written: SweepFile) -> None:
         ("constraints", written.design in ("saltelli", _UNCERTAINTY) and bool(written.constraints)),
         ("parameters", joint and bool(written.parameters)),
         ("spreads", not joint and written.spreads is not None),
+        ("walkers", joint and written.walkers is not None),
     ):
         if refused:
             problem = f"does not go with the design {written.design!r}"
@@ -221,6 +228,22 @@ def _check_count(file: pathlib.Path, written: SweepFile) -> None:
                 problem += f": {whose} need every case of it"
             value = None if field == "parameters" else getattr(written, field)
             raise InputError(problem, file=file, field=field, value=value)
+
+
+def _with_walkers(
+    file: pathlib.Path, written: SweepFile, sets: Mapping[str, Any], parameters: tuple[Parameter, ...]
+) -> dict[str, Any]:
+    """What a plan holds of patients who respond; refused is what does not go with them."""
+    taken = {f"set.{key}": key for key in sets}
+    taken |= {f"parameters.{one.name}.key": key for one in parameters for key in one.keys}
+    taken |= {"keep": "keep"} if written.keep else {}
+    for field, key in taken.items():
+        if key.split(".")[0] in ("patient", "gait", "keep"):
+            problem = "does not go with walkers: they are the condition's patients, and nothing is recorded"
+            raise InputError(problem, file=file, field=field, value=key, allowed="keys of the device")
+    condition = str(assets.find("population", str(written.walkers), file).resolve())
+    decided_by(condition)  # says now what is wrong with it
+    return {"walkers": condition} | ({} if "chunk" in written.model_fields_set else {"chunk": 1})
 
 
 def _flat(table: Mapping[str, Any], above: str = "") -> dict[str, Any]:

@@ -18,6 +18,7 @@ from afo_sim.common import InputError, parse_quantity
 from afo_sim.metrics import (
     GROUPS,
     OTHER,
+    REPORTED,
     WORDS,
     Facts,
     Metric,
@@ -32,6 +33,7 @@ from afo_sim.metrics import (
     settling_metrics,
     uncompensated_metrics,
     walk_metrics,
+    walkers_metrics,
     walking,
     words,
 )
@@ -165,6 +167,7 @@ def told() -> dict[str, Metric]:
         **balance,
         **all_measured(worth),
         **compressor_metrics(2.0, 6.0, 3.0, 0.8, 20.0),
+        **walkers_metrics({row.name: 1.0 for row in REPORTED[walkers_metrics]}),
         **all_measured(fed.items()),
     }
 

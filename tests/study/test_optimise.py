@@ -529,7 +529,7 @@ REFUSED = {
     "not of this scenario": (
         '"air_per_stride"',
         '"air_per_cycle"',
-        r"objective\.metric = 'air_per_cycle': is not a metric of this scenario",
+        r"objective\.metric = 'air_per_cycle': is not a metric of these cases",
     ),
     "same key": (
         '"patient.dorsiflexor_strength"\nfrom = 0.0\nto = 0.5',

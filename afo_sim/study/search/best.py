@@ -51,6 +51,7 @@ def statement(best: Mapping[str, Any]) -> list[str]:
     """Lines on a result: is it feasible, what do the limits lack if not, how much was searched."""
     tried = f"{best['designs']} designs in {best['generations']} generations"
     patients = f"{best['patients']} patient{'s' if best['patients'] > 1 else ''}"
+    patients = f"the patients of {best['walkers']}" if "walkers" in best else patients
     tried += f", {best['simulated']} of them simulated with {patients} each"
     tried += f", {best['runs']} runs by {best['method']}" if "runs" in best else ""
     further = "the search has not converged: more generations may find better"
@@ -75,7 +76,7 @@ def statement(best: Mapping[str, Any]) -> list[str]:
         lines.append("at half the time step it does not keep every limit: search again with that step")
     fresh = best["fresh_patients"]
     if fresh is None:
-        lines.append("not tried on fresh patients: the search states no patients to draw from")
+        lines.append("not tried on fresh patients: the search draws none")
     elif best["feasible"] and _fails(fresh):
         lines.append("with fresh patients it does not keep every limit: take the limits with a margin")
     return lines

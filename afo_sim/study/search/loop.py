@@ -50,7 +50,8 @@ def answers(
         return designs.sets(design) | (patients.sets(patient) if patients else {})
 
     jobs = Jobs(len(runs), _CHUNK, sets)
-    done = who.outcomes(scenario, jobs, range(jobs.count), Asked(frozenset(metrics), doubts=False))
+    asked = Asked(frozenset(metrics), doubts=False, walkers=designs.plan.walkers)
+    done = who.outcomes(scenario, jobs, range(jobs.count), asked)
     found = {n: o for c, outcomes in done for n, o in zip(jobs.numbers(c), outcomes, strict=True)}
     values = {name: np.full((len(designs), many), np.nan) for name in metrics}
     reasons = [""] * len(designs)

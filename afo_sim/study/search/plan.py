@@ -154,6 +154,7 @@ class SearchFile(SearchTable):
 
     constraints: tuple[StrictStr, ...] = ()
     set: dict[str, Any] = Option(default_factory=dict)
+    walkers: StrictStr | None = None
     parameters: dict[str, ParameterTable] = Option(min_length=1)
     objective: ObjectiveTable
     limits: tuple[LimitTable, ...] = ()
@@ -199,8 +200,10 @@ def search_of(
 def _of_table(file: pathlib.Path, table: Mapping[str, Any]) -> SearchPlan:
     """A search that stands in `file` as `table`; raises as `read`."""
     written = SearchFile.read(file, table)
+    if written.walkers is not None and written.patients is not None:
+        raise InputError("does not go with walkers, who are the patients", file=file, field="patients")
     base = {"scenario": written.scenario, "set": written.set}
-    searched = {name: getattr(written, name) for name in ("seed", "constraints", "parameters")}
+    searched = {name: getattr(written, name) for name in ("seed", "constraints", "parameters", "walkers")}
     designs = sweep_plan.planned(file, sweep_plan.SweepFile(**base | searched, design="random", cases=1))
     limits: list[Limit] = []
     for one in written.limits:

@@ -71,7 +71,7 @@ def open_search(search: SearchPlan, folder: pathlib.Path, changed: Changed = "re
     def first(scenario: dict[str, Any]) -> dict[str, Any]:
         middle = {p.name: p.spread.at(np.array([0.5])) for p in plan.parameters}  # type: ignore[union-attr]
         sets = search.as_cases(middle).sets(0) | (patients.sets(0) if patients else {})
-        units, beside, seconds = probe(scenario, [plan.set, sets], search.file)
+        units, beside, seconds = probe(scenario, [plan.set, sets], plan)
         search.aim(units | beside)
         return {"metrics": units | beside, "seconds_per_case": seconds}
 
@@ -114,11 +114,12 @@ def run(opened: Opened, who: Pool, report: Report | None = None) -> dict[str, An
     best = row(columns, best_of(problem.aim, columns))
     design = search.as_cases({p.name: best[p.name] for p in problem.parameters})
     summary = _summary(opened, searched, best, design) | {"fresh_patients": None, "half_step": None}
-    if best[OUTSIDE][0] == 0.0:
-        if (fresh := search.fresh()) is not None:  # patients that no design has seen
-            again = answers(opened.scenario, design, fresh, names, who)
-            told = {"patients": len(fresh), "seed": fresh.plan.seed}
-            summary["fresh_patients"] = told | _judged_again(again, search.aim(opened.units))
+    inside = best[OUTSIDE][0] == 0.0
+    if inside and (fresh := search.fresh()) is not None:  # patients that no design has seen
+        again = answers(opened.scenario, design, fresh, names, who)
+        told = {"patients": len(fresh), "seed": fresh.plan.seed}
+        summary["fresh_patients"] = told | _judged_again(again, search.aim(opened.units))
+    if inside and not search.designs.walkers:
         sets = longer(opened.scenario, design.sets(0), 0.5)
         half = {key: sets[key] for key in ("timestep", "record_rate")}
         finer, patients = (
@@ -180,6 +181,8 @@ def _summary(
         ],
         "sets": design.sets(0),
     }
+    walkers = opened.search.designs.walkers
+    found |= {"walkers": pathlib.Path(walkers).stem} if walkers else {}
     return found | ({"mixed": True} if opened.mixed else {})
 
 
