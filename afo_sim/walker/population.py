@@ -13,7 +13,7 @@ import numpy as np
 from scipy.special import ndtri
 
 from afo_sim.common import InputError, assets, parse_quantity, unknown
-from afo_sim.description import Scenario
+from afo_sim.description import Scenario, load
 from afo_sim.model import person_of
 from afo_sim.physics import LEG_MUSCLES
 from afo_sim.walker.body import BARE, SIDES
@@ -31,7 +31,10 @@ DRAWN = {
 }
 MOST = 1000  # patients
 SHARES = [f"{side}{name}" for side in SIDES for name in (*LEG_MUSCLES, "plantarflexors")]
-FACTORS = ("strength", "tissue", "mass", "height", "cuff")
+FACTORS = {  # least and most, over the stated; of the cuff in N/m
+    "strength": (0.1, 2.0), "tissue": (0.1, 10.0), "mass": (0.2, 4.0), "height": (0.5, 1.4),
+    "cuff": (100.0, 1e6),
+}  # fmt: skip
 _NUMBER = re.compile(r"\s*([-+\d.eE]+)\s*(.*?)\s*")
 
 
@@ -96,59 +99,70 @@ def read_condition(name: str | os.PathLike[str]) -> Condition:
         if key not in ("description", "patient", "patients", "seed", "drawn"):
             known = ("description", "patient", "patients", "seed", "drawn")
             raise unknown(key, known, file=file, field=key, problem="is not a key of a population")
+    patient = str(assets.find("patient", str(tables.get("patient", "healthy")), file))
     drawn, ranges = tables.get("drawn", {}), dict[str, Range]()
     if not isinstance(drawn, Mapping) or not drawn:
         raise InputError("is missing: ranges in which patients differ", file=file, field="drawn")
     for key, table in drawn.items():
-        field = f"drawn.{key}"
-        if "." not in key and key not in (*SHARES, *FACTORS):
+        field, own = f"drawn.{key}", key.startswith("patient.") and not key.endswith("_strength")
+        if not own and key not in (*SHARES, *FACTORS):
             problem = "is no number in which patients differ"
             raise unknown(key, (*SHARES, *FACTORS), file=file, field=field, problem=problem)
         try:
-            ranges[key] = _range(table, "N/m" if key == "cuff" else None)
-        except (KeyError, TypeError, ValueError) as error:
+            ranges[key] = _range(table, key)
+        except KeyError as error:
+            raise InputError("is missing", file=file, field=f"{field}.{error.args[0]}") from None
+        except (TypeError, ValueError) as error:
             allowed = 'from and to, or median and sd, and source: { from = 0.0, to = 0.3, source = "…" }'
             raise InputError(f"is no range: {error}", file=file, field=field, allowed=allowed) from None
-        low, high = float(ranges[key].at(0.001)), float(ranges[key].at(0.999))
-        least = 0.0 if key in SHARES else 0.1
-        if "." not in key and key != "cuff" and not least <= low <= high <= 10.0:
+        low, high = ends = [float(ranges[key].at(share)) for share in (0.001, 0.999)]
+        least, most = FACTORS.get(key, (0.0, 2.0))
+        if not own and not least <= low <= high <= most:
             raise InputError("is out of range", file=file, field=field, value=f"{low:g} to {high:g}",
-                             allowed=f"{least:g} to 10, from below to")  # fmt: skip
+                             allowed=f"{least:g} to {most:g}")  # fmt: skip
+        for end in ends if own else ():
+            try:
+                load(
+                    "patient", patient, {key.removeprefix("patient."): f"{end!r} {ranges[key].unit}".strip()}
+                )
+            except InputError as error:
+                raise error.replaced(file=file, field=field) from None
     counts = {"patients": (1, MOST), "seed": (0, 2**31)}
     for key, (least, most) in counts.items():
         value = tables.get(key, least)
         if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
             allowed = f"a whole number from {least} to {most}"
             raise InputError("is out of range", file=file, field=key, value=value, allowed=allowed)
-    patient = str(tables.get("patient", "healthy"))
     return Condition(
         file=file,
         description=str(tables.get("description", "")),
-        patient=str(assets.find("patient", patient, file)),
+        patient=patient,
         ranges=ranges,
         patients=tables.get("patients", 20),
         seed=tables.get("seed", 1),
     )
 
 
-def _range(table: Mapping[str, Any], si: str | None) -> Range:
-    """A range of a condition's file; of the cuff in its SI unit, of a scenario's key in the unit it has."""
-    source, lognormal = str(table["source"]), "median" in table
+def _range(table: Mapping[str, Any], key: str) -> Range:
+    """A range of a condition's file; of the cuff in its SI unit, of a patient's key in the unit it has."""
+    source, lognormal = table["source"], "median" in table
     keys = {"median", "sd", "source"} if lognormal else {"from", "to", "source"}
     if extra := table.keys() - keys:
         raise ValueError(f"{min(extra)} is not one of its keys")
+    if not isinstance(source, str) or not source.strip():
+        raise ValueError("its source is no text")
     if lognormal:
-        median, sd = float(table["median"]), float(table["sd"])
+        median, sd = (parse_quantity(table[name], "") for name in ("median", "sd"))
         if not (0.1 <= median <= 10.0 and 0.0 < sd <= 1.0):
             raise ValueError("its median lies from 0.1 to 10, its sd from 0 to 1")
         return Range(median=median, sd=sd, source=source)
-    if si is not None:
-        low, high = (float(parse_quantity(str(table[key]), si)) for key in ("from", "to"))
-        return Range(low, high, si, source=source)
-    ends = [_NUMBER.fullmatch(str(table[key])) for key in ("from", "to")]
+    ends = [_NUMBER.fullmatch(str(table[name])) for name in ("from", "to")]
     low, high = (float(end[1]) if end else math.nan for end in ends)
     units = {end[2] for end in ends if end}
-    if not low <= high < math.inf or len(units) != 1:
+    if key == "cuff":
+        low, high = (parse_quantity(table[name], "N/m") for name in ("from", "to"))
+        units = {"N/m"}
+    if not low <= high < math.inf or len(units) != 1 or ("." not in key and key != "cuff" and units != {""}):
         raise ValueError("its ends are not numbers of one unit, the lower one first")
     return Range(low, high, units.pop(), source=source)
 
