@@ -86,22 +86,26 @@ def walk_command(walk: _Walk) -> None:
 def _condition_of(walk: _Walk, key: str) -> str | None:
     """The condition whose patients walk; None where the scenario's own one walks alone."""
     from afo_sim.common import assets
+    from afo_sim.description import load
     from afo_sim.walker import prepared
 
     of_one: dict[str, Any] = {"strength": walk.strength, "adapted-device": walk.adapted_device}
     of_one |= {"subset": walk.subset != "all", "gait": walk.gait != "natural", "rrd": walk.rrd}
-    of_one |= {"vary": key.startswith("strength") and walk.vary}
+    sets, own = common.read_sets(walk.sets), ("patient", "strength")
+    of_one |= {"vary": key.partition(".")[0] in own and walk.vary}
+    own_sets = [name for name in sets if name.startswith("patient.") or (walk.patients and name == "patient")]
+    of_one |= {"set": own_sets[0] if own_sets else None}
     asked = next((name for name, given in of_one.items() if given), None)
-    sets = common.read_sets(walk.sets)
     if walk.patients not in (None, "one"):
         if asked:
             raise InputError(
                 "is of one patient", field=f"--{asked}", value=of_one[asked], allowed="--patients one"
             )
         return walk.patients
-    own = asked or walk.adapted or any(name.startswith(("patient.", "leg")) for name in sets)
-    patient = None if walk.patients or own else prepared(walk.scenario, sets).patient
-    condition = patient.name if patient and patient.name in assets.names("population") else None
+    alone = asked or walk.adapted or any(name.startswith("leg") for name in (key, *sets))
+    patient = None if walk.patients or alone else prepared(walk.scenario, sets).patient
+    shipped = patient and patient.name in assets.names("population")
+    condition = patient.name if shipped and patient == load("patient", patient.name) else None
     if condition is None and (walk.spring or key == "spring"):
         allowed = f"--patients {'|'.join(assets.names('population'))}"
         problem = "is worn by patients of a condition"
@@ -111,7 +115,8 @@ def _condition_of(walk: _Walk, key: str) -> str | None:
 
 def _walk_patients(walk: _Walk, condition: str, key: str, values: list[Any]) -> None:
     """The patients of a condition walk, at each value of what is varied."""
-    sets = [common.read_sets(walk.sets) | ({key: x} if key and key != "spring" else {}) for x in values]
+    given = {name: x for name, x in common.read_sets(walk.sets).items() if name != "patient"}
+    sets = [given | ({key: x} if key and key != "spring" else {}) for x in values]
     springs = [str(value) if key == "spring" else walk.spring for value in values]
     options: dict[str, Any] = common.picked(walk, "generations", "seed") | {
         "patients": condition,
@@ -121,7 +126,8 @@ def _walk_patients(walk: _Walk, condition: str, key: str, values: list[Any]) -> 
         "duration": common.quantity("--duration", walk.duration or "10 s", "s"),
         "push": common.quantity("--push", walk.push, "N"),
     }
-    stiff = [None if each is None else common.quantity("--spring", each, "N*m/rad") for each in springs]
+    read = functools.partial(common.quantity, "--spring", unit="N*m/rad", above=0.0, at_most=1000.0)
+    stiff = [None if each is None else read(each) for each in springs]
     with common.progress("reading, compiling the muscles") as report:
         from afo_sim.show import doses_over, draw_doses, write_population
         from afo_sim.walker import in_lines, populate, prepared, recorded_walk, save_population, save_table

@@ -57,7 +57,8 @@ def draw_patients(population: Population, path: pathlib.Path) -> None:
             spread = np.linspace(-0.16, 0.16, table.shape[1]) if name == "falls" else 0.0  # beside each other
             places = np.arange(len(cases))[:, None] + spread * np.ones(table.shape[1])
             axis.plot(places, table, color="0.7", lw=0.5, marker=".", ms=3.0, zorder=1)
-            middle = table.mean(axis=1) if name == "falls" else np.nanmedian(table, axis=1)
+            middle = [np.median(row[np.isfinite(row)]) if np.isfinite(row).any() else np.nan for row in table]
+            middle = table.mean(axis=1) if name == "falls" else middle
             axis.plot(range(len(cases)), middle, color="0.1", lw=1.2, marker="_", ms=14.0, mew=2.2, zorder=2)
             axis.set_xticks(range(len(cases)), [_TICKS[case] for case in cases])
             axis.tick_params(axis="x", labelsize="x-small")

@@ -55,9 +55,7 @@ def doses_over(population: Population) -> list[Dose]:
     return found
 
 
-def draw_doses(
-    key: str, values: Sequence[Any], doses: Sequence[Sequence[Dose]], path: pathlib.Path, over: str = ""
-) -> None:
+def draw_doses(key: str, values: Sequence[Any], doses: Sequence[Sequence[Dose]], path: pathlib.Path) -> None:
     """Draw the ankle in mid-swing and the falls of each case over a key's values, with intervals."""
     places, unit = axis_of(values)
     with new_figure(path, (6.4, 6.4)) as figure:
@@ -75,7 +73,7 @@ def draw_doses(
                 if all(row is not None for row in rows):
                     middle, low, high = np.array(rows, float).T
                     axis.errorbar(at, middle, (middle - low, high - middle), label=name, **look)
-        upper.set_title(f"a gap: a walk that ends before there are strides to count{over}", loc="left")
+        upper.set_title("a gap: a walk that ends before there are strides to count", loc="left")
         upper.set(ylabel=f"ankle in mid-swing [°]\ndorsiflexion +, the {LEGS['right']}")
         lower.set(ylabel="perturbed starts that fall\nin simulation [%], 95 % interval", ylim=(-3.0, 103.0))
         lower.set_xlabel(f"{key} [{unit}]" if unit else key)

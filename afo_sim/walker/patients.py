@@ -5,6 +5,7 @@ import json
 import math
 import os
 import pathlib
+import re
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field
@@ -28,7 +29,7 @@ from afo_sim.walker.body import SIDES, Body, build_body
 from afo_sim.walker.bounds import LEAST, MOST
 from afo_sim.walker.cost import Cost
 from afo_sim.walker.gait import OFFSETS, Vector
-from afo_sim.walker.gait_file import read_gait
+from afo_sim.walker.gait_file import STARTS, read_gait
 from afo_sim.walker.population import SHARES, Condition, as_drawn, draw_about, read_condition
 from afo_sim.walker.respond import DRAWN_WITH, Falls, falls_of, prepared, strengths_of
 from afo_sim.walker.search import STRONGER, Found, Free, adapt, search
@@ -44,8 +45,9 @@ LEVEL = {"ground.slope": "0 deg", "ground.uneven": "0 mm"}
 STIFFEST = 1000.0  # spring about the ankle [N·m/rad]
 OWN = "patients.csv of a walk of the same patients"
 DIGITS = 7  # of a gait's numbers, in memory as in a file
-# Of a scenario, what tells one device from another.
-_WORN = ("orthosis", "worn_on", "supply", "start", "phases", "timer", "controller")
+# Of a scenario, what tells one device from another; and how what is worn is written in a file.
+_DEVICE = ("orthosis", "worn_on", "supply", "start", "phases", "timer", "controller")
+_WORN = re.compile(r"(nothing|spring of [\d.e+]+ N\*m/rad|.+ [\da-f]{8}) in .+ on .+")
 _SEARCH = ("seed", "generations", "cost", "converged", "cpu_seconds")
 _GAIT = ("speed", *OFFSETS, *(f"{side}{name}" for side in SIDES for name in GAINS))
 
@@ -90,9 +92,10 @@ class Population:
         return called(self, {"condition": self.condition.name, "cases": list(self.cases)})
 
     def values(self, case: str, name: str) -> np.ndarray:
-        """A number of each patient (n,), or the share of "falls"; NaN where a walk ends before strides."""
+        """A number of each patient (n,), or the share of "falls"; NaN where it has no strides, no starts."""
         if name == "falls":
-            return np.array([each.falls.count / max(each.falls.of, 1) for each in self.cases[case]])
+            falls = [each.falls for each in self.cases[case]]
+            return np.array([each.count / each.of if each.of else math.nan for each in falls])
         return np.array([each.numbers.get(name, math.nan) for each in self.cases[case]])
 
 
@@ -137,6 +140,9 @@ def populate(
         As `prepared`, `read_condition`, `read_gaits`; a number is out of range; `kept` is of other searches.
     """
     condition = read_condition(patients)
+    if own := next((key for key in sets or {} if key.partition(".")[0] == "patient"), None):
+        allowed = "a condition that draws it, or one patient alone"
+        raise InputError("is the condition's", field=own, value=str((sets or {})[own]), allowed=allowed)
     described = prepared(scenario, {**TIMESTEP, **(sets or {}), "patient": condition.patient})
     limits = (
         ("starts", starts, 0, 1e4),
@@ -203,15 +209,9 @@ def populate(
                     groups.setdefault(what, []).append(pool.submit(one, (k, walker), body))
             unlike[name] = {what: tuple(each.result() for each in group) for what, group in groups.items()}
             report(f"others, {name}", len(unlike) / len(jobs))
-    asked: dict[str, Any] = {
-        "duration": duration,
-        "starts": starts,
-        "push": push,
-        "seed": seed,
-        "spring": spring,
-    }
+    asked: dict[str, Any] = {"duration": duration, "starts": starts, "push": push, "seed": seed}
     asked |= {"generations": generations, "timestep": described.timestep, "worn": worn, "spring": spring}
-    asked |= {"unadapted": not all((worn[WITHOUT], k) in known for k in people)}
+    asked |= {"unadapted": sum((worn[WITHOUT], k) not in known for k in people)}
     middle, left = who.person(condition.middle, worn=True)
     shares = {"dorsiflexor": left.get("tibialis", 1.0), "plantarflexor": left.get("soleus", 1.0)}
     recorded: dict[str, Any] = {f"patient.{muscles}_strength": share for muscles, share in shares.items()}
@@ -222,7 +222,7 @@ def populate(
 
 def device_key(scenario: Scenario) -> str:
     """A device's name and a mark of all that it is and does, by which gaits are adapted to it."""
-    kept = {key: value for key, value in scenario.resolved().items() if key in _WORN}
+    kept = {key: value for key, value in scenario.resolved().items() if key in _DEVICE}
     text = json.dumps(as_stored(kept, PACKAGE), sort_keys=True)
     return f"{scenario.orthosis.name} {digest(text.encode())[:8]}"
 
@@ -325,13 +325,14 @@ def packed(vector: Vector) -> list[float]:
 
 
 def unpacked(cells: list[str]) -> Vector:
-    """The gait of some numbers, within its bounds."""
+    """The gait of some numbers; ValueError where one is out of its bounds."""
     speed, *rest = map(float, cells)
     offsets, gains = np.array(rest[: len(OFFSETS)]), np.array(rest[len(OFFSETS) :]).reshape(len(SIDES), -1)
-    vector = Vector(
-        np.clip(offsets, LEAST.offsets, MOST.offsets), np.clip(gains, LEAST.gains, MOST.gains), speed
-    )
-    return vector
+    low, high = STARTS["speed"]
+    spans = (LEAST.offsets, offsets, MOST.offsets), (LEAST.gains, gains, MOST.gains), (low, speed, high)
+    if not all(np.all((low <= x) & (x <= high)) for low, x, high in spans):
+        raise ValueError("a number of the gait is out of bounds")
+    return Vector(offsets, gains, speed)
 
 
 def _told(found: Found, how: Mapping[str, int]) -> dict[str, str]:
@@ -363,24 +364,20 @@ def read_gaits(file: str | os.PathLike[str], drawn: list[dict[str, float]]) -> G
     path = pathlib.Path(file)
     if not path.is_file():
         raise InputError("there is no such file of adapted gaits", file=path, allowed=OWN)
-    rows = csv.DictReader(check_text(read_text(path), path).strip().splitlines())
+    rows = csv.DictReader(check_text(read_text(path), path).strip().splitlines(), restval="")
+    if not {"worn", "patient"} <= {*(rows.fieldnames or ())}:
+        raise InputError("has no columns `worn` and `patient`", file=path, allowed=OWN)
     found: Gaits = {}
     for line, row in enumerate(rows, 2):
         try:
             k = int(row["patient"]) - 1
+            if not 0 <= k < len(drawn) or not _WORN.fullmatch(row["worn"]) or (row["worn"], k) in found:
+                raise ValueError("another patient, worn thing, or one that is there already")
             vector = unpacked([row[f"gait {name}"] for name in _GAIT])
-            others = [
-                n
-                for n, x in drawn[k].items()
-                if not math.isclose(float(row[n]), x, rel_tol=1e-5, abs_tol=1e-9)
-            ]
-            if k < 0 or not np.isfinite(packed(vector)).all():
-                raise ValueError("a number is not finite")
-        except (KeyError, ValueError, TypeError, IndexError) as error:
+            others = [n for n, x in drawn[k].items() if not math.isclose(float(row[n]), x, rel_tol=1e-5)]
+        except (KeyError, ValueError) as error:
             problem = f"line {line} is no adapted gait of one of {len(drawn)} patients: {error}"
-            raise InputError(
-                problem, file=path, allowed="patients.csv of a run with the same patients"
-            ) from None
+            raise InputError(problem, file=path, allowed=OWN) from None
         if others:
             problem = f"patient {k + 1} of line {line} has another {others[0]} than is drawn"
             raise InputError(problem, file=path, allowed=OWN)

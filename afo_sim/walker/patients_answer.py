@@ -82,9 +82,11 @@ def outcomes(population: Population, case: str, base: str = WITHOUT) -> np.ndarr
 
 
 def share_of_falls(population: Population, case: str, *, change: bool = False) -> tuple[float, float, float]:
-    """Share of starts that fall, or how it changes, with a 95 % interval over patients [%]."""
+    """Share of starts that fall, or how it changes, with a 95 % interval over patients [%]; else NaN."""
     shares = changes(population, case, "falls") if change else population.values(case, "falls")
     mean, n = float(shares.mean()), len(shares)
+    if math.isnan(mean):
+        return math.nan, math.nan, math.nan
     if not np.ptp(shares):  # nobody differs: as little as of so many patients can be known
         low, high = Falls(0, n).interval
         return 100.0 * mean, 100.0 * max(mean - high, -1.0 if change else 0.0), 100.0 * min(mean + high, 1.0)
@@ -95,21 +97,23 @@ def share_of_falls(population: Population, case: str, *, change: bool = False) -
 
 def told(population: Population, case: str, name: str) -> str:
     """Whether a case has more or less: its median beyond the error, most patients alike; or "cannot tell"."""
-    if name == "falls":
-        _, low, high = share_of_falls(population, case, change=True)
-        return "more" if low > 0.0 else "less" if high < 0.0 else CANNOT
     values = changes(population, case, name)
     known = values[np.isfinite(values)]
     if len(known) < FEWEST:
-        return f"{CANNOT}, too few walk in both"
-    middle = float(np.median(known))
-    if abs(middle) <= EFFECTS[name].error:
+        return CANNOT if name == "falls" else f"{CANNOT}, too few walk in both"
+    if name == "falls":
+        middle, low, high = share_of_falls(population, case, change=True)
+        beyond, known = low > 0.0 or high < 0.0, known[known != 0.0]
+    else:
+        middle = float(np.median(known))
+        beyond = abs(middle) > EFFECTS[name].error
+    if not beyond:
         return CANNOT
     from scipy.stats import binomtest  # slow to import
 
     alike = int(np.sum(np.sign(known) == np.sign(middle)))
     if binomtest(alike, len(known)).pvalue > ALIKE:
-        return f"{CANNOT}, patients differ"
+        return CANNOT if alike == len(known) else f"{CANNOT}, patients differ"
     return "more" if middle > 0.0 else "less"
 
 
@@ -118,8 +122,10 @@ def deciding(population: Population, case: str) -> dict[str, float]:
     from scipy.stats import spearmanr  # slow to import
 
     found = outcomes(population, case)
-    names = list(population.condition.ranges) if len(found) >= FEWEST and np.ptp(found) else []
-    ranks = {name: spearmanr([each[name] for each in population.drawn], found) for name in names}
+    drawn = {n: [each[n] for each in population.drawn] for n in population.condition.ranges}
+    names = [n for n, x in drawn.items() if np.ptp(x) and (n != "cuff" or case.startswith(DEVICE))]
+    names = names if len(found) >= FEWEST and np.ptp(found) else []
+    ranks = {name: spearmanr(drawn[name], found) for name in names}
     return {name: float(each.statistic) for name, each in ranks.items() if each.pvalue < 0.05 / len(names)}
 
 
@@ -145,10 +151,17 @@ def _spread(values: np.ndarray, name: str, *, relative: bool = False, signed: bo
     return f"{middle} ({low} to {high})"
 
 
+def _falls_text(population: Population, case: str, *, change: bool = False) -> str:
+    """Share of starts that fall and its interval, as text."""
+    form = "{:+z.0f} ({:+z.0f} to {:+z.0f})" if change else "{:.0f} ({:.0f} to {:.0f})"
+    text = form.format(*share_of_falls(population, case, change=change)).replace("-", "−")
+    return NONE if "nan" in text else text
+
+
 def tables(population: Population) -> list[tuple[str, str, Rows]]:
     """Title, caption, header and rows: each case over the patients, and how it changes their walk."""
     cases, of = list(population.cases), len(population.drawn)
-    shares = ["{:.0f} ({:.0f} to {:.0f})".format(*share_of_falls(population, case)) for case in cases]
+    shares = [_falls_text(population, case) for case in cases]
     whole = [str(int((population.values(case, "fell") == 0.0).sum())) for case in cases]
     rows = [
         ["starts that fall [%], mean", *shares],
@@ -173,18 +186,19 @@ def tables(population: Population) -> list[tuple[str, str, Rows]]:
         cells = []
         for case in cases[1:]:
             if name == "falls":
-                spread = "{:+.0f} ({:+.0f} to {:+.0f})".format(*share_of_falls(population, case, change=True))
+                spread = _falls_text(population, case, change=True)
             else:
                 spread = _spread(changes(population, case, name), name, relative=relative, signed=True)
-            cells.append(f"{told(population, case, name)}: {spread.replace('-', '−')}")
+            cells.append(f"{told(population, case, name)}: {spread}")
         rows.append([f"{label} [{'%' if relative else unit}]", *cells])
     for word, sign in (("patients who gain", 1), ("who lose", -1), ("of whom the model cannot tell", 0)):
         counts = [int((outcomes(population, case) == sign).sum()) for case in cases[1:]]
         rows.append([word, *(f"{count} of {of}" for count in counts)])
     second = (
-        "Of each patient, from the walk without a device. Told where the median is beyond the model's error "
-        "and a sign test finds patients alike (5 %). Who falls more, or is slower, costlier or lower at the "
-        "toe by more than the error, loses; who does not, and is better in one of these, gains."
+        "Of each patient, from the walk without a device. Told where the median (of falls the mean's "
+        "interval) is beyond the model's error and a sign test finds patients alike (5 %). Who falls more, "
+        "or is slower, costlier or lower at the toe by more than the error, loses; who does not, and is "
+        "better in one of these, gains."
     )
     return [*found, ("What the device changes", second, (["", *header[2:]], rows))]
 
@@ -194,16 +208,10 @@ def in_lines(population: Population) -> list[dict[str, str]]:
     names = ("right/clearance", "right/ankle_swing", "speed", "cost_of_transport", "air_per_stride")
     found = []
     for case in population.cases:
-        row = {
-            "case": NAMES[case],
-            "starts that fall [%]": "{:.0f} ({:.0f} to {:.0f})".format(*share_of_falls(population, case)),
-        }
-        counts = (
-            ["–"] * 2
-            if case == WITHOUT
-            else [str(int((outcomes(population, case) == s).sum())) for s in (1, -1)]
-        )
-        row |= {"gain": counts[0], "lose": counts[1]}
+        row = {"case": NAMES[case], "starts that fall [%]": _falls_text(population, case)}
+        for word, sign in (("gain", 1), ("lose", -1)):
+            count = int((outcomes(population, case) == sign).sum())
+            row[word] = NONE if case == WITHOUT else str(count)
         row |= {f"{_row(n)[0]} [{_row(n)[1]}]": _spread(population.values(case, n), n) for n in names}
         found.append(row)
     return found
@@ -266,8 +274,9 @@ def replies(population: Population, recorded: Recorded) -> tuple[Reply, ...]:
 
 
 def _gains(population: Population) -> Iterator[str]:
-    if population.asked["unadapted"]:
-        yield "Nobody has adapted: all walk by the healthy gait, as on first steps with weak muscles."
+    if count := population.asked["unadapted"]:
+        whom = f"{count} of {len(population.drawn)} have not adapted, and"
+        yield f"{whom} walk by the healthy gait, as on first steps with weak muscles."
     for case in list(population.cases)[1:]:
         found = outcomes(population, case)
         gain, lose, rest = (int((found == sign).sum()) for sign in (1, -1, 0))
@@ -284,7 +293,7 @@ def _gains(population: Population) -> Iterator[str]:
 
 
 def _falls(population: Population) -> Iterator[str]:
-    for case in population.cases:
+    for case in population.cases if population.asked["starts"] else ():
         mean, low, high = share_of_falls(population, case)
         share, starts = population.values(case, "falls"), population.asked["starts"]
         yield f"{NAMES[case].capitalize()}: of {starts * len(share)} starts {mean:.0f} % fall ({low:.0f} to"
@@ -292,8 +301,9 @@ def _falls(population: Population) -> Iterator[str]:
 
 
 def _changes(population: Population) -> Iterator[str]:
-    yield "On the device's leg, median (5 to 95 % of patients)."
-    for case in list(population.cases)[1:]:
+    for k, case in enumerate(list(population.cases)[1:]):
+        if k == 0:
+            yield "On the device's leg, median (5 to 95 % of patients)."
         known, unknown = list[str](), list[str]()
         for name, effect in EFFECTS.items():
             row, word = ROWS[name.rpartition("/")[2]], told(population, case, name)
@@ -301,7 +311,7 @@ def _changes(population: Population) -> Iterator[str]:
             unit = "%" if effect.relative else row.unit
             (unknown if word.startswith(CANNOT) else known).append(f"{row.label} {change} {unit}")
         rest = f"; cannot tell: {', '.join(unknown)}" if unknown else ""
-        yield f"{NAMES[case].capitalize()}: {', '.join(known) or 'nothing beyond the error'}{rest}."
+        yield f"{NAMES[case].capitalize()}: {', '.join(known) or 'nothing that the model can tell'}{rest}."
 
 
 def _bottle(population: Population, recorded: Recorded) -> Iterator[str]:
@@ -318,28 +328,36 @@ def _bottle(population: Population, recorded: Recorded) -> Iterator[str]:
 
 
 def _beside(population: Population, recorded: Recorded) -> Iterator[str]:
-    bare = float(np.nanmedian(population.values(WITHOUT, "right/clearance")))
     if not math.isfinite(recorded.without):
         return
-    lift, contradicts = recorded.worn - recorded.without, False
+    lift, found = recorded.worn - recorded.without, list[bool]()  # whether they contradict
     device = f", {1e3 * recorded.worn:.0f} mm with the device" if math.isfinite(lift) else ""
     words = f"The middle patient: the toe clears the floor by {1e3 * recorded.without:.0f} mm bare{device}."
     yield words.replace("-", "−")
-    if recorded.without <= 0.0 < bare:
-        contradicts = True
-        yield (
-            f"They contradict: without a device patients clear it by {1e3 * bare:.0f} mm, for they adapt. "
-            "Believe the patients here: people with a drop foot step higher, too."
-        )
+    heights = population.values(WITHOUT, "right/clearance")
+    heights = heights[np.isfinite(heights)]
+    if len(heights) < FEWEST:
+        yield "Too few patients walk without a device to tell how high their toes are."
+    else:
+        bare = float(np.median(heights))
+        found.append((recorded.without > 0.0) != (bare > 0.0))
+        if found[0]:
+            steps = "the patients here: people whose foot hangs step higher, too."
+            believe = steps if bare > 0.0 else "the recorded walk here: its hip and knee are people's."
+            clear = f"{1e3 * bare:.0f} mm".replace("-", "−")
+            yield f"They contradict: without a device patients clear it by {clear}. Believe {believe}"
     case = next((each for each in (DEVICE + WEEKS, DEVICE) if each in population.cases), None)
-    word = told(population, case, "right/clearance") if case else ""
-    if case and lift > EFFECTS["right/clearance"].error and word != "more":
-        contradicts = True
+    if case and abs(lift) > EFFECTS["right/clearance"].error:
+        word, meant = told(population, case, "right/clearance"), "more" if lift > 0.0 else "less"
         change = _spread(changes(population, case, "right/clearance"), "right/clearance", signed=True)
-        yield (
-            f"They contradict: recorded, the device lifts the toe by {1e3 * lift:.0f} mm; patients "
-            f"clear {change} mm more, {NAMES[case]}. Believe the recorded walk for the lift at given hip and "
-            "knee, which are people's; and the patients in that who is lifted steps lower."
-        )
-    if not contradicts:
+        lifts = f"recorded, the device moves the toe by {1e3 * lift:+.0f} mm, that of patients by {change} mm"
+        lifts = f"{lifts} ({NAMES[case]}: {word} clearance).".replace("-", "−")
+        if word.startswith(f"{CANNOT},"):
+            yield lifts.capitalize()
+        elif word != meant:
+            yield f"They contradict: {lifts} Believe the recorded walk for the lift at given hip and knee."
+            if told(population, case, "right/thigh_max") == "less":
+                yield "Believe the patients in that who is lifted steps lower."
+            found.append(True)
+    if found and not any(found):
         yield "The two do not contradict each other."

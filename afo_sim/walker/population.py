@@ -31,10 +31,8 @@ DRAWN = {
 }
 MOST = 1000  # patients
 SHARES = [f"{side}{name}" for side in SIDES for name in (*LEG_MUSCLES, "plantarflexors")]
-FACTORS = {  # least and most, over the stated; of the cuff in N/m
-    "strength": (0.1, 2.0), "tissue": (0.1, 10.0), "mass": (0.2, 4.0), "height": (0.5, 1.4),
-    "cuff": (100.0, 1e6),
-}  # fmt: skip
+FACTORS = {"strength": (0.1, 2.0), "tissue": (0.1, 10.0), "mass": (0.2, 4.0), "height": (0.5, 1.4)}
+FACTORS |= {"cuff": (100.0, 1e6)}  # [N/m]; least and most, of the others over the stated
 _NUMBER = re.compile(r"\s*([-+\d.eE]+)\s*(.*?)\s*")
 
 

@@ -217,6 +217,6 @@ def test_words_have_the_case_the_leg_and_each_number_beside_the_norm_and_healthy
 
 
 def test_every_number_of_a_sign_has_a_row_of_the_table() -> None:
-    from afo_sim.walker.answer import _ROWS
+    from afo_sim.walker.answer import ROWS
 
-    assert {name for rules in SIGNS.values() for name, *_ in rules} <= set(_ROWS)
+    assert {name for rules in SIGNS.values() for name, *_ in rules} <= set(ROWS)

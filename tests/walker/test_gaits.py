@@ -131,7 +131,7 @@ def test_an_unadapted_weak_foot_answers_by_degrees() -> None:
     falls, ankles = [], []
     for scenario, share in doses:
         body = build_body(scenario, {"tibialis": share})
-        falls.append(falls_of(body, gait, starts=16))
+        falls.append(falls_of(body, gait.vector, starts=16))
         ankles.append(numbers(walk(body, gait.vector, 12.0))["right/ankle_swing"])
     assert (np.diff(ankles[:4]) > 1.0).all() and ankles[5] - ankles[4] > 4.0
     for weaker, stronger in itertools.pairwise(falls[:4]):

@@ -323,7 +323,7 @@ def test_pushes_are_as_many_forward_as_backward() -> None:
 def test_falls_do_not_depend_on_threads() -> None:
     body, gait = (
         build_body(prepared("walk-dropfoot", {"timestep": "1 ms"}), {"tibialis": 0.0}),
-        read_gait("natural"),
+        read_gait("natural").vector,
     )
     assert falls_of(body, gait, starts=3, threads=1) == falls_of(body, gait, starts=3, threads=2)
 
