@@ -143,7 +143,7 @@ def populate(
     if own := next((key for key in sets or {} if key.partition(".")[0] == "patient"), None):
         allowed = "a condition that draws it, or one patient alone"
         raise InputError("is the condition's", field=own, value=str((sets or {})[own]), allowed=allowed)
-    described = prepared(scenario, {**TIMESTEP, **(sets or {}), "patient": condition.patient})
+    described = prepared(scenario, {**TIMESTEP, **(sets or {})}).set({"patient": condition.patient})
     limits = (
         ("starts", starts, 0, 1e4),
         ("others", others, 0, MOST_OTHERS),

@@ -20,6 +20,7 @@ from afo_sim.walker import (
     contacts,
     in_brief,
     in_words,
+    populate,
     respond,
     strides_of,
     table,
@@ -226,3 +227,173 @@ def test_a_killed_adaptation_goes_on_in_its_folder(
     assert names == {"walk.json", "walk.csv", "walk.png"}
     for name in ("walk.json", "walk.csv"):
         assert (tmp_path / "killed" / name).read_bytes() == (tmp_path / "whole" / name).read_bytes()
+
+
+@pytest.fixture
+def two(tmp_path: pathlib.Path) -> pathlib.Path:
+    """A condition of two patients, near the healthy."""
+    file = tmp_path / "two.toml"
+    source = 'source = "assumed"'
+    file.write_text(f"patients = 2\n[drawn]\ntibialis = {{ from = 0.7, to = 1.0, {source} }}\n", "utf-8")
+    return file
+
+
+BRIEFLY = ("--duration", "4 s", "--starts", "1", "--threads", "1")
+
+
+@pytest.mark.slow
+def test_patients_are_printed_and_written_whole(
+    call: Call, two: pathlib.Path, tmp_path: pathlib.Path
+) -> None:
+    folder = tmp_path / "out"
+    asked = ("walk", SCENARIO, "--patients", two, *BRIEFLY, "--out", folder)
+    code, out, err = call(*asked)
+    assert code == 0 and "Traceback" not in err, err
+    names = {"walk.json", "walk.csv", "patients.csv", "curves.parquet", "walk.png", "walk.html"}
+    assert {path.name for path in folder.iterdir()} == names
+    assert "2 of 2 have not adapted" in out and "never a patient's risk" in out and "nan" not in out.lower()
+    found = populate(SCENARIO, patients=two, duration=4.0, starts=1)
+    rows = _rows(folder)
+    assert [(row["case"], row["patient"]) for row in rows] == [
+        (case, str(k)) for case in ("without", "device") for k in (1, 2)
+    ]
+    for row in rows:
+        one = found[row["case"]][int(row["patient"]) - 1]
+        assert (int(row["count"]), int(row["of"])) == (one.falls.count, one.falls.of)
+        assert float(row["tibialis"]) == found.drawn[int(row["patient"]) - 1]["tibialis"]
+        for name, value in one.numbers.items():
+            assert float(row[name]) == pytest.approx(value, rel=1e-12, nan_ok=True)
+    curves = pq.read_table(folder / "curves.parquet").to_pylist()
+    for each in curves:
+        angle = found[each["case"]][each["patient"] - 1].curves[each["curve"]]
+        assert each["angle"] == pytest.approx(angle.tolist(), abs=1e-12)
+    assert len(curves) == sum(len(one.curves) for case in found.cases.values() for one in case)
+    written = json.loads((folder / "walk.json").read_text(encoding="utf-8"))
+    page = html.unescape((folder / "walk.html").read_text(encoding="utf-8"))
+    for reply in written["verdict"]:
+        assert reply["text"] in page
+    assert page.count('src="data:image/') == 1 and "<script" not in page and "https://" not in page
+    before = (folder / "walk.json").read_bytes()
+    code, _, err = call(*asked, "--seed", "1")
+    assert code == 2 and "--force" in err and (folder / "walk.json").read_bytes() == before
+    code, _, err = call(*SHORT, "--out", folder)  # one of them is another walk
+    assert code == 2 and "--force" in err
+    code, _, err = call(*asked[:-2], "--adapted", folder / "patients.csv", "--out", tmp_path / "again")
+    assert code == 0, err  # nobody has adapted in it: the same walk
+    assert _rows(tmp_path / "again") == rows
+
+
+@pytest.mark.slow
+def test_doses_of_patients_are_a_table(call: Call, two: pathlib.Path, tmp_path: pathlib.Path) -> None:
+    asked = ("walk", SCENARIO, "--patients", two, *BRIEFLY, "--starts", "0", "--out")
+    for key, values, cases in (
+        ("supply.pressure", ("2 bar", "4 bar"), ["without a device", "device, first day"]),
+        (
+            "spring",
+            ("10 N*m/rad", "50 N*m/rad"),
+            ["without a device", "device, first day", "spring, first day"],
+        ),
+    ):
+        folder = tmp_path / key
+        code, _, err = call(*asked, folder, "--vary", f"{key}={','.join(values)}")
+        assert code == 0, err
+        assert {path.name for path in folder.iterdir()} == {"walk.json", "walk.csv", "walk.png"}
+        rows = _rows(folder)
+        assert [(row[key], row["case"]) for row in rows] == [(x, case) for x in values for case in cases]
+        first, second = rows[: len(cases)], rows[len(cases) :]
+        assert {n: x for n, x in first[0].items() if n != key} == {
+            n: x for n, x in second[0].items() if n != key
+        }
+        changed = [n for n in first[-1] if n != key and first[-1][n] != second[-1][n]]
+        assert changed  # whoever wears it walks otherwise
+        assert {row["starts that fall [%]"] for row in rows} == {"–"}  # nobody was pushed
+        written = json.loads((folder / "walk.json").read_text(encoding="utf-8"))["command"]
+        assert written["springs"] == ([10.0, 50.0] if key == "spring" else [None, None])
+
+
+@pytest.fixture
+def who(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """Whose walk is asked for: the condition's name, or "one"."""
+    asked: list[str] = []
+    module = sys.modules["afo_sim.cli.walk"]
+    monkeypatch.setattr(module, "_walk_patients", lambda _, condition, *of: asked.append(condition))
+    monkeypatch.setattr(module, "_walk_one", lambda *_: asked.append("one"))
+    return asked
+
+
+@pytest.mark.parametrize(
+    ("asked", "expected"),
+    [
+        ((), "drop-foot"),
+        (("--spring", "30 N*m/rad"), "drop-foot"),
+        (("--vary", "supply.pressure=2 bar"), "drop-foot"),
+        (("--vary", "spring=10 N*m/rad"), "drop-foot"),
+        (("--set", "supply.pressure=2 bar"), "drop-foot"),
+        (("--set", "patient=spastic"), "spastic"),
+        (("--set", "patient=drop-foot-mild"), "one"),  # of whom no others are drawn
+        (("--patients", "contracture"), "contracture"),
+        (("--patients", "one"), "one"),
+        (("--strength", "tibialis=0.2"), "one"),
+        (("--draws", "3"), "one"),
+        (("--gait", "slow"), "one"),
+        (("--subset", "swing"), "one"),
+        (("--rrd",), "one"),
+        (("--adapted-device", "drop-foot-s1"), "one"),
+        (("--adapted", "drop-foot"), "one"),
+        (("--vary", "strength.tibialis=1,0"), "one"),
+        (("--vary", "patient.passive_scale=1,2"), "one"),
+        (("--vary", "patient=drop-foot,spastic"), "one"),  # not one population under two names
+        (("--vary", "leg=adult"), "one"),
+        (("--set", "patient.body_mass=60 kg"), "one"),
+    ],
+)
+def test_patients_walk_unless_one_is_described(
+    asked: tuple[str, ...], expected: str, call: Call, who: list[str]
+) -> None:
+    code, _, err = call("walk", SCENARIO, *asked)
+    assert code == 0 and who == [expected], err
+
+
+@pytest.mark.parametrize(
+    ("asked", "named"),
+    [
+        (("--patients", "drop-foot", "--strength", "tibialis=0.2"), "--strength"),
+        (("--patients", "drop-foot", "--draws", "3"), "--draws"),
+        (("--patients", "drop-foot", "--gait", "slow"), "--gait"),
+        (("--patients", "drop-foot", "--subset", "swing"), "--subset"),
+        (("--patients", "drop-foot", "--adapted-device", "drop-foot-s1"), "--adapted-device"),
+        (("--patients", "drop-foot", "--rrd"), "--rrd"),
+        (("--patients", "drop-foot", "--vary", "strength.tibialis=1,0"), "--vary"),
+        (("--patients", "drop-foot", "--vary", "patient=spastic"), "--vary"),
+        (("--patients", "drop-foot", "--set", "patient=spastic"), "--set"),
+        (("--patients", "drop-foot", "--set", "patient.body_mass=60 kg"), "--set"),
+        (("--patients", "one", "--spring", "30 N*m/rad"), "--spring"),
+        (("--patients", "one", "--vary", "spring=30 N*m/rad"), "--spring"),
+        (("--strength", "tibialis=0.2", "--spring", "30 N*m/rad"), "--spring"),
+        (("--spring", "0 N*m/rad"), "--spring"),
+        (("--spring", "30"), "--spring"),
+        (("--spring", "30 N*m"), "--spring"),
+        (("--spring", ""), "--spring"),
+        (("--vary", "spring=10 N*m/rad,-10 N*m/rad"), "--spring"),  # the second, before the first walks
+        (("--vary", "spring=10"), "--spring"),
+        (("--patients", "dropfoot"), "did you mean 'drop-foot'?"),
+        (("--patients", ""), "drop-foot"),
+        (("--starts", "-1"), "--starts"),
+        (("--duration", "3 s"), "--duration"),
+        (("--adapted", "none.csv", "--patients", "drop-foot"), "none.csv"),
+    ],
+)
+def test_options_that_do_not_go_together_are_refused_in_a_sentence(
+    asked: tuple[str, ...], named: str, call: Call, tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys.modules["afo_sim.walker.patients"], "walk", None)  # nobody walks
+    monkeypatch.setattr(sys.modules["afo_sim.walker.respond"], "walk", None)
+    code, out, err = call("walk", SCENARIO, *asked, "--out", tmp_path / "out")
+    assert code == 2 and named in err and "Traceback" not in err, err
+    assert len(err.strip().splitlines()) == 1 and not (tmp_path / "out" / "walk.json").exists(), err
+
+
+def test_nobody_is_drawn_for_a_scenario_in_which_nobody_walks(call: Call, tmp_path: pathlib.Path) -> None:
+    for asked in ((), ("--patients", "drop-foot")):
+        code, _, err = call("walk", "seated", *asked, "--out", tmp_path / "out")
+        assert code == 2 and "nobody walks" in err and "patient.toml" not in err
