@@ -98,14 +98,14 @@ def _condition_of(walk: _Walk, key: str) -> str | None:
     asked = next((name for name, given in of_one.items() if given), None)
     if walk.patients not in (None, "one"):
         if asked:
-            raise InputError(
-                "is of one patient", field=f"--{asked}", value=of_one[asked], allowed="--patients one"
-            )
+            problem, allowed = "is of one patient", "--patients one"
+            raise InputError(problem, field=f"--{asked}", value=str(of_one[asked]), allowed=allowed)
         return walk.patients
     alone = asked or walk.adapted or any(name.startswith("leg") for name in (key, *sets))
     patient = None if walk.patients or alone else prepared(walk.scenario, sets).patient
-    shipped = patient and patient.name in assets.names("population")
-    condition = patient.name if shipped and patient == load("patient", patient.name) else None
+    condition = None if patient is None else patient.name
+    if condition not in assets.names("population") or patient != load("patient", condition):
+        condition = None
     if condition is None and (walk.spring or key == "spring"):
         allowed = f"--patients {'|'.join(assets.names('population'))}"
         problem = "is worn by patients of a condition"

@@ -157,7 +157,9 @@ def _judged(good: bool) -> Verdict:
 def pushed() -> Iterator[Compared]:
     """Pushes of the healthy walker's trunk for 0.1 s at ten instants of a second; drawn starts."""
     body, gait = build_body(prepared(SCENARIO, HEALTHY | BARE)), read_gait("natural")
-    rows = [(falls_of(body, gait, starts=STARTS).count, f"{STARTS} drawn starts, pushed once", 2, True)]
+    rows = [
+        (falls_of(body, gait.vector, starts=STARTS).count, f"{STARTS} drawn starts, pushed once", 2, True)
+    ]
     for force, most in ((100.0, 1), (50.0, 0)):
         pushes = [Push(3.0 + 0.1 * k, sign * force) for k in range(10) for sign in (1.0, -1.0)]
         falls = sum(walk(body, gait.vector, PUSH_HORIZON, (push,)).fell is not None for push in pushes)
@@ -210,7 +212,7 @@ def lifted(people: People) -> Responses:
     """S1 as it is on wearers with a drop foot."""
     yield "lifting_speed", [_faster((w.walk({}), w.walk())) for w in people["drop foot"]]
     bodies = [(w.gait, (w.body({}), w.body())) for w in people["no dorsiflexors"]]
-    falls = [[falls_of(body, gait, starts=FEW).count for body in pair] for gait, pair in bodies]
+    falls = [[falls_of(body, gait.vector, starts=FEW).count for body in pair] for gait, pair in bodies]
     yield "lifting_falls", [100.0 * (worn / bare - 1.0) if bare else math.nan for worn, bare in falls]
 
 

@@ -388,7 +388,7 @@ def test_options_that_do_not_go_together_are_refused_in_a_sentence(
 ) -> None:
     monkeypatch.setattr(sys.modules["afo_sim.walker.patients"], "walk", None)  # nobody walks
     monkeypatch.setattr(sys.modules["afo_sim.walker.respond"], "walk", None)
-    code, out, err = call("walk", SCENARIO, *asked, "--out", tmp_path / "out")
+    code, _, err = call("walk", SCENARIO, *asked, "--out", tmp_path / "out")
     assert code == 2 and named in err and "Traceback" not in err, err
     assert len(err.strip().splitlines()) == 1 and not (tmp_path / "out" / "walk.json").exists(), err
 
