@@ -39,7 +39,9 @@ def draw_patients(population: Population, path: pathlib.Path) -> None:
         for k, (case, patients) in enumerate(cases.items()):
             axis = figure.add_subplot(top[k], sharey=axis)
             axis.plot(cycle, norm, color="0.6", lw=2.2)
-            curves = [np.degrees(one.curves["right/ankle"]) for one in patients if one.curves]
+            curves = [
+                np.degrees(one.curves["right/ankle"]) for one in patients if "right/ankle" in one.curves
+            ]
             for curve in curves:
                 axis.plot(cycle, curve, color=look_of(case)["color"], lw=0.6, alpha=0.5)
             if curves:

@@ -351,7 +351,7 @@ def _beside(population: Population, recorded: Recorded) -> Iterator[str]:
         word, meant = told(population, case, "right/clearance"), "more" if lift > 0.0 else "less"
         change = _spread(changes(population, case, "right/clearance"), "right/clearance", signed=True)
         lifts = f"recorded, the device moves the toe by {1e3 * lift:+.0f} mm, that of patients by {change} mm"
-        lifts = f"{lifts} ({NAMES[case]}: {word} clearance).".replace("-", "−")
+        lifts = f"{lifts} ({NAMES[case]}: {word}).".replace("-", "−")
         if word.startswith(f"{CANNOT},"):
             yield lifts.capitalize()
         elif word != meant:
