@@ -240,7 +240,7 @@ def _with_walkers(
     for field, key in taken.items():
         if key.split(".")[0] in ("patient", "gait", "keep"):
             problem = "does not go with walkers: they are the condition's patients, and nothing is recorded"
-            raise InputError(problem, file=file, field=field, value=key, allowed="keys of the device")
+            raise InputError(problem, file=file, field=field, value=key, allowed="none, or of the device")
     condition = str(assets.find("population", str(written.walkers), file).resolve())
     decided_by(condition)  # says now what is wrong with it
     return {"walkers": condition} | ({} if "chunk" in written.model_fields_set else {"chunk": 1})
