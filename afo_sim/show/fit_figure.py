@@ -126,13 +126,16 @@ def _rows(figure: Any, fit: FitRun) -> None:
     channels, time, seen = fit.problem.log.channels, fit.problem.log.time, fit.problem.seen
     dots: dict[str, Any] = {"lw": 0.0, "marker": "o", "ms": 4.0, "mew": 0.0}
     axes = figure.subplots(len(channels), 2, sharex=True, squeeze=False, width_ratios=(1.35, 1.0))
+    first: dict[str, Any] = {"color": _BEFORE, "ls": "--", "lw": 1.0}
+    last: dict[str, Any] = {"color": _AFTER, "lw": 1.0}
+    runs = [("before", fit.before, {}, first), ("after", fit.after, fit.values, last)]
     for (left, right), channel in zip(axes, channels, strict=True):
         look = {"lw": 3.5} if len(time) > _SPARSE else dots
         left.plot(time, channel.values / channel.scale, color=_LOG, label="log", zorder=1, **look)
         band = 2.0 * fit.problem.noise[channel.title] / channel.scale
         right.axhspan(-band, band, color="0.88", lw=0.0, zorder=0, label="± 2 × noise")
         right.axhline(0.0, color="0.6", lw=0.6, zorder=1)
-        for label, run, values, look in _runs(fit):
+        for label, run, values, look in runs if fit.values else [("run", fit.before, {}, last)]:
             simulated = channel.simulated(run, time - values.get("time_offset", 0.0))
             left.plot(time, simulated / channel.scale, label=label, zorder=2, **look)
             off = (simulated - channel.values) / channel.scale
@@ -150,13 +153,3 @@ def _rows(figure: Any, fit: FitRun) -> None:
     figure.align_ylabels(axes[:, 0])
     figure.align_ylabels(axes[:, 1])
     legend(figure, axes[0], columns=4)
-
-
-def _runs(fit: FitRun) -> list[tuple[str, Any, dict[str, float], dict[str, Any]]]:
-    """(label, run, values, look) of what is drawn over the log."""
-    if not fit.values:
-        return [("run", fit.before, {}, {"color": _AFTER, "lw": 1.0})]
-    return [
-        ("before", fit.before, {}, {"color": _BEFORE, "ls": "--", "lw": 1.0}),
-        ("after", fit.after, fit.values, {"color": _AFTER, "lw": 1.0}),
-    ]

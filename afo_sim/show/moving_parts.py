@@ -41,7 +41,12 @@ class Mountings:
     ) -> None:
         self.model = model
         self.columns = {a: f"cuff/{a}/displacement" for a in WORN if f"cuff/{a}/displacement" in columns}
-        self._bodies = {anchor: _carried(model, anchor) for anchor in self.columns}
+        self._bodies: dict[str, list[int]] = {}
+        for anchor in self.columns:  # what moves with it: the ends of the muscles, and the cuff or the plate
+            ends = model.body(f"{anchor}_anchors")
+            beside, part = np.flatnonzero(model.body_parentid == ends.parentid[0]), f"{WORN[anchor]}_"
+            moved = [b for b in beside if b == ends.id or model.body(b).name.startswith(part)]
+            self._bodies[anchor] = list(map(int, moved))
         self._home = model.body_pos.copy()
         self._address, self._joints = model.jnt_qposadr, joint_columns(model)
         self._towards = {anchor: _pull(model, groups, anchor) for anchor in self.columns}
@@ -70,13 +75,6 @@ def padded(lines: list[np.ndarray]) -> np.ndarray:
     """Lines of different numbers of places as one array."""
     most = max(map(len, lines), default=0)
     return np.array([np.concatenate([x, np.repeat(x[-1:], most - len(x), axis=0)]) for x in lines])
-
-
-def _carried(model: mujoco.MjModel, anchor: str) -> list[int]:
-    """The bodies that move with an anchor: the ends of the muscles, and the cuff or the plate."""
-    ends = model.body(f"{anchor}_anchors")
-    beside = np.flatnonzero(model.body_parentid == ends.parentid[0])
-    return [int(b) for b in beside if b == ends.id or model.body(b).name.startswith(f"{WORN[anchor]}_")]
 
 
 def _pull(model: mujoco.MjModel, groups: Mapping[str, MuscleGroup], anchor: str) -> float:

@@ -138,8 +138,13 @@ def doubts(scenario: Mapping[str, Any], metrics: Metrics, strides: Strides) -> l
     if "toe_clearance" in metrics and "strides_counted" in metrics:
         solved = "those of the settled stride, which was solved for"
         of = solved if "strides_solved" in metrics else _walked(metrics, strides)
+        heights = [each["toe_clearance"] for each in strides.values() if "toe_clearance" in each][:FIRST]
+        start = ", in which the muscles are not yet full"
+        if len(heights) > 1:
+            told = ", ".join(number(height.value, height.unit) for height in heights)
+            start = f", and their toe clearance is {told} {heights[0].unit}"
         words = "the numbers are {of}; the wearer also walks the first strides{start}"
-        found.append(Notice(_WHICH_STRIDES, words, of=of, start=_from_start(strides)))
+        found.append(Notice(_WHICH_STRIDES, words, of=of, start=start))
     filled = [name for name, start in (scenario.get("start") or {}).items() if name != "provenance" and start]
     if filled and scenario.get("gait"):
         words = "the {subject} is filled before the first step: after a stop, empty muscles may trip{key}"
@@ -245,12 +250,3 @@ def _walked(metrics: Metrics, strides: Strides) -> str:
         return f"of stride {last} alone, which does not show whether it repeats"
     still = f"which still change by {' and '.join(changes)} from the last but one to the last"
     return f"means of strides {last - counted + 1} to {last}, {still}"
-
-
-def _from_start(strides: Strides) -> str:
-    """Toe clearance of the first strides, as a part of a sentence."""
-    heights = [metrics["toe_clearance"] for metrics in strides.values() if "toe_clearance" in metrics][:FIRST]
-    if len(heights) < 2:
-        return ", in which the muscles are not yet full"
-    told = ", ".join(number(height.value, height.unit) for height in heights)
-    return f", and their toe clearance is {told} {heights[0].unit}"

@@ -157,19 +157,16 @@ def most_influential(effects: Mapping[str, Mapping[str, Effect]], count: int) ->
     shares: dict[str, float] = {}
     for found in effects.values():
         known = all(np.isfinite(effect.share) for effect in found.values())
-        weight = {name: effect.share if known else _between(effect) for name, effect in found.items()}
+        weight = {name: effect.share for name, effect in found.items()}
+        if not known:  # by the variance of the bins' means
+            for name, effect in found.items():
+                middle = np.average(effect.means, weights=effect.counts) if effect.means.size else 0.0
+                apart = (effect.means - middle) ** 2
+                weight[name] = float(np.average(apart, weights=effect.counts)) if apart.size else 0.0
         most = 1.0 if known else max(weight.values(), default=0.0) or 1.0
         for name in found:
             shares[name] = max(shares.get(name, -np.inf), weight[name] / most)
     return sorted(shares, key=lambda name: -shares[name])[:count]
-
-
-def _between(effect: Effect) -> float:
-    """Variance of the bins' means."""
-    if not effect.means.size:
-        return 0.0
-    middle = np.average(effect.means, weights=effect.counts)
-    return float(np.average((effect.means - middle) ** 2, weights=effect.counts))
 
 
 def draw_maps(figure: Any, results: Results, effects: Mapping[str, Mapping[str, Effect]]) -> None:

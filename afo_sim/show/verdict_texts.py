@@ -111,19 +111,16 @@ def of_report(runs: Sequence[RunView]) -> list[_VerdictRow]:
         named = [(run, {a.name: a for a in answers}.get(name)) for run, answers in judged]
         if not any(answer for _, answer in named):
             continue
-        cells = tuple(
-            _cell(run, answer or Answer(name, QUESTIONS[name], "unknown", _NOT_COMPARED, ""))
-            for run, answer in named
-        )
+        cells = []
+        for run, found in named:
+            answer = found or Answer(name, QUESTIONS[name], "unknown", _NOT_COMPARED, "")
+            kinds = f" [{_kinds(run.recording, answer)}]" if answer.brief and answer.limit else ""
+            stated = limit(run.recording, answer) if answer.limit else ""
+            short = begun(answer.brief or answer.text) + kinds
+            cells.append(_Cell(run, answer, badge(answer), short, stated))
         limits = {cell.limit for cell in cells if cell.answer.limit}
-        rows.append(_VerdictRow(QUESTIONS[name], limits.pop() if len(limits) == 1 else "", cells))
+        rows.append(_VerdictRow(QUESTIONS[name], limits.pop() if len(limits) == 1 else "", tuple(cells)))
     return rows
-
-
-def _cell(run: RunView, answer: Answer) -> _Cell:
-    kinds = f" [{_kinds(run.recording, answer)}]" if answer.brief and answer.limit else ""
-    stated = limit(run.recording, answer) if answer.limit else ""
-    return _Cell(run, answer, badge(answer), begun(answer.brief or answer.text) + kinds, stated)
 
 
 def limit(recording: Recording, answer: Answer) -> str:

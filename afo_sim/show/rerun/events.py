@@ -97,16 +97,13 @@ class EventFinder:
                     done = "opens" if state == "open" else "shuts"
                     found.append((time, "INFO", f"{valve.replace('_', ' ')} {done}"))
         for name, (time, value) in self._peaks.items():
-            found.append((time, "INFO", f"{name}: {_peak_text(name, value)}"))
+            told = f"{abs(np.degrees(value)):.2f} deg"
+            if name.endswith("torque of the orthosis"):
+                told = f"{value:.2f} N·m"
+            elif name.startswith("toe"):
+                told = f"{-1e3 * value:.0f} mm above the floor"
+            found.append((time, "INFO", f"{name}: {told}"))
         return sorted(found)
-
-
-def _peak_text(peak: str, value: float) -> str:
-    if peak.endswith("torque of the orthosis"):
-        return f"{value:.2f} N·m"
-    if peak.startswith("toe"):
-        return f"{-1e3 * value:.0f} mm above the floor"
-    return f"{abs(np.degrees(value)):.2f} deg"
 
 
 def log_events(stream: rr.RecordingStream, finder: EventFinder, source: Source, prefix: str = "") -> None:
@@ -117,7 +114,10 @@ def log_events(stream: rr.RecordingStream, finder: EventFinder, source: Source, 
         # listed even where they do not occur
         usual = {"stride": (), "support": ("stance", "swing")}.get(what, ("open", "shut"))
         values = list(dict.fromkeys([*usual, *states]))
-        colours = [_lane_colour(what, value, k) for k, value in enumerate(values)]
+        own = {"stance": STANCE, "swing": _SWING, "shut": SHUT}
+        colours = [own.get(value) or of_muscle(f"{what.rsplit('_', 1)[0]}_1") for value in values]
+        if what == "stride":
+            colours = [_STRIDES[k % 2] for k in range(len(values))]
         words = _fitting(values, changes, source.n_row / source.rate)
         lane = rr.StateConfiguration(values=values, labels=words, colors=colours)
         stream.log(f"{kind}/{prefix}{what}", lane, static=True)
@@ -145,10 +145,3 @@ def _fitting(values: list[str], changes: list[_Change], end: float) -> list[str]
         fits = [word for word in words if len(word) + _MARGIN <= room]
         found.append(fits[0] if fits and value != "shut" else BLANK)
     return found
-
-
-def _lane_colour(what: str, state: str, number: int) -> list[int]:
-    if what == "stride":
-        return _STRIDES[number % 2]
-    known = {"stance": STANCE, "swing": _SWING, "shut": SHUT}
-    return known[state] if state in known else of_muscle(f"{what.rsplit('_', 1)[0]}_1")
