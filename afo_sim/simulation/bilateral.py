@@ -20,7 +20,8 @@ from afo_sim.common import (
     write_json,
 )
 from afo_sim.description import Scenario, Side, load
-from afo_sim.gait import GaitCycle, TwoSides, asymmetry
+from afo_sim.gait import GaitCycle, TwoSides
+from afo_sim.gait import asymmetry as compared
 from afo_sim.metrics import INTERNAL, Metric
 from afo_sim.model import as_recorded, person_of, persons_stride, stride_time_of, walker_of, why_walked
 from afo_sim.simulation.bilateral_air import SIDES, Cycle, Worse, cycle_of, flow_of, numbers_of, worse_of
@@ -230,7 +231,13 @@ def described(
         found[1] = other_side(found[1]).set(left_sets or {})  # what is said of it alone holds
     elif affected == "left":
         found[0] = other_side(found[0])
-    return at_one_pace(found, affected or "right")
+    lead = SIDES.index(affected or "right")  # at whose pace two recorded sides walk that differ by little
+    if all(s.gait and s.gait.stride_time is None and s.gait.speed is None for s in found):
+        own = [stride_time_of(scenario) for scenario in found]
+        for k, time in enumerate(own):
+            if time != own[lead] and abs(time / own[lead] - 1.0) <= PACES:
+                found[k] = found[k].set({"gait.stride_time": f"{own[lead]!r} s"})
+    return found[0], found[1]
 
 
 def laid_together(
@@ -242,7 +249,12 @@ def laid_together(
 ) -> Both:
     """Two legs' runs as those of one person; `pair` are their scenarios."""
     legs: dict[Side, Recording] = {"right": right, "left": left}
-    warnings = (*_named(legs), *_doubts(*pair), *copied(pair, affected))
+    # why a leg stopped and its warnings, with its name; what both legs say stands once
+    told = {side: [*([] if leg.ok else [leg.status]), *leg.warnings] for side, leg in legs.items()}
+    common = [w for w in told["right"] if w in told["left"]]
+    named = [_of_leg("both legs", warning) for warning in common]
+    named += [_of_leg(side, w) for side, said in told.items() for w in said if w not in common]
+    warnings = (*named, *_doubts(*pair), *copied(pair, affected))
     phase = np.empty(0)
     flow: dict[str, np.ndarray] = {}
     numbers: dict[str, Metric] = {}
@@ -263,7 +275,10 @@ def laid_together(
         else:
             own = legs[affected].verdict
             verdict = tuple(Worse(a.name, a.question, a.status, affected, {affected: a}) for a in own)
-        asymmetry = sides_of(cycles, pair) if pair[0].walking else {}
+        if pair[0].walking:
+            strides = {side: persons_stride(scenario) for side, scenario in zip(SIDES, pair, strict=True)}
+            walked = {side: _walked(strides[side], cycles[side], pair[k]) for k, side in enumerate(SIDES)}
+            asymmetry = {RECORDED: compared(**strides), WALKED: compared(**walked)}
     supply = pair[0].supply
     sags = supply.source is not None or supply.regulator is not None
     notes = (APART_ON_IT if sags else IDEAL, FIRST if pair[0].walking else LAST, *paced(pair))
@@ -271,14 +286,6 @@ def laid_together(
     return Both(
         right, left, apart, period, phase, flow, numbers, verdict, warnings, notes, affected, asymmetry
     )
-
-
-def _named(legs: Mapping[Side, Recording]) -> list[str]:
-    """Why a leg stopped and its warnings, with its name; what both legs say stands once."""
-    of = {side: [*([] if leg.ok else [leg.status]), *leg.warnings] for side, leg in legs.items()}
-    both = [w for w in of["right"] if w in of["left"]]
-    found = [_of_leg("both legs", warning) for warning in both]
-    return found + [_of_leg(side, w) for side, warnings in of.items() for w in warnings if w not in both]
 
 
 def _of_leg(leg: str, warning: str) -> str:
@@ -384,17 +391,6 @@ def other_side(scenario: Scenario) -> Scenario:
     return as_recorded(scenario).with_values(patient=healthy, description="the other side, without device")
 
 
-def at_one_pace(pair: Sequence[Scenario], lead: Side) -> tuple[Scenario, Scenario]:
-    """Both legs at the recorded stride time of one, where those of two recorded sides differ by little."""
-    found = dict(zip(SIDES, pair, strict=True))
-    if all(s.gait and s.gait.stride_time is None and s.gait.speed is None for s in pair):
-        own = {side: stride_time_of(scenario) for side, scenario in found.items()}
-        for side, time in own.items():
-            if time != own[lead] and abs(time / own[lead] - 1.0) <= PACES:
-                found[side] = found[side].set({"gait.stride_time": f"{own[lead]!r} s"})
-    return found["right"], found["left"]
-
-
 def paced(pair: Sequence[Scenario]) -> list[Notice]:
     """A note for a leg that walks at the other one's pace."""
     text = (
@@ -419,13 +415,6 @@ def copied(pair: Sequence[Scenario], affected: Side | None) -> list[Notice]:
         "differs between the sides is the device alone (gait import --side each records both)"
     )
     return [Notice("side-copied", text, subject=other)]
-
-
-def sides_of(cycles: Mapping[Side, Cycle], pair: Sequence[Scenario]) -> dict[str, list[TwoSides]]:
-    """Both sides as recorded and as simulated, by `asymmetry`."""
-    own = {side: persons_stride(scenario) for side, scenario in zip(SIDES, pair, strict=True)}
-    walked = {side: _walked(own[side], cycles[side], pair[k]) for k, side in enumerate(SIDES)}
-    return {RECORDED: asymmetry(**own), WALKED: asymmetry(**walked)}
 
 
 def _walked(own: GaitCycle, cycle: Cycle, scenario: Scenario) -> GaitCycle:

@@ -142,10 +142,8 @@ class Cycle:
 
 def cycle_of(recording: Recording) -> Cycle:
     """The cycle of a recording that stands for all."""
-    return _stride_of(recording) if recording.scenario.get("gait") else _period_of(recording)
-
-
-def _stride_of(recording: Recording) -> Cycle:
+    if not recording.scenario.get("gait"):
+        return _period_of(recording)
     columns, time = recording.columns, recording["time"]
     step = float(time[1] - time[0]) if len(time) > 1 else 1.0
     counted = settled(columns, strides(columns, step, body_mass(recording.scenario)))

@@ -153,7 +153,10 @@ class Expectation:
             with np.errstate(invalid="ignore"):
                 values = np.where(np.isfinite(values), np.gradient(values, time), values)
         steps = np.diff(time, append=2.0 * time[-1] - time[-2])
-        period = _period(self.run) if self.cycles else math.inf
+        try:
+            period = parse_quantity(self.run.scenario["timer"]["period"], "s") if self.cycles else math.inf
+        except (KeyError, ValueError):
+            raise InputError("the run's scenario has no timer period", field="per_cycle") from None
         last = max(math.ceil((time[-1] - GRACE) / period), 1) - 1
         cycle = np.minimum((time + GRACE) // period, last)  # a sample at the very end is the last one's
         found = []
@@ -232,13 +235,6 @@ def metric_result(run: Recording, metric: str, kind: str, limits: object, why: s
     once = np.array([math.nan])
     result = judge(check, [Signal(metric, 0.0, once, np.array([value]), once)], "")
     return dataclasses.replace(result, message=result.message + _because(why))
-
-
-def _period(run: Recording) -> float:
-    try:
-        return parse_quantity(run.scenario["timer"]["period"], "s")
-    except (KeyError, ValueError):
-        raise InputError("the run's scenario has no timer period", field="per_cycle") from None
 
 
 def _because(why: str) -> str:

@@ -33,22 +33,17 @@ def facts_of(built: Built) -> Facts:
         for segment, interface in orthosis.interface.items()
         if orthosis.anchored
     }
-    walks, supply = built.walk is not None, _supply(built)
+    walks, source = built.walk is not None, scenario.supply.source
+
+    def content() -> float:  # of a source that begins full where nobody walks
+        assert source is not None
+        return content_at_start(built) if walks else source.full_mass
+
+    sags = source is not None or scenario.supply.regulator is not None
+    supply = Supply(scenario.supply.pressure, sags, gas_of(scenario).free_density, source, content)
     mass = built.body_mass if walks else 0.0
     laid = None if built.walk is None or built.contact is None else built.walk.laid
     return Facts(scenario.timestep, mass, walks, supply, scenario.limits, skins, muscles, rated, laid)
-
-
-def _supply(built: Built) -> Supply:
-    """What the orthosis takes its air from; a source that begins full where nobody walks."""
-    supply = built.scenario.supply
-    source, sags = supply.source, supply.source is not None or supply.regulator is not None
-
-    def content() -> float:
-        assert source is not None
-        return content_at_start(built) if built.walk is not None else source.full_mass
-
-    return Supply(supply.pressure, sags, gas_of(built.scenario).free_density, source, content)
 
 
 def gas_of(scenario: Scenario) -> Gas:

@@ -101,19 +101,6 @@ TIME_LIMIT = 10.0  # for one command [s]: a controller may compile something at 
 SLIGHTLY = 1e-6  # of a period, to which it must be whole steps
 
 
-def steps_of_period(scenario: Scenario, rate: float) -> int:
-    """Steps from one command to the next; InputError where that is no whole number."""
-    if isinstance(rate, bool) or not isinstance(rate, numbers.Real):
-        problem = "is not a valid number of commands a second"
-        raise InputError(problem, field="controller.rate", value=rate, allowed="a number in Hz, such as 100")
-    steps = 1.0 / (rate * scenario.timestep) if rate > 0.0 else 0.0
-    if round(steps) < 1 or abs(steps - round(steps)) > SLIGHTLY * steps:
-        allowed = f"{1.0 / scenario.timestep:g} Hz divided by 1, 2, 3, …"
-        problem = "is not a whole fraction of the step rate"
-        raise InputError(problem, field="controller.rate", value=rate, allowed=allowed)
-    return round(steps)
-
-
 def described_policy(built: Built) -> Policy | None:
     """The policy of a scenario's own controller, made afresh; None where it has none."""
     described = built.scenario.controller
@@ -130,13 +117,22 @@ class Loop:
             allowed = "a function of what is seen, or an object that can be called with it"
             problem = "is not a valid controller"
             raise InputError(problem, field="controller", value=controller, allowed=allowed)
-        limit: Any = time_limit  # whatever the caller's annotations say
-        if not (isinstance(limit, numbers.Real) and float(limit) > 0.0):
+        number: Any = time_limit  # whatever the caller's annotations say
+        if not (isinstance(number, numbers.Real) and float(number) > 0.0):
             allowed = "a number above 0 [s]; infinite for none"
             raise InputError("is not a valid time", field="time_limit", value=time_limit, allowed=allowed)
         self.built, self.controller = built, controller
         self.watch = Watch(time_limit)
-        self.period = steps_of_period(built.scenario, rate)
+        number = rate
+        if isinstance(number, bool) or not isinstance(number, numbers.Real):
+            problem, allowed = "is not a valid number of commands a second", "a number in Hz, such as 100"
+            raise InputError(problem, field="controller.rate", value=rate, allowed=allowed)
+        steps = 1.0 / (rate * built.scenario.timestep) if rate > 0.0 else 0.0
+        self.period = round(steps)  # steps from one command to the next
+        if self.period < 1 or abs(steps - self.period) > SLIGHTLY * steps:
+            allowed = f"{1.0 / built.scenario.timestep:g} Hz divided by 1, 2, 3, …"
+            problem = "is not a whole fraction of the step rate"
+            raise InputError(problem, field="controller.rate", value=rate, allowed=allowed)
         self.schedule = schedule.controls(built)
         self.commander = Commander(built)
         self.sensors = SensorBank(built)

@@ -212,13 +212,8 @@ def _beside(recording: Recording, scenario: Scenario) -> tuple[dict[str, Metric]
             warned = (*warned, Notice("compensation-unknown", text, subject="gait.compensation", why=failed))
     if "reference_toe_clearance" in found:
         found |= by_other_laws(scenario)
-    if "reference_toe_clearance" in found and (lifting := _lifting(recording, scenario)):
-        found |= filled_once(judged, lifting)
+        groups = scenario.orthosis.muscle
+        arms = {name: float(recording[f"muscle/{name}_1/moment_arm"].mean()) for name in groups}
+        if lifting := {group.chamber or name for name, group in groups.items() if arms[name] > 0.0}:
+            found |= filled_once(judged, lifting)
     return found, warned
-
-
-def _lifting(recording: Recording, scenario: Scenario) -> set[str]:
-    """Chambers whose muscles dorsiflex the ankle."""
-    orthosis = scenario.orthosis
-    arms = {name: float(recording[f"muscle/{name}_1/moment_arm"].mean()) for name in orthosis.muscle}
-    return {group.chamber or name for name, group in orthosis.muscle.items() if arms[name] > 0.0}

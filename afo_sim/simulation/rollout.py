@@ -221,7 +221,12 @@ class _Run:
                 self.stops.update(dict.fromkeys(alive, (first, "stopped by Ctrl-C")))
 
     def _advance(self, stepper: Stepper, alive: list[int], steps: range, before: int) -> None:
-        inputs = self._inputs(alive, steps, before)
+        # as the policies choose them; of the rows that are kept they are kept
+        chosen, stride = [self._chosen(k, steps, before) for k in alive], self.recipe.stride
+        into = slice(-(-steps.start // stride), -(-steps.stop // stride))
+        for k, rows in zip(alive, chosen, strict=True):
+            self.control[k, into] = rows[-steps.start % stride :: stride]
+        inputs = self.control[:, into] if self.in_place else np.ascontiguousarray(chosen)
         if not self.stops.keys().isdisjoint(alive):  # a policy gave up
             going = [place for place, k in enumerate(alive) if k not in self.stops]
             alive, inputs = [alive[place] for place in going], np.ascontiguousarray(inputs[going])
@@ -248,17 +253,6 @@ class _Run:
                 self._keep(k, one_of(out, place), steps)
             for name in STATE if done else ():
                 self.now[name][k] = out[name][place, done - 1]
-
-    def _inputs(self, alive: list[int], steps: range, before: int) -> np.ndarray:
-        """Inputs of a block, as the policies choose them; of the rows that are kept they are kept."""
-        chosen = [self._chosen(k, steps, before) for k in alive]
-        stride = self.recipe.stride
-        into = slice(-(-steps.start // stride), -(-steps.stop // stride))
-        for k, rows in zip(alive, chosen, strict=True):
-            self.control[k, into] = rows[-steps.start % stride :: stride]
-        if self.in_place:
-            return self.control[:, steps.start : steps.stop]
-        return np.ascontiguousarray(chosen)
 
     def _chosen(self, k: int, steps: range, before: int) -> np.ndarray:
         """Inputs of one simulation; of one whose policy gives up, none."""

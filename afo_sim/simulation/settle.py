@@ -163,7 +163,10 @@ class _Searches:
         pairs = bool(self.numbers[:, AT.paired].any())  # rows of the stride before stay for them
         while going:
             if turn < 2 or len(going) < len(inputs):
-                inputs = self._inputs(going, turn, workspace)
+                first = min(turn, 1) * self.n  # every stride but the first is walked as the second
+                inputs = workspace.take("inputs", (len(going), self.n, self.walks[0].control.shape[1]))
+                for place, k in enumerate(going):
+                    inputs[place] = self.walks[k].control[first : first + self.n]
             out = workspace.rows(f"stride {turn % 2 * pairs} ", (len(going), self.n), self.widths)
             stopped = self.stepper.advance(going, inputs, out)
             self.begun = [*self.begun[1:], self.begun[2].copy()]
@@ -202,14 +205,6 @@ class _Searches:
             rollout = Rollout(one_of(rows, k), walk.control, final=ends[k])
             air, angle, good = row[[AT.air, AT.angle, AT.found]].tolist()
             found.append(Settled(rollout, *told, air, angle, good > 0.0, slowest[k]))
-        return found
-
-    def _inputs(self, going: list[int], turn: int, workspace: Workspace) -> np.ndarray:
-        """Inputs of a stride; every one but the first is walked as the second."""
-        first, n = min(turn, 1) * self.n, self.n
-        found = workspace.take("inputs", (len(going), n, self.walks[0].control.shape[1]))
-        for place, k in enumerate(going):
-            found[place] = self.walks[k].control[first : first + n]
         return found
 
     def _failed(self, k: int, reason: str) -> SimulationError:

@@ -37,7 +37,12 @@ def numbers_of(built: Built, control: np.ndarray, steps: int) -> np.ndarray:
     """Numbers of a search that has not begun, as `stride_numbers` has them; inputs are of two strides."""
     model, index, scenario = built.model, built.index, built.scenario
     chambers, stores = list(index.chambers.values()), list(index.stores.values())
-    nodes, joints = [*chambers, *index.volumes.values()], _joints(built)
+    nodes, toes = [*chambers, *index.volumes.values()], scenario.leg.toes
+    scales = {ANKLE: 1.0} | ({toes.joint: 1.0} if toes else {}) | ({SINK: LEVER} if built.contact else {})
+    joints = []  # what moves by itself, as `JOINT` has it
+    for name, scale in scales.items():
+        joint = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, name)
+        joints.append((1 + model.jnt_qposadr[joint], 1 + model.nq + model.jnt_dofadr[joint], scale))
     paired, ways = remembers(built, control), way_rows(model, [*nodes, *stores]) if nodes else []
     rows = 1 + math.ceil(1.5 * steps * scenario.timestep / COARSE)  # of any step
     counts = len(joints), len(nodes), len(chambers), len(ways), len(stores)
@@ -93,17 +98,6 @@ def with_slopes(numbers: np.ndarray, of: np.ndarray) -> np.ndarray:
     found = numbers.copy()
     found[AT.trusted] = TRUSTED if found[AT.nodes] else 0
     found[int(found[AT.own]) : int(found[AT.slopes])] = of[int(of[AT.slopes]) : int(of[AT.told])]
-    return found
-
-
-def _joints(built: Built) -> list[tuple[float, ...]]:
-    """What moves by itself, as `JOINT` has it."""
-    toes, model = built.scenario.leg.toes, built.model
-    scales = {ANKLE: 1.0} | ({toes.joint: 1.0} if toes else {}) | ({SINK: LEVER} if built.contact else {})
-    found: list[tuple[float, ...]] = []
-    for name, scale in scales.items():
-        joint = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, name)
-        found.append((1 + model.jnt_qposadr[joint], 1 + model.nq + model.jnt_dofadr[joint], scale))
     return found
 
 

@@ -50,13 +50,6 @@ def _taken(f: Frame) -> np.ndarray:
     return total
 
 
-def _vented(f: Frame) -> np.ndarray:
-    total = np.zeros(f.n)
-    for end in native.ends_at_ambient(f.built.model):
-        total = total + end.sign * edge_flow(f, end.edge)
-    return total
-
-
 def _specific_of_supply(f: Frame) -> np.ndarray:
     """Flow exergy of what stands at the supply's pressure and ambient temperature, R T0 ln(p/p0) [J/kg]."""
     ratio = (_pressure(f) + AMBIENT_PRESSURE) / AMBIENT_PRESSURE
@@ -85,11 +78,6 @@ def _specific(f: Frame, node: int) -> np.ndarray:
     )
 
 
-def _runs(built: Built) -> bool:
-    source = built.scenario.supply.source if _worn(built) else None
-    return source is not None and source.kind == COMPRESSOR
-
-
 SUPPLY_COLUMNS = (
     Column("supply/pressure", "Pa", "gauge; that the device really has", _pressure, where=_worn),
     Column("supply/set_pressure", "Pa", "gauge", _set_pressure, where=_worn),
@@ -100,8 +88,10 @@ SUPPLY_COLUMNS = (
         lambda f: _taken(f) * _specific_of_supply(f), where=_worn),
     Column("supply/running", "", "whether the compressor runs, 1 or 0",
         lambda f: native.read_running(f.built.model, f.rows["act"], f.built.index.restrictions[COMPRESSOR]),
-        where=_runs),
-    Column("exhaust/mass_flow", "kg/s", "to the ambient air, from all nodes", _vented, where=_worn),
+        where=lambda built: _worn(built) and getattr(built.scenario.supply.source, "kind", "") == COMPRESSOR),
+    Column("exhaust/mass_flow", "kg/s", "to the ambient air, from all nodes",
+        lambda f: sum((end.sign * edge_flow(f, end.edge) for end in native.ends_at_ambient(f.built.model)),
+            start=np.zeros(f.n)), where=_worn),
     Column("exhaust/exergy_flow", "W", "to the ambient air; of gas as it is in the nodes that vent",
         _exergy_vented, where=_worn),
 )  # fmt: skip

@@ -92,12 +92,9 @@ def limit_warnings(
     known = float(np.isfinite(columns.get("controller/phase", np.zeros(1))).mean())
     if known < SELDOM:
         code = "phase-seldom-known" if known else "phase-never-known"
-        text = (
-            "the gait phase was known for {share:.0f} % of the run, else the valves waited: is the column of "
-        )
-        text += (
-            "{subject} the shank's angle [rad] or a heel's load, and is the walk longer than four strides?"
-        )
+        text = "the gait phase was known for {share:.0f} % of the run, else the valves waited: is the column "
+        text += "of {subject} the shank's angle [rad] or a heel's load, and is the walk longer than four "
+        text += "strides?"
         yield Notice(code, text, subject="controller.gait_phase", share=100.0 * known)
     elif not columns.get("controller/heel_strike", np.ones(1)).any():
         text = (
@@ -111,7 +108,13 @@ def limit_warnings(
         filled = float(columns[f"chamber/{chamber_of(name, group)}/pressure"].max())
         if filled > 1e5 and columns[f"muscle/{name}/force"].max() < 1.0:
             text = "{subject} never pulls, although its chamber reaches {bar:.2g} bar: {reason}"
-            why = _why_slack(group, filled)
+            law = group.type.law
+            strongest = static_force(LAWS[law].native_id, 0.0, filled, [*group.type.coefficients], 0)
+            why = "its cable hangs through; shorten link_length or slack, or stiffen cuff and plate"
+            if strongest <= 1.0:
+                why = f"its law, {law}, gives no force at that pressure"
+            elif group.cable.stiffness * GIVES < strongest:
+                why = "its cable yields; raise cable.stiffness"
             yield Notice("muscle-never-pulls", text, subject=name, bar=filled * 1e-5, reason=why)
     lower, upper = built.model.joint(ANKLE).range
     angle = columns["ankle/angle"]
@@ -150,17 +153,6 @@ def _muscle_limits(name: str, group: MuscleGroup, columns: Columns) -> Iterator[
                 time=float(columns["time"][worst]),
                 kind=provenance_note(limits, key),
             )
-
-
-def _why_slack(group: MuscleGroup, filled: float) -> str:
-    """Why a muscle whose chamber is filled does not pull."""
-    law = group.type.law
-    strongest = static_force(LAWS[law].native_id, 0.0, filled, [*group.type.coefficients], 0)
-    if strongest <= 1.0:
-        return f"its law, {law}, gives no force at that pressure"
-    if group.cable.stiffness * GIVES < strongest:
-        return "its cable yields; raise cable.stiffness"
-    return "its cable hangs through; shorten link_length or slack, or stiffen cuff and plate"
 
 
 def _target_warnings(built: Built, columns: Mapping[str, np.ndarray]) -> Iterator[Notice]:
