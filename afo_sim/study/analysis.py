@@ -82,7 +82,13 @@ def effect(
     if not len(metric):
         nothing = np.full(0, np.nan)
         return Effect(nothing, nothing, nothing, np.zeros(0, int), np.nan)
-    places, bin_of = _binned(parameter, bins, grid)
+    places, bin_of = levels_of(parameter)
+    if not (parameter.dtype.kind in "US" or grid or len(places) <= min(_LEVELS, len(parameter) // 2)):
+        wanted = bins or int(np.clip(len(parameter) // _FEWEST_IN_BIN, *_BINS))
+        edges = np.unique(np.quantile(parameter, np.linspace(0.0, 1.0, wanted + 1)[1:-1]))
+        # equal values are never parted
+        _, bin_of = np.unique(np.searchsorted(edges, parameter, side="right"), return_inverse=True)
+        places = np.bincount(bin_of, parameter) / np.bincount(bin_of)
     counts = np.bincount(bin_of)
     means = np.bincount(bin_of, metric) / counts
     # standard error of each bin's mean, NaN where the bin is a single block
@@ -109,17 +115,6 @@ def levels_of(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         order = np.argsort(first)
         return levels[order], np.argsort(order)[places]
     return levels, places
-
-
-def _binned(parameter: np.ndarray, bins: int | None, grid: bool) -> tuple[np.ndarray, np.ndarray]:
-    """Place of each bin (k,), and the bin of each case (n,); equal values are never parted."""
-    levels, bin_of = levels_of(parameter)
-    if parameter.dtype.kind in "US" or grid or len(levels) <= min(_LEVELS, len(parameter) // 2):
-        return levels, bin_of
-    wanted = bins or int(np.clip(len(parameter) // _FEWEST_IN_BIN, *_BINS))
-    edges = np.unique(np.quantile(parameter, np.linspace(0.0, 1.0, wanted + 1)[1:-1]))
-    _, bin_of = np.unique(np.searchsorted(edges, parameter, side="right"), return_inverse=True)
-    return np.bincount(bin_of, parameter) / np.bincount(bin_of), bin_of
 
 
 def pareto_front(points: np.ndarray, lowest: tuple[bool, bool]) -> np.ndarray:

@@ -178,8 +178,11 @@ class _Evaluation:
         (a, of_a), (b, of_b) = self._number(left), self._number(right)
         if of_a != of_b:
             sides = ((left, of_a), (right, of_b))
-            words = " and ".join(f"{self._part(each)!r} in {_in_words(of)}" for each, of in sides)
-            problem = f"puts together what has different dimensions: {words}"
+            words = []
+            for each, of in sides:
+                base = "·".join(name if power == 1.0 else f"{name}^{power:g}" for name, power in of)
+                words.append(f"{self._part(each)!r} in {base or 'bare numbers'}")
+            problem = f"puts together what has different dimensions: {' and '.join(words)}"
             self._refuse(whole, problem, "alike on both sides")
         return a, b, of_a
 
@@ -218,9 +221,3 @@ def _parse(text: str) -> ast.expr:
     if depth > _DEEPEST:
         _refuse(text, 0, "is nested too deeply", f"up to {_DEEPEST} levels")
     return tree
-
-
-def _in_words(measures: Dimension) -> str:
-    """A dimension, as base units."""
-    text = "·".join(name if power == 1.0 else f"{name}^{power:g}" for name, power in measures)
-    return text or "bare numbers"

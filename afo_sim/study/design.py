@@ -62,7 +62,13 @@ def cases_of(plan: Plan, most: int = MOST) -> Cases:
     elif plan.design in _ROW_BY_ROW:
         values, dropped = _within(plan, {p.name: _levels(p) for p in varied})
     elif plan.design == "saltelli":
-        values, dropped = _spread(varied, _saltelli(plan, len(varied))), 0
+        # for first, second and total order
+        sobol, names = optional("SALib.sample.sobol"), [f"x{k}" for k in range(len(varied))]
+        problem = {"num_vars": len(varied), "names": names, "bounds": [[0.0, 1.0]] * len(varied)}
+        with warnings.catch_warnings():
+            warnings.filterwarnings("ignore", message="The balance properties of Sobol", category=UserWarning)
+            shares = sobol.sample(problem, plan.cases, calc_second_order=True, seed=plan.seed)
+        values, dropped = _spread(varied, np.asarray(shares)), 0
     else:
         values, dropped = _drawn(plan, varied)
     count = len(next(iter(values.values()))) if values else plan.cases or 1
@@ -173,16 +179,6 @@ def _samples(plan: Plan, dimensions: int) -> Iterator[np.ndarray]:
         sequence = qmc.Sobol(dimensions, scramble=True, seed=generator)
     while True:
         yield sequence.random(block)
-
-
-def _saltelli(plan: Plan, dimensions: int) -> np.ndarray:
-    """Saltelli's scheme for first, second and total order (cases·(2·dimensions + 2), dimensions)."""
-    sobol = optional("SALib.sample.sobol")
-    names = [f"x{k}" for k in range(dimensions)]
-    problem = {"num_vars": dimensions, "names": names, "bounds": [[0.0, 1.0]] * dimensions}
-    with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", message="The balance properties of Sobol", category=UserWarning)
-        return np.asarray(sobol.sample(problem, plan.cases, calc_second_order=True, seed=plan.seed))
 
 
 def _telling(cases: Cases) -> list[int]:

@@ -67,9 +67,11 @@ def aim_of(statuses: Mapping[str, Status]) -> Aim:
 def rank(effects: Sequence[Effect], base: Mapping[str, float], limits: Limits, aim: Aim) -> list[Effect]:
     """Effects with what helps most first, those that help marked; wanted is the first of each two limits."""
     marked = []
+    least = {"lift": NOTICED[CLEARANCE], "heel": NOTICED[PITCH], "air": NOTICED[AIR]}.get(aim, 0.99 * _GRAIN)
     for each in effects:
         effect, gain = each, _gain(each, base, limits, aim)
-        if effect.status == "run" and _gains(gain, aim):
+        saves_air = aim == "spare" and gain[0] == 0.0  # alone
+        if effect.status == "run" and (gain[1] >= NOTICED[AIR] if saves_air else gain[0] >= least):
             lost = _lost(effect, base, limits, aim)  # what it breaks, where it would help
             effect = dataclasses.replace(effect, helps=not (lost or effect.beyond), reason=lost)
         place = 3 if effect.status != "run" else 0 if effect.helps else 1 if effect.noticed else 2
@@ -91,14 +93,6 @@ def _gain(effect: Effect, base: Mapping[str, float], limits: Limits, aim: Aim) -
     if aim == "push_off" or math.isinf(relief):
         return relief, -effect.by(AIR)
     return round(relief / _GRAIN) * _GRAIN, -effect.by(AIR)
-
-
-def _gains(gain: tuple[float, ...], aim: Aim) -> bool:
-    """Whether a step gives something that is noticed."""
-    least = {"lift": NOTICED[CLEARANCE], "heel": NOTICED[PITCH], "air": NOTICED[AIR]}.get(aim, 0.99 * _GRAIN)
-    if aim == "spare" and gain[0] == 0.0:
-        return gain[1] >= NOTICED[AIR]
-    return gain[0] >= least
 
 
 def _lost(effect: Effect, base: Mapping[str, float], limits: Limits, aim: Aim) -> str:

@@ -45,7 +45,15 @@ class _Amount:
 
 def steps(scenario: Scenario, hanging: Collection[str] = ()) -> list[Effect]:
     """Both steps of every parameter of a scenario's orthosis, its air and its valves' timing, not yet run."""
-    found = [*_supply(scenario)]
+    pressure = _Amount("supply.pressure", scenario.supply.pressure, "Pa", "bar")
+    lower, upper = _added("supply pressure", pressure, PRESSURE)
+    for chamber in [n for n in scenario.orthosis.chamber if takes_air(scenario, n)]:
+        for name, group in scenario.orthosis.muscles_of(chamber).items():
+            limit = group.type.limits.pressure
+            if pressure.value + PRESSURE > limit * _LIMIT:
+                reason = f"the muscles of {name} are limited to {1e-5 * limit:g} bar"
+                upper = upper.barred("forbidden", reason)
+    found = [lower, upper]
     for name in scenario.orthosis.muscle:
         found += _group(scenario, name, name in hanging)
     for of_chamber in (_timing, _start, _air):
@@ -78,19 +86,6 @@ def _scaled(name: str, amount: _Amount, by: float) -> Iterator[Effect]:
     for factor in (1.0 / by, by):
         text = amount.text(amount.value * factor, 4)
         yield Effect(name, amount.text(amount.value), text, {amount.key: text})
-
-
-def _supply(scenario: Scenario) -> Iterator[Effect]:
-    pressure = _Amount("supply.pressure", scenario.supply.pressure, "Pa", "bar")
-    names = [n for n in scenario.orthosis.chamber if takes_air(scenario, n)]
-    groups = {n: g for name in names for n, g in scenario.orthosis.muscles_of(name).items()}
-    lower, upper = _added("supply pressure", pressure, PRESSURE)
-    yield lower
-    for name, group in groups.items():
-        limit = group.type.limits.pressure
-        if pressure.value + PRESSURE > limit * _LIMIT:
-            upper = upper.barred("forbidden", f"the muscles of {name} are limited to {1e-5 * limit:g} bar")
-    yield upper
 
 
 def _group(scenario: Scenario, name: str, hangs: bool) -> Iterator[Effect]:

@@ -153,22 +153,19 @@ class ParameterReader:
                 self._read("from_seed", 2**32 - 1, field)
             return OwnSeed()
         if way == "values":
-            return self._choice()
+            values = [self._read("values", value) for value in self.table.values or ()]
+            if not values:
+                raise self._error("is empty", "values", "at least one value")
+            twice = next((v for v in values if values.count(v) > 1), None) if self.design != "list" else None
+            if twice is not None:
+                table = (self.table.values or ())[values.index(twice)]
+                raise self._error("is there twice", "values", "different values", table)
+            return Choice(tuple(values))  # type: ignore[arg-type]
         if self.field.kind == "word":
             raise self._error("is not a way to state words", way, "values")
         if self.design == "list" or (self.design == "grid" and way == "distribution"):
             raise self._error(f"does not go with the design {self.design!r}", way, "values")
         return self._range() if way == "from" else self._normal()
-
-    def _choice(self) -> Choice:
-        values = [self._read("values", value) for value in self.table.values or ()]
-        if not values:
-            raise self._error("is empty", "values", "at least one value")
-        twice = next((v for v in values if values.count(v) > 1), None) if self.design != "list" else None
-        if twice is not None:
-            table = (self.table.values or ())[values.index(twice)]
-            raise self._error("is there twice", "values", "different values", table)
-        return Choice(tuple(values))  # type: ignore[arg-type]
 
     def _range(self) -> Range:
         lower, upper = self._number("from"), self._number("to")

@@ -124,7 +124,9 @@ def _targets(
     alike: dict[tuple[str, float, bool], list[Field]] = {}
     for pattern in table.keys or (str(table.key),):
         for field in _matching(name, pattern, scenario, left_out):
-            own, path = _own(field, scenario), split_key(field.key)[0]
+            own, path = None if field.value is None else float(field.value), split_key(field.key)[0]
+            if own is None and field.key == _STRIDE_TIME and scenario.gait and scenario.gait.speed is None:
+                own = float(stride_time_of(scenario))  # that is not stated, the recording's
             if field.key in fitted:
                 left_out.append(f"{name}: {field.key} is drawn with the fit")
             elif path[-1] == "force_factor" and not LAWS[holder(scenario, path).law].force_powers:
@@ -140,13 +142,6 @@ def _targets(
     for (unit, own, measured), fields in alike.items():
         distribution = _distribution(name, table, unit, own, fields[0], measured=measured)
         yield Target(tuple(field.key for field in fields), own, unit, distribution)
-
-
-def _own(field: Field, scenario: Scenario) -> float | None:
-    """The scenario's own value of a field; of a stride time that is not stated the recording's."""
-    if field.value is None and field.key == _STRIDE_TIME and scenario.gait is not None:
-        return None if scenario.gait.speed is not None else float(stride_time_of(scenario))
-    return None if field.value is None else float(field.value)
 
 
 def _matching(name: str, pattern: str, scenario: Scenario, left_out: list[str]) -> Iterator[Field]:
@@ -307,7 +302,14 @@ def draw(spreads: Applied, scenario: Scenario, count: int, seed: int = 0) -> Dra
             name = f"{fit.name}_{key.rpartition('.')[2]}"
             columns.append(Column(name, keys, field.unit, float(field.value), values, fit.table))
         owners.append((fit.name, fit.table, legal))
-    groups = _groups(owners)
+    by_name: dict[str, list[tuple[SpreadTable, np.ndarray]]] = {}  # what is measured together
+    for name, table, deviates in owners:
+        by_name.setdefault(table.group or name, []).append((table, deviates))
+    groups = []
+    for name, members in by_name.items():
+        first = members[0][0]
+        every = np.hstack([part for _, part in members])
+        groups.append(Group(name, first.each_stride, first.measure, every))
     return Draws(count, seed, tuple(columns), tuple(groups), rejected, spreads.left_out, spreads.notes)
 
 
@@ -324,16 +326,6 @@ def _legal(fit: Fit, deviates: np.ndarray, generator: np.random.Generator) -> tu
     text += f"after {_MOST_TRIES} tries"
     allowed = "a fit with smaller standard errors, or a scale below 1"
     raise InputError(text, field=f"parameters.{fit.name}", value=fit.muscle.name, allowed=allowed)
-
-
-def _groups(owners: Sequence[tuple[str, SpreadTable, np.ndarray]]) -> Iterator[Group]:
-    """What is measured together, in the order of the file."""
-    by_name: dict[str, list[tuple[SpreadTable, np.ndarray]]] = {}
-    for name, table, deviates in owners:
-        by_name.setdefault(table.group or name, []).append((table, deviates))
-    for name, members in by_name.items():
-        first = members[0][0]
-        yield Group(name, first.each_stride, first.measure, np.hstack([part for _, part in members]))
 
 
 def joint_parameters(
@@ -354,14 +346,8 @@ def joint_parameters(
         if column.keys:
             spread = Joint(tuple(column.values.tolist()))
             found.append(Parameter(column.name, column.keys, column.unit, spread))
-    return tuple(found), tuple(_notes(drawn))
-
-
-def _notes(drawn: Draws) -> Iterator[str]:
-    yield from drawn.notes
-    if drawn.left_out:
-        yield "not drawn: " + "; ".join(drawn.left_out)
-    heights = ", ".join(column.name for column in drawn.columns if not column.keys)
-    if heights:
+    notes = [*drawn.notes, *(["not drawn: " + "; ".join(drawn.left_out)] if drawn.left_out else [])]
+    if heights := ", ".join(column.name for column in drawn.columns if not column.keys):
         text = f"not drawn: {heights}: no key of the scenario sets a height of the sole; "
-        yield f"{text}`afo-sim run --uncertainty` adds it to every clearance"
+        notes.append(f"{text}`afo-sim run --uncertainty` adds it to every clearance")
+    return tuple(found), tuple(notes)
