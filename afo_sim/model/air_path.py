@@ -6,7 +6,6 @@ which feeds all that names the supply. A source's own pressure is before it.
 
 import functools
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 from afo_sim import native
@@ -55,15 +54,27 @@ class AirPath:
         gas = AIR if source is None else source.real_gas
         before = SUPPLY if source is None else SOURCE
         pressure = 0.0 if supply is None else supply.pressure
-        volumes = [
-            *_volumes(orthosis, pressure),
-            *(end for name, each in orthosis.chamber.items() for end in _tube_ends(name, each)),
-        ]
-        restrictions = [
-            *(part for name, each in orthosis.chamber.items() for part in _behind_valves(name, each)),
-            *(_fed(e, feed) for name, each in orthosis.restriction.items() for e in each.edges(name)),
-        ]
-        stores = []
+        brought, volumes, stores = _brought(orthosis, pressure), [], []
+        restrictions: list[FlowEdge] = []
+        for name, volume in orthosis.volume.items():
+            start = brought.get(name, 0.0) if volume.start_pressure is None else volume.start_pressure
+            room = volume.volume + beside(orthosis, name)
+            walls = volume.wall_conductance, volume.wall_conductance_by_flow
+            volumes.append(native.CircuitVolume(name, room, walls[0], start, "", walls[1]))
+        for name, chamber in orthosis.chamber.items():
+            tube, length, quick = chamber.tube, chamber.tube_length, chamber.quick_exhaust
+            if tube is None or length is None:
+                continue
+            first, half = VALVE_END.format(name), 0.5 * tube.volume(length)
+            end = name if quick is None else TUBE_END.format(name)
+            volumes.append(native.CircuitVolume(first, half + chamber.port_volume, start_as=name))
+            restrictions.append(tube_edge(TUBE.format(name), first, end, tube, length, chamber.tube_inertia))
+            if quick is not None:
+                volumes.append(native.CircuitVolume(end, half, start_as=name))
+                restrictions += quick_exhaust_edges(QUICK_EXHAUST.format(name), end, name, quick)
+        for each in (edge for name, part in orthosis.restriction.items() for edge in part.edges(name)):
+            a, b, pilot = (feed if node == SUPPLY else node for node in (each.origin, each.end, each.pilot))
+            restrictions.append(replace(each, origin=a, end=b, pilot=pilot))
         if source is not None and source.kind == "compressor":
             stall, starts, stops = source.stall_pressure, source.switch_on, source.switch_off
             assert stall is not None and starts is not None and stops is not None
@@ -94,15 +105,6 @@ def valve_row(valve: native.ValveParameters, gas: Gas) -> dict[str, float]:
     """A valve's parameters for another gas, which chokes at another flow through the same hole."""
     row = dict(valve.row)
     return row | {"conductance": row["conductance"] * gas.flow_factor}
-
-
-def _volumes(orthosis: Orthosis, pressure: float) -> Iterator[native.CircuitVolume]:
-    brought = _brought(orthosis, pressure)
-    for name, volume in orthosis.volume.items():
-        start = brought.get(name, 0.0) if volume.start_pressure is None else volume.start_pressure
-        room = volume.volume + beside(orthosis, name)
-        walls = volume.wall_conductance, volume.wall_conductance_by_flow
-        yield native.CircuitVolume(name, room, walls[0], start, "", walls[1])
 
 
 def _brought(orthosis: Orthosis, pressure: float) -> dict[str, float]:
@@ -149,32 +151,6 @@ def beside(orthosis: Orthosis, name: str) -> float:
 def outlet_room(orthosis: Orthosis, regulator: Regulator) -> float:
     """Air behind a supply's regulator [m³]: its outlet, and what leads on from the supply."""
     return regulator.outlet_volume + beside(orthosis, SUPPLY)
-
-
-def _tube_ends(name: str, chamber: Chamber) -> Iterator[native.CircuitVolume]:
-    """Nodes of a chamber's tube that are not the chamber's own."""
-    if chamber.tube is not None and chamber.tube_length is not None:
-        half = 0.5 * chamber.tube.volume(chamber.tube_length)
-        yield native.CircuitVolume(VALVE_END.format(name), half + chamber.port_volume, start_as=name)
-        if chamber.quick_exhaust is not None:
-            yield native.CircuitVolume(TUBE_END.format(name), half, start_as=name)
-
-
-def _behind_valves(name: str, chamber: Chamber) -> Iterator[FlowEdge]:
-    """A chamber's tube, and the quick exhaust at its end."""
-    if chamber.tube is None or chamber.tube_length is None:
-        return
-    tube, length, quick = chamber.tube, chamber.tube_length, chamber.quick_exhaust
-    end = name if quick is None else TUBE_END.format(name)
-    yield tube_edge(TUBE.format(name), VALVE_END.format(name), end, tube, length, chamber.tube_inertia)
-    if quick is not None:
-        yield from quick_exhaust_edges(QUICK_EXHAUST.format(name), end, name, quick)
-
-
-def _fed(each: FlowEdge, feed: str) -> FlowEdge:
-    """An edge whose "supply" is the node that stands for it."""
-    a, b, pilot = (feed if node == SUPPLY else node for node in (each.origin, each.end, each.pilot))
-    return replace(each, origin=a, end=b, pilot=pilot)
 
 
 def least_volume(orthosis: Orthosis, name: str) -> float:

@@ -14,7 +14,6 @@ from afo_sim.description import (
     SUPPLY,
     Chamber,
     Orthosis,
-    Restriction,
     Source,
     Supply,
     Valve,
@@ -124,7 +123,7 @@ def air_scheme(orthosis: Orthosis, supply: Supply) -> AirScheme:
     for name, each in orthosis.volume.items():
         more = beside(orthosis, name)
         told = _millilitres(each.volume) + (f" + {1e6 * more:.3g} ml" if more else "")
-        lines = (told, "with its lines") if more else (told,)
+        lines: tuple[str, ...] = (told, "with its lines") if more else (told,)
         nodes[name] = AirNode("volume", name, lines, each.volume + more)
     for name, chamber in orthosis.chamber.items():
         end = VALVE_END.format(name)
@@ -134,11 +133,23 @@ def air_scheme(orthosis: Orthosis, supply: Supply) -> AirScheme:
             nodes[end] = AirNode("point", "valve end", (_millilitres(room),), room)
             if chamber.quick_exhaust is not None:
                 nodes[TUBE_END.format(name)] = AirNode("point", "tube end", (_millilitres(half),), half)
-        nodes[name] = _chamber(orthosis, name)
+        groups = orthosis.muscles_of(name).values()
+        muscles = tuple(f"{group.count} × {group.type.name or 'muscle'}" for group in groups)
+        dead = chamber.tube_volume + half_of_tubes(orthosis, name)
+        room = sum(group.count * float(group.type.volume(contraction=0.0)) for group in groups)
+        lines = (*muscles, f"{_millilitres(room)} at rest", f"tubes {_millilitres(dead)}")
+        nodes[name] = AirNode("chamber", name, lines, room + dead)
         parts += _of_chamber(name, chamber)
-    parts += [_restriction(name, each) for name, each in orthosis.restriction.items()]
+    for name, restriction in orthosis.restriction.items():
+        lines = () if restriction.part.lines is None else restriction.part.lines(restriction)
+        lines += () if restriction.valve is None else _proportional(restriction.valve)
+        parts.append(_drawn(restriction.kind, name, name, restriction.edges(name), lines))
     nodes[AMBIENT] = AirNode("ambient", "ambient air")
-    found = {each.name: _fed(each, feed) for each in parts}
+    found = {}
+    for part in parts:  # "supply" is the node that stands for it
+        a, b, c = (feed if end == SUPPLY else end for end in (part.upstream, part.downstream, part.exhaust))
+        own = part.name in (FREE, REGULATOR)
+        found[part.name] = part if own else replace(part, upstream=a, downstream=b, exhaust=c)
     scheme = AirScheme(orthosis.name or "orthosis", orthosis.description, nodes, found, origin)
     for name in orthosis.chamber:
         # through another chamber's outlet only where it must
@@ -148,14 +159,6 @@ def air_scheme(orthosis: Orthosis, supply: Supply) -> AirScheme:
         if (way := _widest(scheme, name, AMBIENT, outwards=True)) is not None:
             scheme.venting[name] = way
     return scheme
-
-
-def _fed(each: AirEdge, feed: str) -> AirEdge:
-    """An edge whose "supply" is the node that stands for it."""
-    if each.name in (FREE, REGULATOR):
-        return each
-    a, b, c = (feed if end == SUPPLY else end for end in (each.upstream, each.downstream, each.exhaust))
-    return replace(each, upstream=a, downstream=b, exhaust=c)
 
 
 def _supply(orthosis: Orthosis, supply: Supply) -> tuple[dict[str, AirNode], list[AirEdge]]:
@@ -191,15 +194,6 @@ def _of_source(source: Source) -> tuple[str, ...]:
     return ("compressor", flow, f"tank {room}", switched)
 
 
-def _chamber(orthosis: Orthosis, name: str) -> AirNode:
-    groups = orthosis.muscles_of(name)
-    muscles = tuple(f"{group.count} × {group.type.name or 'muscle'}" for group in groups.values())
-    dead = orthosis.chamber[name].tube_volume + half_of_tubes(orthosis, name)
-    room = sum(group.count * float(group.type.volume(contraction=0.0)) for group in groups.values())
-    lines = (*muscles, f"{_millilitres(room)} at rest", f"tubes {_millilitres(dead)}")
-    return AirNode("chamber", name, lines, room + dead)
-
-
 def _of_chamber(name: str, chamber: Chamber) -> Iterator[AirEdge]:
     """A chamber's valves and tube."""
     end = name if chamber.tube is None else VALVE_END.format(name)
@@ -227,13 +221,6 @@ def _of_chamber(name: str, chamber: Chamber) -> Iterator[AirEdge]:
             edges = tuple(quick_exhaust_edges("", far, name, quick))
             own = f"{name} quick exhaust"
             yield _drawn("quick_exhaust", own, "quick exhaust", edges, opening_lines(quick))
-
-
-def _restriction(name: str, each: Restriction) -> AirEdge:
-    lines = () if each.part.lines is None else each.part.lines(each)
-    if each.valve is not None:
-        lines += _proportional(each.valve)
-    return _drawn(each.kind, name, name, each.edges(name), lines)
 
 
 def _proportional(valve: Valve) -> tuple[str, ...]:

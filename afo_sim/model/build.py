@@ -174,7 +174,13 @@ def _built(scenario: Scenario) -> Built:
     stops = model.jnt_range[model.dof_jntid[index.ankle_dof]].tolist()
     guided = _guided(scenario.orthosis, *stops)
     described = (*check_description(scenario), *implausible(scenario, model), *check_air_path(scenario))
-    warnings = (*described, *stretch, *coarse, *guided, *_walked(scenario))
+    walked: list[Notice] = []  # though a stride was to be solved for, or too few
+    if scenario.gait is not None and scenario.gait.settled == "solved" and (why := why_walked(scenario)):
+        text = "the settled stride is walked to, not solved for: {why}"
+        walked.append(Notice("stride-not-solved", text, subject="gait.settled", why=why))
+    if scenario.gait is not None and (unseen := unseen_drift(scenario)) is not None:
+        walked.append(unseen)
+    warnings = (*described, *stretch, *coarse, *guided, *walked)
     built = Built(
         scenario, model, index, numbers, warnings, foot=foot, side_arms=geometry.side_arms,
         spare=geometry.spare,
@@ -258,17 +264,6 @@ def check_description(scenario: Scenario) -> Iterator[Notice]:
         text = "the orthosis' plate has no [outsole]: the foot walks as if {on}, whatever lies under it"
         on = "in the shoe" if scenario.shoe is not None else "barefoot"
         yield Notice("plate-without-outsole", text, subject="orthosis.outsole", on=on)
-
-
-def _walked(scenario: Scenario) -> Iterator[Notice]:
-    """Warnings where strides are walked since none repeats: though one was to be solved for, or too few."""
-    if scenario.gait is None:
-        return
-    if scenario.gait.settled == "solved" and (why := why_walked(scenario)):
-        text = "the settled stride is walked to, not solved for: {why}"
-        yield Notice("stride-not-solved", text, subject="gait.settled", why=why)
-    if (unseen := unseen_drift(scenario)) is not None:
-        yield unseen
 
 
 def _paced(scenario: Scenario, walk: Walk) -> Iterator[Notice]:

@@ -42,7 +42,14 @@ def leg_spec(scenario: Scenario, size: Size) -> mujoco.MjSpec:
     except ValueError as error:
         raise InputError(f"MuJoCo cannot read it: {error}", file=leg.file) from None
     spec.compiler.fusestatic = False  # a URDF's fixed root would lose its mass
-    _keep_inertia_to_itself(spec)
+    rule = spec.compiler.inertiafromgeom  # a file's, of its own bodies alone
+    if rule == mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_FALSE:
+        for geom in spec.geoms:
+            geom.mass = 0.0
+    elif rule == mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_TRUE:
+        for body in (body for body in spec.bodies if body.geoms):  # as of a body that states none
+            body.explicitinertial, body.ipos = False, np.full(3, np.nan)
+    spec.compiler.inertiafromgeom = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_AUTO
     if scenario.simulated_side != leg.side:
         _mirror(spec, leg.file, "leg.file")
     for kind, existing in (("shank", spec.bodies), ("foot", spec.bodies), ("ankle", spec.joints)):
@@ -67,22 +74,13 @@ def leg_spec(scenario: Scenario, size: Size) -> mujoco.MjSpec:
         add_outsole(spec, scenario, size.taller)
         add_shoe(spec, scenario, size.taller)
     if size.heavier != 1.0:  # `Geometry` does the same to the compiled model
-        _weigh(spec, size.heavier)
+        heavier = size.heavier  # moments at the same angles and times go with mass
+        for body in spec.bodies:
+            _times(body, mass=heavier, inertia=heavier, fullinertia=heavier)
+            for joint in body.joints:
+                _times(joint, stiffness=heavier, damping=heavier, frictionloss=heavier, armature=heavier)
     spring_toes(spec, scenario, size)
     return spec
-
-
-def _keep_inertia_to_itself(spec: mujoco.MjSpec) -> None:
-    """Apply a file's `inertiafromgeom` to its own bodies alone."""
-    rule = spec.compiler.inertiafromgeom
-    if rule == mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_FALSE:
-        for geom in spec.geoms:
-            geom.mass = 0.0
-    elif rule == mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_TRUE:
-        for body in spec.bodies:
-            if body.geoms:
-                body.explicitinertial, body.ipos = False, np.full(3, np.nan)  # as of a body that states none
-    spec.compiler.inertiafromgeom = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_AUTO
 
 
 def lengthen(spec: mujoco.MjSpec, taller: float) -> None:
@@ -96,14 +94,6 @@ def lengthen(spec: mujoco.MjSpec, taller: float) -> None:
             _times(element, pos=taller, size=taller, fromto=taller)
         for joint in body.joints:
             _times(joint, pos=taller, stiffness=taller, damping=damped, frictionloss=taller, armature=square)
-
-
-def _weigh(spec: mujoco.MjSpec, heavier: float) -> None:
-    """Make a leg as heavy as another body; moments at the same angles and times go with mass."""
-    for body in spec.bodies:
-        _times(body, mass=heavier, inertia=heavier, fullinertia=heavier)
-        for joint in body.joints:
-            _times(joint, stiffness=heavier, damping=heavier, frictionloss=heavier, armature=heavier)
 
 
 def _times(element: Any, **factors: float) -> None:

@@ -71,23 +71,18 @@ def _places_of(
     own = {name: site for name, site in found.items() if site is not None}
     if len(own) < len(POINTS):
         return {}
-    bodies = {name: site.parent for name, site in own.items()}
-    origins = {name: _from_foot(body, foot) for name, body in bodies.items()}
+    bodies, origins = {name: site.parent for name, site in own.items()}, {}
+    for name, body in bodies.items():  # its origin in the foot's axes, which both share
+        origins[name] = np.zeros(3)
+        while body.name != foot.name:
+            origins[name] += np.array(body.pos)
+            body = body.parent
     places = {name: np.array(site.pos) + origins[name] for name, site in own.items()}
     bare = {name: (float(place[0]), float(place[2])) for name, place in places.items()}
     return {
         name: (bodies[name], np.array([x, places[name][1], z]) - origins[name])
         for name, (x, z) in outsole_points(bare, worn(scenario), grown(scenario, taller)).items()
     }
-
-
-def _from_foot(body: mujoco.MjsBody, foot: mujoco.MjsBody) -> np.ndarray:
-    """Origin of the foot's body, or of one in it, in the foot's axes, which both share [m]."""
-    place = np.zeros(3)
-    while body.name != foot.name:
-        place += np.array(body.pos)
-        body = body.parent
-    return place
 
 
 SLENDER = 0.2  # inertia about the shoe's long axis over that in the sagittal plane (assumed) [-]

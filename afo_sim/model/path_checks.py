@@ -213,7 +213,16 @@ def check_guides(orthosis: Orthosis, stops: tuple[float, float]) -> list[Notice]
     ]
     found: list[Notice] = []
     for name, group in guided.items():
-        _check_offset(orthosis, name, group, paths)
+        columns = [list(paths.tendons).index(f"{name}_{k}") for k in range(1, group.count + 1)]
+        shortest = float(paths.lengths(np.zeros(1))[0, columns].min())
+        if group.cable.offset >= shortest:  # which surfaces make longer than straight
+            raise InputError(
+                f"is not shorter than the path, {100.0 * shortest:.3g} cm at an angle of zero",
+                file=orthosis.name,
+                field=f"orthosis.muscle.{name}.cable.offset",
+                value=f"{100.0 * group.cable.offset:g} cm",
+                allowed=f"less than {100.0 * shortest:.3g} cm",
+            )
         found += _muscle_that_bends(name, group, paths, within)
         for number, point in enumerate(group.path):
             if point.surface is not None:
@@ -293,20 +302,6 @@ def _over(paths: Paths, muscle: str, point: int, angles: np.ndarray) -> list[_Se
         inside = min(away) if min(away) <= model.geom_size[number, 0] else None
         found.append((inside, np.cross(*on) if len(on) == 2 else np.zeros(3)))
     return found
-
-
-def _check_offset(orthosis: Orthosis, name: str, group: MuscleGroup, paths: Paths) -> None:
-    """Refuse a cable's offset that is not shorter than the path, which surfaces make longer than straight."""
-    columns = [list(paths.tendons).index(f"{name}_{k}") for k in range(1, group.count + 1)]
-    shortest = float(paths.lengths(np.zeros(1))[0, columns].min())
-    if group.cable.offset >= shortest:
-        raise InputError(
-            f"is not shorter than the path, {100.0 * shortest:.3g} cm at an angle of zero",
-            file=orthosis.name,
-            field=f"orthosis.muscle.{name}.cable.offset",
-            value=f"{100.0 * group.cable.offset:g} cm",
-            allowed=f"less than {100.0 * shortest:.3g} cm",
-        )
 
 
 def _muscle_that_bends(name: str, group: MuscleGroup, paths: Paths, angles: np.ndarray) -> Iterator[Notice]:

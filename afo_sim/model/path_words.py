@@ -119,16 +119,13 @@ def in_words(spans: tuple[Span, ...], angles: np.ndarray) -> str:
     """Ranges as people say them: "below −15.5 deg", "above 3 deg", "nowhere", "everywhere"."""
     if not spans:
         return "nowhere"
-    return " and ".join(_words(span, float(angles[0]), float(angles[-1])) for span in spans)
-
-
-def _words(span: Span, first: float, last: float) -> str:
-    low, high = (f"{degrees(angle)} deg" for angle in span)
-    if span == (first, last):
-        return "everywhere"
-    if span[0] == first:
-        return f"below {high}"
-    return f"above {low}" if span[1] == last else f"{low} to {high}"
+    found, (first, last) = [], (float(angles[0]), float(angles[-1]))
+    for span in spans:
+        low, high = (f"{degrees(angle)} deg" for angle in span)
+        words = f"above {low}" if span[1] == last else f"{low} to {high}"
+        words = f"below {high}" if span[0] == first else words
+        found.append("everywhere" if span == (first, last) else words)
+    return " and ".join(found)
 
 
 def degrees(angle: float) -> str:

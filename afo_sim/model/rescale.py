@@ -212,7 +212,16 @@ def write_rescaled(
         text = str(document.get("description", "")).strip()
         document["description"] = f"{text}; refitted{f': {by.words}' if by.words else ''}".lstrip("; ")
         for name, group in found.anchored.items():
-            _write_group(document["muscle"][name], group, by)
+            table = document["muscle"][name]
+            assert group.link_length is not None
+            entries = (table["origin"], *table.get("path", ()), table["insertion"])
+            for entry, place in zip(entries, group.places, strict=True):
+                if by.of(place.segment) != 1.0:
+                    why, surface = by.source(place.segment), place.surface
+                    entry["from_joint"] = _derived([_cm(x) for x in place.from_joint], why)
+                    if surface is not None:
+                        entry["surface"]["radius"] = _derived(_cm(surface.radius), why)
+            table["link_length"] = _derived(_cm(group.link_length), _link_source(by))
     check_writable(folder)
     with together(folder) as scratch:
         _carry(document, file, folder, scratch)
@@ -221,18 +230,6 @@ def write_rescaled(
             text = f"# {file.parent.name}, refitted{f': {by.words}' if by.words else ''}. {COMMENT}\n" + text
         write_sealed(scratch / FILE_NAME, text, "orthosis", scratch)
     return found
-
-
-def _write_group(table: Any, group: MuscleGroup, by: Ratio) -> None:
-    """Put a group's changed numbers into the text."""
-    assert group.link_length is not None
-    entries = (table["origin"], *table.get("path", ()), table["insertion"])
-    for entry, place in zip(entries, group.places, strict=True):
-        if by.of(place.segment) != 1.0:
-            entry["from_joint"] = _derived([_cm(x) for x in place.from_joint], by.source(place.segment))
-            if place.surface is not None:
-                entry["surface"]["radius"] = _derived(_cm(place.surface.radius), by.source(place.segment))
-    table["link_length"] = _derived(_cm(group.link_length), _link_source(by))
 
 
 def _derived(value: Any, source: str) -> Any:

@@ -357,15 +357,9 @@ class _Parts:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Of the description, of the settled stride, and of the strides before it what is not said twice."""
-        before, after = self.before, self.after
-        of_both = *self.first.warnings, *unsettled_warning(self.settled), *self.found.warnings
-        said = unique((*of_both, *after.limits, *after.found.warnings))
-        settled_ones = [one for one in said if isinstance(one, Notice)]
-        doubts = [one for one in before.found.warnings if isinstance(one, Notice) and "beyond" in one.data]
-        passed = (*before.limits, *doubts)  # that metrics are undefined is said of the settled stride
-        new = (one for one in passed if not any(one.says_no_more_than(each) for each in settled_ones))
-        return (*said, *(one.after("before it settles: ") for one in new), *self.stops[1])
+        """What to mind of both."""
+        said = _warnings(self.first, self.before, self.after, self.settled, self.found.warnings)
+        return *said, *self.stops[1]
 
     @property
     def timing(self) -> dict[str, float]:
@@ -399,3 +393,16 @@ def _end(first: Built) -> int:
     """Number of the stride that follows those walked from the start."""
     assert first.walk is not None
     return round(float(first.walk.phase[first.scenario.n_step + 1]))
+
+
+def _warnings(
+    first: Built, before: Examined, after: Examined, settled: Settled, empty: tuple[str, ...] = ()
+) -> tuple[str, ...]:
+    """Of the description, of the settled stride, and of the strides before it what is not said twice."""
+    of_both = *first.warnings, *unsettled_warning(settled), *empty
+    said = unique((*of_both, *after.limits, *after.found.warnings))
+    settled_ones = [one for one in said if isinstance(one, Notice)]
+    doubts = [one for one in before.found.warnings if isinstance(one, Notice) and "beyond" in one.data]
+    passed = (*before.limits, *doubts)  # that metrics are undefined is said of the settled stride
+    new = (one for one in passed if not any(one.says_no_more_than(each) for each in settled_ones))
+    return (*said, *(one.after("before it settles: ") for one in new))

@@ -64,10 +64,10 @@ def cases_of(plan: Plan, most: int = MOST) -> Cases:
     elif plan.design == "saltelli":
         # for first, second and total order
         sobol, names = optional("SALib.sample.sobol"), [f"x{k}" for k in range(len(varied))]
-        problem = {"num_vars": len(varied), "names": names, "bounds": [[0.0, 1.0]] * len(varied)}
+        asked = {"num_vars": len(varied), "names": names, "bounds": [[0.0, 1.0]] * len(varied)}
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", message="The balance properties of Sobol", category=UserWarning)
-            shares = sobol.sample(problem, plan.cases, calc_second_order=True, seed=plan.seed)
+            shares = sobol.sample(asked, plan.cases, calc_second_order=True, seed=plan.seed)
         values, dropped = _spread(varied, np.asarray(shares)), 0
     else:
         values, dropped = _drawn(plan, varied)
