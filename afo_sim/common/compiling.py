@@ -87,21 +87,14 @@ _Raised = Callable[[Any, Any], None]  # (builder, arguments): writes what is don
 def compile_all(functions: Sequence[Callable[..., Any]], signature: Any, raised: _Raised) -> Compiled:
     """Compile functions of one signature."""
     start_numba()
-    with _nothing_collected():
-        compiled = [_compile(function, signature, raised) for function in functions]
-    return [_code(*each) for each in compiled], any(library.has_dynamic_globals for _, library in compiled)
-
-
-@contextmanager
-def _nothing_collected() -> Iterator[None]:
-    """A block without Python's garbage collector, which would search numba's objects again and again."""
     collects = gc.isenabled()
-    gc.disable()
+    gc.disable()  # Python's collector would search numba's objects again and again
     try:
-        yield
+        compiled = [_compile(function, signature, raised) for function in functions]
     finally:
         if collects:
             gc.enable()
+    return [_code(*each) for each in compiled], any(library.has_dynamic_globals for _, library in compiled)
 
 
 def _compile(function: Callable[..., Any], signature: Any, raised: _Raised) -> tuple[str, Any]:

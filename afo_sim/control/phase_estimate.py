@@ -380,7 +380,11 @@ class PhaseEstimate:
                 self._heel.take(float(state[0]), innovation, gone)
         if struck:
             self._strike(dt)
-        self._hold(gone)
+        # the shape is kept where it lies in the stride, else each stride's share of errors would turn it on
+        if self._unstruck > SEEN:
+            turn(state, gone * HOLD * _apart(self._origin, origin(state)))
+        elif self._agreed > 1.0 and not self._usual.strange:
+            self._origin, self._calibrated = origin(state), True
         self._look(began)
         self._shift += min(MOVES * gone, 1.0) * (self._heel.phase - self._shift)
         state[1] = min(max(state[1], 0.0), FASTEST)
@@ -438,13 +442,6 @@ class PhaseEstimate:
     def _averaged(self, dt: float) -> None:
         """The rate over about half a stride: within a stride it errs to either side."""
         self._rate += (self._state[1] - self._rate) * min(AVERAGED * dt * max(self._rate, SLOWEST), 1.0)
-
-    def _hold(self, gone: float) -> None:
-        """Keep the shape where it lies in the stride, else each stride's share of errors would turn it on."""
-        if self._unstruck > SEEN:
-            turn(self._state, gone * HOLD * _apart(self._origin, origin(self._state)))
-        elif self._agreed > 1.0 and not self._usual.strange:
-            self._origin, self._calibrated = origin(self._state), True
 
 
 def _apart(phase: float, other: float) -> float:

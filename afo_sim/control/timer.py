@@ -34,23 +34,18 @@ class TimerController:
 
     def __call__(self, seen: Observation) -> Mapping[str, Command]:
         """The coils at the time on its clock."""
-        self._look(seen)
+        restart = self.description.restart
+        if restart is not None:  # the clock starts anew where the foot switch closes
+            closed = seen[restart.column] >= self.threshold
+            if closed and not self.closed and seen.time - self.struck >= restart.after - SLIGHTLY:
+                self.started = self.struck = seen.time
+            self.closed = closed
         period, running = self.description.period, seen.time - self.started + SLIGHTLY
-        self.place = running % period if self.description.restart is None else min(running, period)
+        self.place = running % period if restart is None else min(running, period)
         return {
             chamber: (self._coil(times.inlet), self._coil(times.outlet))
             for chamber, times in self.description.chambers.items()
         }
-
-    def _look(self, seen: Observation) -> None:
-        """Start the clock anew where the foot switch closes."""
-        restart = self.description.restart
-        if restart is None:
-            return
-        closed = seen[restart.column] >= self.threshold
-        if closed and not self.closed and seen.time - self.struck >= restart.after - SLIGHTLY:
-            self.started = self.struck = seen.time
-        self.closed = closed
 
     def _coil(self, intervals: tuple[tuple[float, float], ...]) -> float:
         return float(any(start <= self.place < end for start, end in intervals))

@@ -63,19 +63,14 @@ def _litres(run: Run) -> float | None:
         empty = None if run.solved else dict(sag_metrics(run.columns)).get("source_empty_after")
         if empty is not None:
             return flow * empty
-        litre = 1e-3 * supply.free_density  # [kg]
-        return supply.source.given_at(supply.pressure, flow * litre, _content(run)) / litre
+        litre, rows = 1e-3 * supply.free_density, {} if run.solved else run.columns  # [kg]
+        # what is in it as the walk begins: full, less what was filled before
+        walks = MASS in rows and rows["time"][0] <= run.facts.timestep
+        content = float(rows[MASS][0]) if walks else supply.content_at_start()
+        return supply.source.given_at(supply.pressure, flow * litre, content) / litre
     if limits is None:
         return None
     return 1e3 * air_given(limits.bottle_volume, limits.bottle_pressure, supply.pressure) / STANDARD_DENSITY
-
-
-def _content(run: Run) -> float:
-    """What bottle or cartridge holds as the walk begins [kg]: full, less what was filled before."""
-    rows = {} if run.solved else run.columns
-    if MASS in rows and rows["time"][0] <= run.facts.timestep:
-        return float(rows[MASS][0])
-    return run.facts.supply.content_at_start()
 
 
 @reported(

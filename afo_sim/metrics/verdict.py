@@ -249,7 +249,10 @@ def _lift(metrics: Numbers, strides: Mapping[int, Numbers], pair: tuple[float, f
         low = in_digits(lowest, ".1f")
         brief = f"{millimetres(settled)}, lowest {low}{extended} (wanted {in_digits(wanted)}){drags}"
     if status == "bad":
-        parts.insert(0, _trips(metrics, short, len(strides), settled < trips))
+        trip = f"It trips in {numbered(short)}, {len(short)} of {len(strides)}." if short else "It trips."
+        if "strides_solved" in metrics and (settled < trips or _touches(metrics)):
+            trip = "It trips when settled."
+        parts.insert(0, trip)
         brief = f"{parts[0]} {brief}" if brief else ""
     return Answer(LIFT, QUESTIONS[LIFT], status, " ".join(parts), limit, brief)
 
@@ -278,13 +281,6 @@ def _heights(metrics: Numbers, stated: Mapping[int, float], lowest: float, less:
     if math.isfinite(less) and round(less, 1) != round(settled, 1):
         text += f"; {millimetres(less)} if the toes extend less"
     return f"{text}."
-
-
-def _trips(metrics: Numbers, short: Sequence[int], walked: int, settled: bool) -> str:
-    """In which of the walked strides the toe trips."""
-    if "strides_solved" in metrics and (settled or _touches(metrics)):
-        return "It trips when settled."
-    return f"It trips in {numbered(short)}, {len(short)} of {walked}." if short else "It trips."
 
 
 def _touches(metrics: Numbers, name: str = _TOUCHING) -> bool:

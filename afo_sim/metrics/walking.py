@@ -108,30 +108,23 @@ def walk_metrics(
                 changes[name] = 100.0 * (pair[1] - pair[0]) / pair[0]
         totals |= all_measured(i for i in changes.items() if kept is None or CHANGES[i[0]] in kept)
         if chambers(columns) and len(whole) < FEWEST:
-            text = (
-                "{strides} whole strides are too few to tell whether the orthosis' air has settled: walk at "
-            )
-            text += "least {fewest} (a longer duration)"
+            text = "{strides} whole strides are too few to tell whether the orthosis' air has settled: walk "
+            text += "at least {fewest} (a longer duration)"
             warnings.append(Notice("too-few-strides", text, strides=len(whole), fewest=FEWEST))
         warnings += _unsettled(counted, changes)
-    warnings += _without_event(means)
+    for point in ("toe", "ball"):  # whose swings lack the minimum that the literature calls clearance
+        share = means.get(f"swings_without_{point}_event", 0.0)
+        if share > 0.0:
+            text = "{point} clearance: {share:.0f} % of the swings have no minimum while the foot is fast; "
+            text += "there it is the height at the ankle's greatest speed"
+            subject = f"{point}_clearance"
+            warnings.append(Notice("no-swing-minimum", text, subject=subject, point=point, share=share))
     return WalkMetrics(totals, each, tuple(warnings))
 
 
 def _measured(found: Mapping[str, float], kept: Collection[str] | None) -> dict[str, Metric]:
     """Metrics, of all names or of those that are kept."""
     return all_measured(each for each in found.items() if kept is None or each[0] in kept)
-
-
-def _without_event(means: Mapping[str, float]) -> Iterator[Notice]:
-    """Warnings of swings without the minimum that the literature calls clearance."""
-    for point in ("toe", "ball"):
-        share = means.get(f"swings_without_{point}_event", 0.0)
-        if share > 0.0:
-            text = "{point} clearance: {share:.0f} % of the swings have no minimum while the foot is fast; "
-            text += "there it is the height at the ankle's greatest speed"
-            subject = f"{point}_clearance"
-            yield Notice("no-swing-minimum", text, subject=subject, point=point, share=share)
 
 
 def _unsettled(counted: list[Stride], changes: Mapping[str, float]) -> Iterator[Notice]:

@@ -1,5 +1,6 @@
 """Several muscle laws side by side: the files of all runs, one figure, one Rerun recording."""
 
+import contextlib
 import itertools
 import pathlib
 from collections.abc import Mapping
@@ -47,7 +48,12 @@ def write(runs: Mapping[str, Recording], folder: pathlib.Path, *, rrd: bool = Tr
     """Write every run into FOLDER/LAW, the differences, the figure and the common Rerun recording."""
     check_writable(folder)
     settle(folder)
-    before = [f"{law}/{name}" for law in _laws_before(folder) for name in (PARQUET, SUMMARY, MODEL)]
+    rows = []  # of an older comparison in the folder, whose runs stand there
+    with contextlib.suppress(OSError, ValueError):
+        rows = (folder / _TABLE).read_text(encoding="utf-8").splitlines()[1:]
+    told = {name for row in rows for name in row.split(",")[:2]}
+    laws = [law for law in LAWS if law in told and (folder / law / PARQUET).is_file()]
+    before = [f"{law}/{name}" for law in laws for name in (PARQUET, SUMMARY, MODEL)]
     figures = [f"{_FIGURE}.png", f"{_FIGURE}.pdf"]
     written = [_TABLE]
     with together(folder, (_TABLE, *figures, RERUN, *before)) as scratch:
@@ -64,16 +70,6 @@ def write(runs: Mapping[str, Recording], folder: pathlib.Path, *, rrd: bool = Tr
                 write_comparison(folders, scratch / RERUN)
                 written.append(RERUN)
     return [folder / name for name in written]
-
-
-def _laws_before(folder: pathlib.Path) -> list[str]:
-    """Laws of an older comparison in the folder, whose runs stand there."""
-    try:
-        rows = (folder / _TABLE).read_text(encoding="utf-8").splitlines()[1:]
-    except (OSError, ValueError):
-        return []
-    told = {name for row in rows for name in row.split(",")[:2]}
-    return [law for law in LAWS if law in told and (folder / law / PARQUET).is_file()]
 
 
 def draw(runs: Mapping[str, Recording], path: pathlib.Path) -> None:

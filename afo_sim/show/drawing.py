@@ -124,24 +124,19 @@ def _draw_table(axis: Any, design: Design) -> None:
         text = f"… and {len(rows) - len(shown)} more: afo-sim check tells them"
         axis.text(0.0, at, text, fontsize=_FONT, va="center")
         at += 1.0
-    for line in _warned(design, int(_LINES + 0.8 - at)):
-        axis.text(0.0, at, line, fontsize=_FONT, va="center", color=RED)
-        at += 1.0
-    below = plain(_sources(design), WIDTH)
-    axis.text(0.0, _LINES + 0.9, below, fontsize=_FONT - 0.5, va="center", color="0.25")
-    axis.text(0.0, _LINES + 1.8, _FOOT, fontsize=_FONT - 0.5, va="center", color="0.25")
-
-
-def _warned(design: Design, room: int) -> list[str]:
-    """Warnings in so many lines at most."""
-    lines = []
+    lines, room = [], int(_LINES + 0.8 - at)
     for warning in design.warnings:
         first, *others = textwrap.wrap(plain(warning, None), WIDTH - 4)
         lines += [f"! {first}", *(f"   {other}" for other in others)]
     if len(lines) > room:
         kept = max(room - 1, 0)
         lines = [*lines[:kept], f"! {len(lines) - kept} more lines of warnings: afo-sim check tells them"]
-    return lines
+    for line in lines:
+        axis.text(0.0, at, line, fontsize=_FONT, va="center", color=RED)
+        at += 1.0
+    below = plain(_sources(design), WIDTH)
+    axis.text(0.0, _LINES + 0.9, below, fontsize=_FONT - 0.5, va="center", color="0.25")
+    axis.text(0.0, _LINES + 1.8, _FOOT, fontsize=_FONT - 0.5, va="center", color="0.25")
 
 
 def _draw_curves(axes: list[Any], design: Design) -> None:
@@ -153,11 +148,18 @@ def _draw_curves(axes: list[Any], design: Design) -> None:
         (_arm, f"moment arm about the {plain(leg.ankle, 20)} [mm]"),
         (_torque, f"torque at rest [N·m]: {bar} thick, half of it dashed, no air dotted"),
     )
+    first, last = np.degrees(design.facts[0].angles[[0, -1]])
+    low, high = np.degrees(design.facts[0].range)
     for axis, (draw, title) in zip(axes, panels, strict=True):
-        _ground(axis, design.facts[0])
+        for start, end in ((first, low), (high, last)):
+            if end > start:  # for which the device is not built
+                axis.axvspan(start, end, color=_BEYOND, lw=0.0, zorder=0)
+        axis.axvline(0.0, color=ZERO, lw=0.5, zorder=1)
+        axis.axhline(0.0, color=ZERO, lw=0.5, zorder=1)
+        axis.set_xlim(first, last)
+        axis.tick_params(labelsize=_SMALL)
         for entry in design.facts:
             draw(axis, entry, named[entry.name])
-        low, high = np.degrees(design.facts[0].range)
         values = [
             y for line in axis.lines if len(line.get_xdata()) > 2
             for x, y in zip(line.get_xdata(), line.get_ydata(), strict=True) if low <= x <= high
@@ -170,19 +172,6 @@ def _draw_curves(axes: list[Any], design: Design) -> None:
     axes[-1].set_xlabel(label, fontsize=_SMALL + 0.5)
     for axis in axes[:-1]:
         axis.tick_params(labelbottom=False)
-
-
-def _ground(axis: Any, entry: PathFacts) -> None:
-    """Zero lines, and grey where the device is not built for."""
-    first, last = np.degrees(entry.angles[[0, -1]])
-    low, high = np.degrees(entry.range)
-    for start, end in ((first, low), (high, last)):
-        if end > start:
-            axis.axvspan(start, end, color=_BEYOND, lw=0.0, zorder=0)
-    axis.axvline(0.0, color=ZERO, lw=0.5, zorder=1)
-    axis.axhline(0.0, color=ZERO, lw=0.5, zorder=1)
-    axis.set_xlim(first, last)
-    axis.tick_params(labelsize=_SMALL)
 
 
 def _contraction(axis: Any, entry: PathFacts, colour: str) -> None:

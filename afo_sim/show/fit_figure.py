@@ -29,21 +29,19 @@ _SPARSE = 150  # samples: fewer are drawn one by one
 
 def write_fit_figure(found: StaticFit, folder: pathlib.Path) -> list[pathlib.Path]:
     """Write fit.png and fit.pdf, and return the files."""
-    count = len(found.best.problem.data) + 1 + (len(found.fits) > 1)
-    fill = functools.partial(_fill, fits=found.fits, count=count)
+    best, fits = found.best, found.fits
+    count = len(best.problem.data) + 1 + (len(fits) > 1)
+
+    def fill(figure: Any) -> None:
+        axes = figure.subplots(1, count)
+        for axis, data in zip(axes, best.problem.data, strict=False):
+            _draw_curves(axis, best, data)
+        _draw_residuals(axes[len(best.problem.data)], best)
+        if len(fits) > 1:
+            _draw_ranking(axes[-1], fits)
+        figure.suptitle(f"{best.problem.law.name}: {best.problem.law.formula}")
+
     return write_pair(folder / "fit", (3.6 * count, 3.3), fill)
-
-
-def _fill(figure: Any, fits: Sequence[LawFit], count: int) -> None:
-    """A panel for each data set, one of the residuals, and one of the laws where there are several."""
-    best = fits[0]
-    axes = figure.subplots(1, count)
-    for axis, data in zip(axes, best.problem.data, strict=False):
-        _draw_curves(axis, best, data)
-    _draw_residuals(axes[len(best.problem.data)], best)
-    if len(fits) > 1:
-        _draw_ranking(axes[-1], fits)
-    figure.suptitle(f"{best.problem.law.name}: {best.problem.law.formula}")
 
 
 def _draw_curves(axis: Any, fit: LawFit, data: Measured) -> None:

@@ -21,6 +21,7 @@ def draw_leg(leg: Tree, title: str, path: pathlib.Path) -> None:
         axes = figure.subplots(1, 2, sharey=True)
         numbers = LegNumbers.of(leg)
         foot = {part.name for part in leg.below(FOOT)}
+        letters: dict[str, Any] = {"color": BLUE, "ha": "center", "va": "top", "fontsize": 7.5}
         for axis, (name, columns, label) in zip(axes, _VIEWS, strict=True):
             for part in leg.parts.values():
                 for shape in part.shapes:
@@ -32,7 +33,13 @@ def draw_leg(leg: Tree, title: str, path: pathlib.Path) -> None:
             for segment, colour, word in ((numbers.shank, "#000000", "shank"), (numbers.foot, GREEN, "foot")):
                 look = {"color": colour, "label": f"centre of mass, {word}, {segment.mass:.3g} kg"}
                 axis.plot(*(1e3 * segment.centre[list(columns)]), "x", ms=7, mew=1.8, zorder=4, **look)
-            _sole(axis, leg, columns)
+            for part in leg.below(FOOT):
+                for point, at in ((n, at) for n, at in part.points.items() if n in (*POINTS, OLD_TOE)):
+                    place = 1e3 * moved(from_ankle(leg, part), at[None])[0][list(columns)]
+                    axis.plot(*place, "v", color=BLUE, ms=4, zorder=4)
+                    if columns[0] == 0:  # the names of the sole's points
+                        below = (8, -2) if point == "tip" else (0, -6)
+                        axis.annotate(point, place, below, textcoords="offset points", **letters)
             axis.set(xlabel=label, title=name)
             axis.margins(0.12)
             axis.set_aspect("equal", adjustable="datalim")
@@ -62,19 +69,6 @@ def _silhouette(axis: Any, pose: np.ndarray, shape: Shape, columns: tuple[int, i
     except (QhullError, ValueError):  # all on a line
         return
     axis.fill(*points[hull].T, **look)
-
-
-def _sole(axis: Any, leg: Tree, columns: tuple[int, int]) -> None:
-    """The points of the sole, with their names from the side."""
-    for part in leg.below(FOOT):
-        for name, at in part.points.items():
-            if name in (*POINTS, OLD_TOE):
-                place = 1e3 * moved(from_ankle(leg, part), at[None])[0][list(columns)]
-                axis.plot(*place, "v", color=BLUE, ms=4, zorder=4)
-                if columns[0] == 0:
-                    look = {"color": BLUE, "ha": "center", "va": "top", "fontsize": 7.5}
-                    below = (8, -2) if name == "tip" else (0, -6)
-                    axis.annotate(name, place, below, textcoords="offset points", **look)
 
 
 def _stops(axis: Any, numbers: LegNumbers, radius: float) -> None:

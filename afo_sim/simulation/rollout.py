@@ -249,8 +249,11 @@ class _Run:
                 due += self.start["time"][k]
                 done = max(int(np.sum(stamps > due)) - stop.spoilt, 0)
                 self.stops[k] = steps.start + done, stopped[k].reason
-            if not self.in_place:
-                self._keep(k, one_of(out, place), steps)
+            if not self.in_place:  # every stride-th row, aligned: states come after their step, forces before
+                for name, values in one_of(out, place).items():
+                    if name in STATE:
+                        values = np.concatenate([self.now[name][k][None], values[:-1]])
+                    self.rows[name][k, into] = values[-steps.start % stride :: stride]
             for name in STATE if done else ():
                 self.now[name][k] = out[name][place, done - 1]
 
@@ -267,16 +270,6 @@ class _Run:
         except StopEarly:
             self.stops[k] = steps.start, None
         return np.zeros((len(steps), self.control.shape[-1]))
-
-    def _keep(self, k: int, out: Rows, steps: range) -> None:
-        """Copy every stride-th row of a block, aligned: states come after their step, forces before it."""
-        stride = self.recipe.stride
-        offset = -steps.start % stride
-        into = slice(-(-steps.start // stride), -(-steps.stop // stride))
-        for name, values in out.items():
-            if name in STATE:
-                values = np.concatenate([self.now[name][k][None], values[:-1]])
-            self.rows[name][k, into] = values[offset::stride]
 
     def aligned(self, k: int, first: int, stop: int) -> Rows:
         """Rows of the steps first…stop of a simulation."""

@@ -132,13 +132,21 @@ class Stepped:
             # of one scenario many times, schedule and start are computed once
             own = {id(built): built for built in self.builts}
             schedules = {key: schedule.controls(built) for key, built in own.items()}
-            cases = {key: _case(built, schedules[key]) for key, built in own.items()}
+            cases, begun = {}, {}  # of these their one row of the start (1, width)
+            for key, built in own.items():
+                native.assert_rows(built.model)
+                cases[key] = case = case_of(built, fixed(schedules[key]), schedules[key][0])
+                if case.failure is not None:
+                    raise case.failure
+                native.assert_muscles_pull(case.model, case.state)
+                data = native.scratch(case.model)
+                mujoco.mj_setState(case.model, data, case.state, mujoco.mjtState.mjSTATE_INTEGRATION)
+                begun[key] = forces_of(case.model, data, schedules[key][0], fields)
             self.schedules = [schedules[id(built)] for built in self.builts]
             self.cases = [cases[id(built)] for built in self.builts]
             models, states = [case.model for case in self.cases], [case.state for case in self.cases]
             self.stepper = stepper_of(models, states, mode, threads=threads)
             self.now = state_parts(models[0], states)
-            begun = {key: _first_rows(case, schedules[key][0], fields) for key, case in cases.items()}
             self.begun = {
                 name: np.stack([begun[id(built)][name] for built in self.builts])
                 for name in next(iter(begun.values()))
@@ -248,22 +256,6 @@ class Stepped:
     def close(self) -> None:
         """Give the callbacks back; a second call does nothing."""
         self.hold.close()
-
-
-def _case(built: Built, control: np.ndarray) -> Case:
-    native.assert_rows(built.model)
-    case = case_of(built, fixed(control), control[0])
-    if case.failure is not None:
-        raise case.failure
-    native.assert_muscles_pull(case.model, case.state)
-    return case
-
-
-def _first_rows(case: Case, control: np.ndarray, fields: tuple[str, ...]) -> Rows:
-    """The one row of the start (1, width): its state, and the forces in it."""
-    data = native.scratch(case.model)
-    mujoco.mj_setState(case.model, data, case.state, mujoco.mjtState.mjSTATE_INTEGRATION)
-    return forces_of(case.model, data, control, fields)
 
 
 def forces_of(

@@ -59,23 +59,20 @@ def _specific_of_supply(f: Frame) -> np.ndarray:
 
 def _exergy_vented(f: Frame) -> np.ndarray:
     """Σ ṁ [h − h0 − T0 (s − s0)] of the nodes that vent; air that comes in from outside has none."""
-    total = np.zeros(f.n)
-    for end in native.ends_at_ambient(f.built.model):
+    total, model = np.zeros(f.n), f.built.model
+    for end in native.ends_at_ambient(model):
         out = np.maximum(end.sign * edge_flow(f, end.edge), 0.0)
-        held = _specific(f, end.node) if end.node >= 0 else _specific_of_supply(f)
+        if end.node < 0:
+            held = _specific_of_supply(f)
+        else:  # c_p (T − T0) − T0 [c_p ln(T/T0) − R ln(p/p0)] of its gas [J/kg]
+            gas = native.gas_of(model, end.node)
+            heat = gas.heat_capacity_ratio / (gas.heat_capacity_ratio - 1.0) * gas.constant
+            mass, volume, pressure = native.read_node(model, f.rows["act"], f.rows["userdata"], end.node)
+            warm = pressure * volume / (mass * gas.constant) / AMBIENT_TEMPERATURE
+            pressed = gas.constant * np.log(pressure / AMBIENT_PRESSURE)
+            held = AMBIENT_TEMPERATURE * (heat * (warm - 1.0 - np.log(warm)) + pressed)
         total = total + out * 0.5 * (held + np.append(held[1:], held[-1:]))
     return total
-
-
-def _specific(f: Frame, node: int) -> np.ndarray:
-    """Flow exergy of the gas in a node, c_p (T − T0) − T0 [c_p ln(T/T0) − R ln(p/p0)] [J/kg]."""
-    model, gas = f.built.model, native.gas_of(f.built.model, node)
-    heat = gas.heat_capacity_ratio / (gas.heat_capacity_ratio - 1.0) * gas.constant
-    mass, volume, pressure = native.read_node(model, f.rows["act"], f.rows["userdata"], node)
-    warm = pressure * volume / (mass * gas.constant) / AMBIENT_TEMPERATURE
-    return AMBIENT_TEMPERATURE * (
-        heat * (warm - 1.0 - np.log(warm)) + gas.constant * np.log(pressure / AMBIENT_PRESSURE)
-    )
 
 
 SUPPLY_COLUMNS = (

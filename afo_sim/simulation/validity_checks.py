@@ -42,7 +42,14 @@ def validity_warnings(built: Built, columns: Columns, static: Columns, energy: E
         ),
     ):
         if not found <= UNBALANCED * done:
-            muscle, time = _least_closed(built, columns, static)
+            # where it closes least, and the muscle that moves most there
+            cuts = np.unique(np.linspace(0, len(columns["time"]) - 1, STRETCHES + 1).astype(int)).tolist()
+            stretches = [Window(*ends) for ends in itertools.pairwise(cuts)]
+            each = balances(built.scenario.orthosis, columns, static, stretches)
+            missed = [abs(one.residual) + max(-one.friction_loss, 0.0) for one in each]
+            part = cut(columns, stretches[missed.index(max(missed))].of)
+            moved = {name: float(np.ptp(part[f"muscle/{name}/contraction"])) for name in static}
+            muscle, time = max(moved, key=moved.__getitem__), float(part["time"].mean())
             yield Notice(
                 code,
                 "the energy balance does not close: {share:.1f} % {problem}, most of it near {time:.2f} s, "
@@ -71,17 +78,6 @@ def mismatch_warning(energy: Mapping[str, Metric]) -> Iterator[Notice]:
             net=float(energy["air_work"]),
             beyond=abs(share),
         )
-
-
-def _least_closed(built: Built, columns: Columns, static: Columns) -> tuple[str, float]:
-    """The muscle and the time at which a run's balance closes least."""
-    cuts = np.unique(np.linspace(0, len(columns["time"]) - 1, STRETCHES + 1).astype(int)).tolist()
-    stretches = [Window(*ends) for ends in itertools.pairwise(cuts)]
-    found = balances(built.scenario.orthosis, columns, static, stretches)
-    missed = [abs(energy.residual) + max(-energy.friction_loss, 0.0) for energy in found]
-    part = cut(columns, stretches[missed.index(max(missed))].of)
-    muscle = max(static, key=lambda name: float(np.ptp(part[f"muscle/{name}/contraction"])))
-    return muscle, float(part["time"].mean())
 
 
 def limit_warnings(

@@ -148,12 +148,17 @@ class Answers:
         """Controls, anchors and timing, with the norm's band."""
         healthy = norm.read()
         band = {end: _rounded(np.degrees(healthy.at(f"ankle_{end}", PHASES))) for end in ("low", "high")}
+        phases = design.scenario.phases
         return {
             "kind": "state",
             "title": design.scenario.description or design.scenario.name,
             "controls": [asdict(control) for control in controls(design)],
             "anchors": _anchors(design.scenario),
-            "timing": _timing(design.scenario),
+            "timing": {  # of each chamber the intervals of gait phase in which its valves have current
+                f"phases.{name}.{side}": [list(interval) for interval in getattr(times, side)]
+                for name, times in (phases.chambers.items() if phases is not None else ())
+                for side in ("inlet", "outlet")
+            },
             "values": values(design),
             "norm": band,
         }
@@ -285,14 +290,3 @@ def _anchors(scenario: Scenario) -> Message:
                 key = f"orthosis.muscle.{name}.{end}.from_joint"
                 found[f"{name} {end}"] = {"key": key, "x": round(1e3 * x, 2), "z": round(1e3 * z, 2)}
     return found
-
-
-def _timing(scenario: Scenario) -> Message:
-    """Of each chamber the intervals of gait phase in which its valves have current."""
-    if scenario.phases is None:
-        return {}
-    return {
-        f"phases.{name}.{side}": [list(interval) for interval in getattr(times, side)]
-        for name, times in scenario.phases.chambers.items()
-        for side in ("inlet", "outlet")
-    }

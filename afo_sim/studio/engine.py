@@ -93,7 +93,14 @@ class Engine:
 
     def _stages(self, wish: Wish) -> Iterator[tuple[str, Callable[[], Iterable[dict[str, Any]]]]]:
         """What is told of a design, the quickest first; what is told already is left out."""
-        answers, design, report = self._answers, wish.design, self._report(wish)
+        answers, design = self._answers, wish.design
+
+        def report(done: int, total: int, what: str = "") -> None:  # and give up what is no longer wanted
+            self._check()
+            if wish.what and wish.what not in self._told[1]:
+                share = done / total if total else 0.0
+                self._say(wish, {"kind": "progress", "what": what or wish.what, "share": share})
+
         yield "settled", lambda: [answers.settled(design)]
         self._rest(_STILL)  # while somebody drags, nothing but the settled stride is answered
         yield "state", lambda: [answers.state(design)]
@@ -113,17 +120,6 @@ class Engine:
         with self._changed:
             self._changed.wait_for(lambda: self._wish is not None or self._ended, seconds)
         self._check()
-
-    def _report(self, wish: Wish) -> Callable[..., None]:
-        """A progress callback that gives up what is no longer wanted."""
-
-        def report(done: int, total: int, what: str = "") -> None:
-            self._check()
-            if wish.what and wish.what not in self._told[1]:
-                share = done / total if total else 0.0
-                self._say(wish, {"kind": "progress", "what": what or wish.what, "share": share})
-
-        return report
 
     def _check(self) -> None:
         if self._wish is not None or self._ended:
