@@ -154,10 +154,8 @@ def _private(place: pathlib.Path) -> bool:
 
 @functools.cache  # once in a process
 def _warn(place: pathlib.Path) -> None:
-    text = (
-        "the cache folder {subject} is not used, and code is compiled anew: it is a link, belongs to another "
-        "user, or others may write to it; remove it, or name another one in {variable}"
-    )
+    text = "the cache folder {subject} is not used, and code is compiled anew: it is a link, belongs to "
+    text += "another user, or others may write to it; remove it, or name another one in {variable}"
     warnings.warn(Notice("cache-not-private", text, subject=str(place), variable=VARIABLE), stacklevel=2)
 
 

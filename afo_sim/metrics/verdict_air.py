@@ -118,11 +118,9 @@ def air_adds(metrics: Numbers, limits: Limits, own_walk: bool) -> Iterator[Answe
     against = max(metrics[f"{of}{name}"].value / first for name, first in firsts.items())
     shut = max(once.get(name, math.inf) / first for name, first in firsts.items())
     torque = "torque_against_push_off_per_mass"
-    text = (
-        f"Filled once to {once['pressure']:.3g} bar and shut, with no air after that, the toe passes "
-        f"{passes(once[_HEIGHT])} and push-off meets {once.get(torque, math.nan):.3f} N·m/kg; with air "
-        f"{passes(own)} and {metrics[of + torque].value:.3f} N·m/kg"
-    )
+    text = f"Filled once to {once['pressure']:.3g} bar and shut, with no air after that, the toe passes "
+    text += f"{passes(once[_HEIGHT])} and push-off meets {once.get(torque, math.nan):.3f} N·m/kg; with air "
+    text += f"{passes(own)} and {metrics[of + torque].value:.3f} N·m/kg"
     status: Status = "doubtful"
     higher = own > once[_HEIGHT] + CHANGED
     if bare >= wanted:

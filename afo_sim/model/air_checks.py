@@ -66,10 +66,8 @@ def _lost(orthosis: Orthosis) -> Iterator[Notice]:
             mend = "a valve between, or another upstream, would stop it"
             if fed[name][-1].part is PARTS["quick_exhaust"]:
                 mend = f"chamber.{name}.quick_exhaust would stand behind the inlet"
-            text = (
-                "chamber {subject!r} is on the supply all the time: its inlet valve is bypassed by "
-                "restriction {through}; {mend}"
-            )
+            text = "chamber {subject!r} is on the supply all the time: its inlet valve is bypassed by "
+            text += "restriction {through}; {mend}"
             yield Notice("inlet-bypassed", text, subject=name, through=through, mend=mend)
     out = reached([AMBIENT], known, back=True)
     for name in orthosis.volume:
@@ -116,10 +114,8 @@ def _pressures(scenario: Scenario) -> Iterator[Notice]:
     most, fed = scenario.supply.pressure, reached([SUPPLY], ways(scenario.orthosis))
     for name, each in scenario.orthosis.volume.items():
         if name in fed and (each.start_pressure or 0.0) > most * (1.0 + 1e-9):
-            text = (
-                "volume {subject!r} begins with {start}, more than the supply's {supply}: start_pressure "
-                "would be that of a volume filled before"
-            )
+            text = "volume {subject!r} begins with {start}, more than the supply's {supply}: start_pressure "
+            text += "would be that of a volume filled before"
             start, supply = amount(each.start_pressure or 0.0, "Pa", 3), amount(most, "Pa", 3)
             yield Notice("volume-above-supply", text, subject=name, start=start, supply=supply)
 
@@ -130,10 +126,8 @@ def _long_tubes(orthosis: Orthosis) -> Iterator[Notice]:
     tubes += [(f"restriction {k!r}", r.tube, r.length) for k, r in orthosis.restriction.items()]
     for where, tube, length in tubes:
         if tube is not None and length is not None and length > LONG_TUBE:
-            text = (
-                "the tube of {subject} is {length:.3g} m long: tubes have no delay here, and sound takes "
-                "{delay} through it (2.9 ms/m); they are tested to 2 m"
-            )
+            text = "the tube of {subject} is {length:.3g} m long: tubes have no delay here, and sound takes "
+            text += "{delay} through it (2.9 ms/m); they are tested to 2 m"
             yield Notice("tube-long", text, subject=where, length=length, delay=_ms(tube.delay(length)))
 
 

@@ -277,9 +277,7 @@ def _paced(scenario: Scenario, walk: Walk) -> Iterator[Notice]:
         if begun < scenario.duration:
             phase = float(np.interp(begun, walk.time, walk.phase)) % 1.0
             if walk.cycle.ground(phase)[1] <= STANCE_FORCE:
-                text = (
-                    f"gait.pace: the walker stops at {begun:g} s with this foot in the air, at "
-                    f"{100.0 * phase:.0f} % of the stride"
-                )
+                text = f"gait.pace: the walker stops at {begun:g} s with this foot in the air, at "
+                text += f"{100.0 * phase:.0f} % of the stride"
                 subject = f"gait.pace at {begun:g} s"
                 yield Notice("stop-in-the-air", text, subject=subject, at=begun, phase=phase)

@@ -101,10 +101,9 @@ def check_stretch(
         least = known[role, path]
         lock = group.type.braid.lock
         if least <= lock:
-            problem = (
-                f"{name} is mounted too taut: at {angle:.0f} deg, within the range of motion, its braid "
-                f"would be stretched by {-100 * least:.1f} %, and it locks at {-100 * lock:.1f} %"
-            )
+            problem = f"{name} is mounted too taut: at {angle:.0f} deg, within the range of motion, its "
+            problem += f"braid would be stretched by {-100 * least:.1f} %, and it locks at {-100 * lock:.1f} "
+            problem += "%"
             would_do = path_contraction(group, orthosis)(group.type.limits.contraction_min)
             raise _too_taut(problem, orthosis.name, role, group, would_do - path)
         if name.endswith("_1"):  # its neighbours say the same
@@ -118,10 +117,8 @@ def _beyond_limits(
     """Warnings of least and most contraction ratios beyond a muscle's limits; the least at an angle [deg]."""
     limits, length = group.type.limits, group.type.nominal_length
     if least < limits.contraction_min:
-        text = (
-            "{subject} muscles are stretched to a contraction of {contraction:.3f} at {angle:.0f} deg, "
-            "beyond their limit of {limit:g}"
-        )
+        text = "{subject} muscles are stretched to a contraction of {contraction:.3f} at {angle:.0f} deg, "
+        text += "beyond their limit of {limit:g}"
         limit = limits.contraction_min
         yield Notice("muscle-stretched", text, subject=role, contraction=least, angle=angle, limit=limit)
     if most <= limits.contraction_max:

@@ -39,11 +39,9 @@ def slack_everywhere(facts: PathFacts) -> Notice | None:
     hangs = (facts.chain_length[:, 0] - facts.length)[facts.inside]
     if facts.group.pulley is not None or hangs.min() < _SLACK:
         return None
-    words = (
-        "{subject} muscles without air are slack at every angle, by {least:.0f} to {most:.0f} mm: they "
-        "shorten by as much before they pull; a link_length shorter by {least:.0f} mm makes them taut at one "
-        "angle"
-    )
+    words = "{subject} muscles without air are slack at every angle, by {least:.0f} to {most:.0f} mm: they "
+    words += "shorten by as much before they pull; a link_length shorter by {least:.0f} mm makes them taut "
+    words += "at one angle"
     least, most = (1e3 * float(by) for by in (hangs.min(), hangs.max()))
     return Notice("slack-everywhere", words, subject=facts.name, least=least, most=most)
 

@@ -174,10 +174,8 @@ def signs_of_compensation(scenario: Scenario) -> tuple[Notice, ...]:
     seen = signs(stride, person_of(scenario).body_height)
     if not seen or walker_of(scenario) == "patient":
         return seen
-    text = (
-        "the walk is described as a healthy walker's, and {seen}: if it is the patient's own, "
-        "gait.walker=patient, else the weakness counts twice"
-    )
+    text = "the walk is described as a healthy walker's, and {seen}: if it is the patient's own, "
+    text += "gait.walker=patient, else the weakness counts twice"
     return tuple(Notice("walker-not-usual", text, subject="gait.walker", seen=str(each)) for each in seen)
 
 

@@ -393,9 +393,8 @@ def other_side(scenario: Scenario) -> Scenario:
 
 def paced(pair: Sequence[Scenario]) -> list[Notice]:
     """A note for a leg that walks at the other one's pace."""
-    text = (
-        "the {subject} side's stride, recorded in {recorded:.4f} s, is walked in the other's {walked:.4f} s"
-    )
+    text = "the {subject} side's stride, recorded in {recorded:.4f} s, is walked in the other's {walked:.4f} "
+    text += "s"
     found = []
     for side, own, other in zip(SIDES, pair, pair[::-1], strict=True):
         if own.gait and other.gait and own.gait.stride_time and other.gait.stride_time is None:
@@ -410,10 +409,8 @@ def copied(pair: Sequence[Scenario], affected: Side | None) -> list[Notice]:
     if affected is None or len(cycles) < 2 or cycles[0] != cycles[1] or walker_of(pair[0]) != "patient":
         return []
     other = SIDES[1 - SIDES.index(affected)]
-    text = (
-        "the {subject} side has no recording of its own and walks as the affected side's shows it: what "
-        "differs between the sides is the device alone (gait import --side each records both)"
-    )
+    text = "the {subject} side has no recording of its own and walks as the affected side's shows it: what "
+    text += "differs between the sides is the device alone (gait import --side each records both)"
     return [Notice("side-copied", text, subject=other)]
 
 

@@ -231,17 +231,13 @@ def unsettled_warning(settled: Settled) -> tuple[Notice, ...]:
     if settled.found and not settled.slowest > SLOW:
         return ()
     if settled.found:
-        text = (
-            "the air settles slowly: at least {strides:.0f} strides from a stop until {left:.0f} % of the "
-            "way is left; the numbers are those of the end"
-        )
+        text = "the air settles slowly: at least {strides:.0f} strides from a stop until {left:.0f} % of the "
+        text += "way is left; the numbers are those of the end"
         strides = math.log(LEFT) / math.log(settled.slowest) if settled.slowest < 1.0 else math.inf
         return (Notice("air-settles-slowly", text, strides=strides, left=100.0 * LEFT),)
-    text = (
-        "no stride was found that repeats: after {strides} strides the air still changes by {air:.2g} % "
-        "over one, and the ankle's angle by {angle:.2g}° ({air_limit:g} % and {angle_limit:.2g}° would be "
-        "settled); the numbers are the last one's"
-    )
+    text = "no stride was found that repeats: after {strides} strides the air still changes by {air:.2g} % "
+    text += "over one, and the ankle's angle by {angle:.2g}° ({air_limit:g} % and {angle_limit:.2g}° would "
+    text += "be settled); the numbers are the last one's"
     still: dict[str, Any] = {"air": 100.0 * settled.air, "angle": float(np.degrees(settled.angle))}
     still |= {"air_limit": 100.0 * AIR, "angle_limit": float(np.degrees(ANGLE))}
     return (Notice("strides-unsettled", text, strides=settled.strides, **still),)

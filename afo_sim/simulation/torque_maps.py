@@ -134,9 +134,8 @@ def _warnings(built: Built, highest: float, *, whose: bool) -> Iterator[Notice]:
         yield from static.beyond_pressure(name, group, highest)
         lower, upper = (1e-5 * bound for bound in group.type.law_set.pressure_range)
         if not lower <= 1e-5 * scenario.supply.pressure <= upper:
-            text = (
-                f"{{subject}}: its law holds from {lower:g} to {upper:g} bar, the supply has another pressure"
-            )
+            text = f"{{subject}}: its law holds from {lower:g} to {upper:g} bar, the supply has another "
+            text += "pressure"
             yield Notice("law-outside-its-pressure", text, subject=name)
 
 

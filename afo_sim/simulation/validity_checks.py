@@ -93,9 +93,8 @@ def limit_warnings(
         text += "strides?"
         yield Notice(code, text, subject="controller.gait_phase", share=100.0 * known)
     elif not columns.get("controller/heel_strike", np.ones(1)).any():
-        text = (
-            "the gait phase counts from where other people's heels strike; a foot switch tells the wearer's"
-        )
+        text = "the gait phase counts from where other people's heels strike; a foot switch tells the "
+        text += "wearer's"
         yield Notice("heel-strike-assumed", text, subject="controller.gait_phase.switch", severity="note")
     for name, group in muscle_names(built.scenario.orthosis).items():
         yield from _muscle_limits(name, group, columns)
@@ -159,10 +158,8 @@ def _target_warnings(built: Built, columns: Mapping[str, np.ndarray]) -> Iterato
         most = float(np.nanmax(asked, initial=0.0))  # not a number: the drive is off
         who = f"drive of chamber {chamber!r}"
         if len(asked) and np.isnan(asked).all():
-            text = (
-                "{subject}: is never asked for a pressure, and changes nothing but the valves of a "
-                "regulator: a controller asks it"
-            )
+            text = "{subject}: is never asked for a pressure, and changes nothing but the valves of a "
+            text += "regulator: a controller asks it"
             yield Notice("drive-never-asked", text, subject=who)
         elif 0.0 < most < LEAST_NUMBER:
             yield Notice(
@@ -173,10 +170,8 @@ def _target_warnings(built: Built, columns: Mapping[str, np.ndarray]) -> Iterato
                 most=most,
             )
         elif most > supply * (1.0 + SLIGHTLY):
-            text = (
-                "{subject}: is asked for up to {asked:.3g} bar, above the supply's {supply:.3g} bar, which "
-                "it cannot reach"
-            )
+            text = "{subject}: is asked for up to {asked:.3g} bar, above the supply's {supply:.3g} bar, "
+            text += "which it cannot reach"
             yield Notice("drive-asked-too-much", text, subject=who, asked=1e-5 * most, supply=1e-5 * supply)
 
 
