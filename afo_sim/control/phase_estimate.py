@@ -316,7 +316,14 @@ class PhaseEstimate:
         self._cadence = 1.0 / stride if whole else self._cadence or rate
         phase = template.lowest + rate * swing.ago
         shape = template_of(like.stride_time, self._state[SHAPE:].copy())
-        if not self._follows or self._contradicted(swing, phase, shape):
+        near = AGREES_STRUCK if self._unstruck < SEEN else AGREES
+        if (
+            not self._follows  # nor are phase, pace and shape those of a swing that ends here
+            or self._uneven >= UNEVEN
+            or abs(_apart(self._state[0], phase)) > near
+            or max(abs(shape.high - swing.high), abs(shape.low - swing.low)) > UNLIKE_SWING
+            or self._worst > LOST**2
+        ):
             self._begin(template, swing)
             self._state[:SHAPE] = phase, self._cadence
             self._turn_to_own()
@@ -331,15 +338,6 @@ class PhaseEstimate:
         """Turn a shape to where a foot switch found the walker's own."""
         if self._calibrated:
             turn(self._state, _apart(self._origin, origin(self._state)))
-
-    def _contradicted(self, swing: Swing, phase: float, shape: Template) -> bool:
-        """Whether the oscillator's phase, pace or shape is not that of a swing that ends at a phase."""
-        return (
-            self._uneven >= UNEVEN
-            or abs(_apart(self._state[0], phase)) > (AGREES_STRUCK if self._unstruck < SEEN else AGREES)
-            or max(abs(shape.high - swing.high), abs(shape.low - swing.low)) > UNLIKE_SWING
-            or self._worst > LOST**2
-        )
 
     def _begin(self, template: Template, swing: Swing) -> None:
         """Begin with a shape, between this swing's extremes."""

@@ -301,20 +301,16 @@ def _heel(metrics: Numbers, strides: Mapping[int, Numbers], pair: tuple[float, f
     contacts = (each for k, each in strides.items() if k and has(each, "foot_pitch_at_contact"))
     landed = [each["foot_pitch_at_contact"].value for each in contacts]
     each = [at_least(angle, (heel, forefoot)) for angle in (landed or [pitch])]
-    stated = _landings(each) if landed else ""
+    # shares of heel, flat foot and forefoot among the landings
+    ways = {"good": "with the heel", "doubtful": "with a flat foot", "bad": "with the forefoot"}
+    found = {how: each.count(status) for status, how in ways.items() if status in each}
+    shares = [f"{100.0 * count / len(each):.0f} % {how}" for how, count in found.items()]
+    stated = f"; of {len(each)} landings {listed(shares)}" if landed else ""
+    if landed and len(found) == 1:
+        stated = f"; all {len(each)} landings {next(iter(found))}"
     toes = f"{abs(pitch):.1f}° {'up' if pitch >= 0.0 else 'down'}{stated}"
     status, text = worst([*each, at_least(pitch, (heel, forefoot))]), f"The foot lands with its toes {toes}."
     return Answer(HEEL, QUESTIONS[HEEL], status, text, limit, f"toes {toes} (from {in_digits(heel)}°)")
-
-
-def _landings(each: Sequence[Status]) -> str:
-    """Shares of heel, flat foot and forefoot among the landings."""
-    ways = {"good": "with the heel", "doubtful": "with a flat foot", "bad": "with the forefoot"}
-    found = {how: each.count(status) for status, how in ways.items() if status in each}
-    if len(found) == 1:
-        return f"; all {len(each)} landings {next(iter(found))}"
-    shares = [f"{100.0 * count / len(each):.0f} % {how}" for how, count in found.items()]
-    return f"; of {len(each)} landings {listed(shares)}"
 
 
 # --- push-off

@@ -157,7 +157,12 @@ def _registered(
     least = size.heavier * LOADED
     pressed = np.maximum(weight * upward, 0.0)[:, None] * shares(place, ahead, height, size.taller)
     ramp = size.slower * RAMP / walk.timestep
-    stands = _standing_in_strides(pressed - least, ramp, walk.phase[1:-1])
+    # what lies beyond the ends of whole strides stands a stride away
+    over, phase, more = pressed - least, walk.phase[1:-1], math.ceil(ramp) + 1
+    back, forward = np.searchsorted(phase, [phase[-1] - 1.0, phase[0] + 1.0])
+    after = over[back + 1 : back + 1 + more] if phase[-1] - 1.0 >= phase[0] else over[:0]
+    before = over[max(forward - more, 0) : forward] if phase[0] + 1.0 <= phase[-1] else over[:0]
+    stands = standing(np.concatenate([before, over, after]), ramp)[len(before) : len(before) + len(over)]
     stiffness = np.array(list(pad_stiffness(ground, foot).values()))
     floor, load, borne = np.empty_like(pressed), np.empty_like(pressed), np.empty((len(pressed), 4))
     arrays = (pressed, stands, height, velocity, ahead, lever, stiffness, floor, load, borne)
@@ -298,15 +303,6 @@ def _shared(taller: float, steps: int, pads: int, place: Any, ahead: Any, height
             given += sign * part * up * up * (3.0 - 2.0 * up)
         found[i], found[i + 1] = 1.0 - front + given, front - given
     return 0.0
-
-
-def _standing_in_strides(over: np.ndarray, ramp: float, phase: np.ndarray) -> np.ndarray:
-    """As `standing`; what lies beyond the ends of whole strides stands a stride away."""
-    more = math.ceil(ramp) + 1
-    back, ahead = np.searchsorted(phase, [phase[-1] - 1.0, phase[0] + 1.0])
-    after = over[back + 1 : back + 1 + more] if phase[-1] - 1.0 >= phase[0] else over[:0]
-    before = over[max(ahead - more, 0) : ahead] if phase[0] + 1.0 <= phase[-1] else over[:0]
-    return standing(np.concatenate([before, over, after]), ramp)[len(before) : len(before) + len(over)]
 
 
 def standing(over: np.ndarray, ramp: float) -> np.ndarray:

@@ -319,7 +319,13 @@ def _examined(file: pathlib.Path, folder: pathlib.Path, counted: dict[str, float
                 raise InputError(f"has too many {what}", file=file, field=tag, allowed=f"at most {most}")
         folders |= {folder / attributes[name] for name in _FOLDERS if name in attributes}
         for name, value in attributes.items():
-            _check_numbers(file, tag, name, value)
+            numbers, field = _numbers(value), f"<{tag}> {name}"
+            if numbers and name not in _NAMES and not (name in _ENDLESS and math.inf in map(abs, numbers)):
+                plausible(numbers, file=file, field=field)
+                limit = _COUNTS.get(f"{tag} {name}", _COUNTS.get(name, math.inf))
+                if max(numbers) > limit:
+                    allowed = f"at most {limit:g}"
+                    raise InputError("is too many", file=file, field=field, value=value, allowed=allowed)
             if name.startswith("file") and value:
                 words = {value, pathlib.PurePath(value).name}  # which MuJoCo takes alone, if a file says so
                 named = [path for each in folders for word in words if (path := each / word).exists()]
@@ -349,14 +355,3 @@ def _numbers(text: str) -> list[float]:
         return [float(word) for word in text.split()]
     except ValueError:
         return []
-
-
-def _check_numbers(file: pathlib.Path, tag: str, name: str, value: str) -> None:
-    numbers = _numbers(value)
-    if name in _NAMES or not numbers or (name in _ENDLESS and math.inf in map(abs, numbers)):
-        return
-    field = f"<{tag}> {name}"
-    plausible(numbers, file=file, field=field)
-    most = _COUNTS.get(f"{tag} {name}", _COUNTS.get(name, math.inf))
-    if max(numbers) > most:
-        raise InputError("is too many", file=file, field=field, value=value, allowed=f"at most {most:g}")

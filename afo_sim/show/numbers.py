@@ -203,21 +203,19 @@ def of_walker(scenario: Mapping[str, Any]) -> list[Notice]:
         words += "are scaled to the patient{key}"
         data: dict[str, Any] = {"walker": cycle.body_mass, "patient": mass, "key": " (patient.body_mass)"}
         found.append(Notice("walker-mass", words, subject="patient.body_mass", **data))
-    return [*found, *_of_height(cycle, scenario), *_of_own_walk(scenario)]
-
-
-def _of_own_walk(scenario: Mapping[str, Any]) -> list[Notice]:
-    """What a patient's own walk as the baseline means, and what of the description it leaves unused."""
-    if not own_walk(scenario):
-        return []
-    patient, whole = scenario["patient"], ("dorsiflexor_strength", "plantarflexor_strength", "stiffness")
-    keys = [f"patient.{key}" for key in whole if float(patient.get(key, 1.0)) != 1.0]
-    if parse_quantity(patient.get("spasticity") or "0 N*m*s/rad", "N*m*s/rad") > 0.0:
-        keys.append("patient.spasticity")
-    words = "the recorded walk is the patient's own, without the device: the muscles act as they did, and no "
-    words += "torque that the patient lacks is known{key}"
-    key = f"; not applied: {', '.join(keys)}" if keys else ""
-    return [Notice("own-walk", words, subject="gait.walker", key=key, keys=keys)]
+    found += _of_height(cycle, scenario)
+    if own_walk(scenario):
+        patient, whole = scenario["patient"], ("dorsiflexor_strength", "plantarflexor_strength", "stiffness")
+        keys = [f"patient.{key}" for key in whole if float(patient.get(key, 1.0)) != 1.0]
+        if parse_quantity(patient.get("spasticity") or "0 N*m*s/rad", "N*m*s/rad") > 0.0:
+            keys.append("patient.spasticity")
+        words = (
+            "the recorded walk is the patient's own, without the device: the muscles act as they did, and "
+        )
+        words += "no torque that the patient lacks is known{key}"
+        key = f"; not applied: {', '.join(keys)}" if keys else ""
+        found.append(Notice("own-walk", words, subject="gait.walker", key=key, keys=keys))
+    return found
 
 
 def _of_height(cycle: "GaitCycle", scenario: Mapping[str, Any]) -> list[Notice]:

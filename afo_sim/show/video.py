@@ -230,10 +230,17 @@ def _shots(given: Mapping[str, Recording], stride: int | None, reference: bool) 
         if stride is not None:
             raise InputError("is of a walk; this run has no strides", field="stride", value=stride)
         return [(title, run, None) for title, run in given.items()]
-    shots: list[_Shot] = [
-        (title or _title(view.recording), view.recording, _walker(WalkingFigure.of(view), stride))
-        for title, view in views.items()
-    ]
+    shots: list[_Shot] = []
+    for title, view in views.items():
+        figure = WalkingFigure.of(view)
+        if stride is not None:  # the same walker in the stride of a number from 1
+            strides = {each.number + 1: each for each in view.whole_strides}
+            if stride not in strides:
+                usual = f"by default {figure.stride.number + 1}, the settled one"
+                allowed = f"{min(strides)} to {max(strides)}; {usual}"
+                raise InputError("is not a stride of the run", field="stride", value=stride, allowed=allowed)
+            figure = replace(figure, stride=strides[stride])
+        shots.append((title or _title(view.recording), view.recording, figure))
     other = reference_view(shots[0][1], "", "") if len(shots) == 1 and reference else None
     if other is None:
         return shots
@@ -247,17 +254,6 @@ def _title(run: Recording) -> str:
     if orthosis.get("muscle"):
         return f"with {orthosis.get('name') or 'the device'}"
     return f"without the device, {worn(run.scenario)}"
-
-
-def _walker(figure: WalkingFigure, number: int | None) -> WalkingFigure:
-    """The same walker in the stride of a number from 1."""
-    if number is None:
-        return figure
-    strides = {stride.number + 1: stride for stride in figure.view.whole_strides}
-    if number not in strides:
-        allowed = f"{min(strides)} to {max(strides)}; by default {figure.stride.number + 1}, the settled one"
-        raise InputError("is not a stride of the run", field="stride", value=number, allowed=allowed)
-    return replace(figure, stride=strides[number])
 
 
 def _moments(shot: _Shot, slow: float | None, rate: float) -> np.ndarray:

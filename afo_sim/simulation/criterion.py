@@ -95,7 +95,18 @@ def _judge_one(criterion: Criterion, signal: Signal, words: str) -> tuple[float,
         value, at = float(signal.values[odd][0]), float(signal.time[odd][0])
         message = f"{signal.name}: {value}{_at(at)} is not a finite number {words}{_count(odd, signal.time)}"
         return math.inf, Result(False, message, signal.name, at, value, math.nan)
-    times, values = _measure(criterion, signal)
+    times, values = signal.time[-1:], signal.values[-1:]  # that are compared with the limits
+    if criterion.kind in MOMENTS:
+        k = [int(MOMENTS[criterion.kind](signal.values))]
+        times, values = signal.time[k], signal.values[k]
+    elif criterion.kind in TOTALS:
+        values = np.array([TOTALS[criterion.kind](signal)], dtype=float)
+    else:
+        late = ~(signal.time - signal.start < criterion.by - GRACE)  # a metric has no time
+        if not late.any():
+            problem = "no sample of the window is that late"
+            raise InputError(problem, field=criterion.kind, value=criterion.words)
+        times, values = signal.time[late], signal.values[late]
     over, under = values - criterion.high.value, criterion.low.value - values
     worst = int(np.argmax(np.maximum(over, under)))
     at, value = float(times[worst]), float(values[worst])
@@ -116,19 +127,6 @@ def _judge_one(criterion: Criterion, signal: Signal, words: str) -> tuple[float,
     if excess > 0.0:
         message += _count(np.maximum(over, under) > 0.0, times)
     return excess, Result(excess <= 0.0, message, signal.name, at, value, limit.value)
-
-
-def _measure(criterion: Criterion, signal: Signal) -> tuple[np.ndarray, np.ndarray]:
-    """Times and values that are compared with the limits."""
-    if criterion.kind in MOMENTS:
-        k = [int(MOMENTS[criterion.kind](signal.values))]
-        return signal.time[k], signal.values[k]
-    if criterion.kind in TOTALS:
-        return signal.time[-1:], np.array([TOTALS[criterion.kind](signal)], dtype=float)
-    late = ~(signal.time - signal.start < criterion.by - GRACE)  # a metric has no time
-    if not late.any():
-        raise InputError("no sample of the window is that late", field=criterion.kind, value=criterion.words)
-    return signal.time[late], signal.values[late]
 
 
 def read_criterion(kind: str, limits: Any, unit: str) -> Criterion:

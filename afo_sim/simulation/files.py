@@ -248,7 +248,15 @@ def model_of(run: Run) -> mujoco.MjModel:
     """The model that ran: as it was kept, or built anew from the scenario if only this gives the same."""
     if run.model_binary[:_HEADER] == _own_header():
         model = mujoco.MjModel.from_binary_path(_NAME, {_NAME: run.model_binary})
-        _check_rows(model, run)
+        try:  # parameters in other places than this package's callbacks read them at are refused
+            if model.nuser_actuator != native.N_USER:
+                problem = f"its actuators have {model.nuser_actuator} parameters instead of {native.N_USER}"
+                raise CallbackError(problem)
+            native.assert_rows(model)
+        except CallbackError as error:
+            problem = f"the model that ran is of another version of this package: {error}"
+            by = f"the version that made the run ({run.versions.get('afo-sim', 'unknown')})"
+            raise InputError(problem, allowed=f"{by}, or run its scenario again") from None
         return model
     model = _built_anew(run)
     if run.model_binary:
@@ -264,21 +272,6 @@ def model_of(run: Run) -> mujoco.MjModel:
 def _own_header() -> bytes:
     """The first bytes of every model that the installed MuJoCo writes."""
     return to_binary(mujoco.MjModel.from_xml_string("<mujoco/>"))[:_HEADER]
-
-
-def _check_rows(model: mujoco.MjModel, run: Run) -> None:
-    """Refuse parameters that stand in other places than this package's callbacks read them at."""
-    try:
-        if model.nuser_actuator != native.N_USER:
-            problem = f"its actuators have {model.nuser_actuator} parameters instead of {native.N_USER}"
-            raise CallbackError(problem)
-        native.assert_rows(model)
-    except CallbackError as error:
-        raise InputError(
-            f"the model that ran is of another version of this package: {error}",
-            allowed=f"the version that made the run ({run.versions.get('afo-sim', 'unknown')}), or run its "
-            "scenario again",
-        ) from None
 
 
 def _built_anew(run: Run) -> mujoco.MjModel:

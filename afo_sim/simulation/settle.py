@@ -195,7 +195,14 @@ class _Searches:
             else:
                 failures[k] = failure
         ends = self._walk_on([k for k in self.everyone if k not in failures], rows, failures)
-        slowest = self._slowest()
+        # share of a distance from the settled air that a stride leaves, where it was asked [-]
+        asked = [k for k, row in enumerate(self.numbers) if row[AT.asked]]
+        slowest, size = np.full(len(self.numbers), math.nan), 2 * int(self.numbers[:, AT.nodes].max())
+        slopes = np.zeros((len(asked), size, size))
+        for own, row in zip(slopes, self.numbers[asked], strict=True):
+            n = 2 * int(row[AT.nodes])
+            own[:n, :n] = row[int(row[AT.told]) : int(row[AT.flowing])].reshape(n, n)
+        slowest[asked] = np.abs(np.linalg.eigvals(slopes)).max(axis=1, initial=0.0)
         found = []
         for k, (walk, row) in enumerate(zip(self.walks, self.numbers, strict=True)):
             told = int(row[AT.strides]), self.steps(k)
@@ -204,7 +211,7 @@ class _Searches:
                 continue
             rollout = Rollout(one_of(rows, k), walk.control, final=ends[k])
             air, angle, good = row[[AT.air, AT.angle, AT.found]].tolist()
-            found.append(Settled(rollout, *told, air, angle, good > 0.0, slowest[k]))
+            found.append(Settled(rollout, *told, air, angle, good > 0.0, float(slowest[k])))
         return found
 
     def _failed(self, k: int, reason: str) -> SimulationError:
@@ -241,17 +248,6 @@ class _Searches:
             for first, stride in ((0, slice(n)), (n, slice(n, None))):
                 forward[stride] -= forward[first] - built.walk.pose[1 + first, 0]
         return {k: {name: out[name][at, -1] for name in STATE} for at, k in enumerate(going)}
-
-    def _slowest(self) -> list[float]:
-        """Share of a distance from the settled air that a stride leaves, where it was asked [-]."""
-        asked = [k for k, row in enumerate(self.numbers) if row[AT.asked]]
-        found, size = np.full(len(self.numbers), math.nan), 2 * int(self.numbers[:, AT.nodes].max())
-        slopes = np.zeros((len(asked), size, size))
-        for own, k in zip(slopes, asked, strict=True):
-            row, n = self.numbers[k], 2 * int(self.numbers[k, AT.nodes])
-            own[:n, :n] = row[int(row[AT.told]) : int(row[AT.flowing])].reshape(n, n)
-        found[asked] = np.abs(np.linalg.eigvals(slopes)).max(axis=1, initial=0.0)
-        return found.tolist()
 
 
 FILLED = 0.5  # share of the supply's pressure at which the volume is taken, and from which it begins

@@ -148,12 +148,19 @@ class Answers:
         """Controls, anchors and timing, with the norm's band."""
         healthy = norm.read()
         band = {end: _rounded(np.degrees(healthy.at(f"ankle_{end}", PHASES))) for end in ("low", "high")}
-        phases = design.scenario.phases
+        phases, anchors = design.scenario.phases, {}  # ends from the ankle, with the foot flat [mm]
+        for name, group in design.scenario.orthosis.muscle.items():
+            for end in ("origin", "insertion"):
+                anchor = getattr(group, end)
+                if anchor is not None:
+                    x, _, z = (round(1e3 * part, 2) for part in anchor.from_joint)
+                    key = f"orthosis.muscle.{name}.{end}.from_joint"
+                    anchors[f"{name} {end}"] = {"key": key, "x": x, "z": z}
         return {
             "kind": "state",
             "title": design.scenario.description or design.scenario.name,
             "controls": [asdict(control) for control in controls(design)],
-            "anchors": _anchors(design.scenario),
+            "anchors": anchors,
             "timing": {  # of each chamber the intervals of gait phase in which its valves have current
                 f"phases.{name}.{side}": [list(interval) for interval in getattr(times, side)]
                 for name, times in (phases.chambers.items() if phases is not None else ())
@@ -277,16 +284,3 @@ class Answers:
                 pass
         assert self._run is not None
         return self._run[1]
-
-
-def _anchors(scenario: Scenario) -> Message:
-    """Of each muscle group its ends from the ankle, forward and up, with the foot flat [mm]."""
-    found = {}
-    for name, group in scenario.orthosis.muscle.items():
-        for end in ("origin", "insertion"):
-            anchor = getattr(group, end)
-            if anchor is not None:
-                x, _, z = anchor.from_joint
-                key = f"orthosis.muscle.{name}.{end}.from_joint"
-                found[f"{name} {end}"] = {"key": key, "x": round(1e3 * x, 2), "z": round(1e3 * z, 2)}
-    return found

@@ -49,7 +49,11 @@ class Distribution:
             return np.asarray(own + self.width * stats.pearson3.ppf(ndtr(deviates), self.skew))
         if self.width == 0.0:
             return np.full(len(deviates), own)
-        inside = self._within(deviates, own)
+        inside, (low, high) = deviates, (self._deviate(bound, own) for bound in (self.lower, self.upper))
+        if low > -math.inf or high < math.inf:  # cut off at its bounds: the same shares of what is left
+            from scipy import stats
+
+            inside = np.asarray(stats.truncnorm.ppf(ndtr(deviates), low, high))
         if self.kind == "uniform":
             return np.asarray(own + self.width * (2.0 * ndtr(inside) - 1.0))
         if self.kind == "lognormal":
@@ -62,15 +66,6 @@ class Distribution:
             return 0.0
         low, high = ndtr([self._deviate(self.lower, own), self._deviate(self.upper, own)])
         return float(1.0 - (high - low))
-
-    def _within(self, deviates: np.ndarray, own: float) -> np.ndarray:
-        """Deviates of the distribution that is cut off at its bounds: the same shares of what is left."""
-        low, high = (self._deviate(bound, own) for bound in (self.lower, self.upper))
-        if low == -math.inf and high == math.inf:
-            return deviates
-        from scipy import stats  # slow to import
-
-        return np.asarray(stats.truncnorm.ppf(ndtr(deviates), low, high))
 
     def _deviate(self, bound: float, own: float) -> float:
         """The standard normal deviate of a bound."""
