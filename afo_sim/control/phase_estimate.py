@@ -371,7 +371,16 @@ class PhaseEstimate:
         loosen_size(state, covariance, SIZE**2 * loose, SHIFT**2 * loose)
         if not self._gap:
             innovation, part = value - series(state, wave)[0], max(gone, 0.5 * dt)  # [rad], of a stride
-            self._agree(innovation, part)
+            # judge the angle by its difference from what was expected
+            if self._agreed > 0.0 and math.isfinite(self._last):
+                self._noise += min(part / NOISY, 1.0) * (0.5 * (innovation - self._last) ** 2 - self._noise)
+            self._last = innovation
+            gain = min(part / MISFIT_FILTER, 1.0)
+            self._innovation += gain * (innovation - self._innovation)
+            off = self._innovation**2 - _left_over(gain) * self._noise
+            self._misfit += min(part / RECENT, 1.0) * (off - self._misfit)
+            self._worst = max(self._worst, self._misfit)
+            self._agreed = self._agreed + part if self._misfit < MISFIT**2 else 0.0
             error = LEARNT + (BEGUN - LEARNT) * math.exp(-self._age / FORGOTTEN)
             correct(state, covariance, wave, innovation, error**2 * SAMPLE / dt + self._noise)
             if self._agreed > 0.5 and not self._usual.strange:
@@ -390,18 +399,6 @@ class PhaseEstimate:
         phase = float(state[0] + state[1] * self._lead) - self._shift
         if not 0.0 < self._stated - phase < BACK:
             self._stated = phase
-
-    def _agree(self, innovation: float, part: float) -> None:
-        """Judge the angle by its difference from what was expected [rad], over a part of a stride."""
-        if self._agreed > 0.0 and math.isfinite(self._last):
-            self._noise += min(part / NOISY, 1.0) * (0.5 * (innovation - self._last) ** 2 - self._noise)
-        self._last = innovation
-        gain = min(part / MISFIT_FILTER, 1.0)
-        self._innovation += gain * (innovation - self._innovation)
-        off = self._innovation**2 - _left_over(gain) * self._noise
-        self._misfit += min(part / RECENT, 1.0) * (off - self._misfit)
-        self._worst = max(self._worst, self._misfit)
-        self._agreed = self._agreed + part if self._misfit < MISFIT**2 else 0.0
 
     def _look(self, began: float) -> None:
         """Look at the pace, and where a phase has been passed in a sample, for heel strike and swing."""

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from afo_sim.metrics import peak
-from afo_sim.metrics.facts import Columns, MuscleLimits, Run
+from afo_sim.metrics.facts import Run
 from afo_sim.metrics.kernel import chambers
 from afo_sim.metrics.metric import SAFETY, Found, Of, reported
 
@@ -27,24 +27,17 @@ BRIEFLY = f"{peak.MEANING}; {USED}"
 )
 def muscles(run: Run) -> Found:
     """How close muscles come to their limits."""
-    if run.rows:
-        yield from muscle_metrics(_muscle_shares(run.facts.muscles or {}, run.rows, run.facts.timestep))
-
-
-def _muscle_shares(
-    limits: Mapping[str, MuscleLimits], columns: Columns, timestep: float
-) -> dict[str, list[float]]:
-    """Peak of each muscle over its limit [-]; a braid that may not be stretched at all has no share of it."""
-    found: dict[str, list[float]] = {"pressure": [], "force": [], "contraction": [], "stretch": []}
-    for name, own in limits.items():
-        contraction = columns[f"muscle/{name}/contraction"]
-        pressure = columns[f"chamber/{own.chamber}/pressure"]
-        found["pressure"].append(float(pressure.max()) / own.pressure)
-        found["force"].append(peak.highest_mean(columns[f"muscle/{name}/force"], timestep) / own.force)
-        found["contraction"].append(peak.highest_mean(contraction, timestep) / own.contraction_max)
-        if own.contraction_min < 0.0:
-            found["stretch"].append(peak.highest_mean(-contraction, timestep) / -own.contraction_min)
-    return found
+    if not run.rows:
+        return
+    shares: dict[str, list[float]] = {"pressure": [], "force": [], "contraction": [], "stretch": []}
+    for name, own in (run.facts.muscles or {}).items():
+        contraction, step = run.rows[f"muscle/{name}/contraction"], run.facts.timestep
+        shares["pressure"].append(float(run.rows[f"chamber/{own.chamber}/pressure"].max()) / own.pressure)
+        shares["force"].append(peak.highest_mean(run.rows[f"muscle/{name}/force"], step) / own.force)
+        shares["contraction"].append(peak.highest_mean(contraction, step) / own.contraction_max)
+        if own.contraction_min < 0.0:  # a braid that may not be stretched at all has no share of it
+            shares["stretch"].append(peak.highest_mean(-contraction, step) / -own.contraction_min)
+    yield from muscle_metrics(shares)
 
 
 def muscle_metrics(shares: Mapping[str, Sequence[float]]) -> Found:

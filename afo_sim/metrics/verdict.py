@@ -226,7 +226,14 @@ def _lift(metrics: Numbers, strides: Mapping[int, Numbers], pair: tuple[float, f
     statuses: list[Status] = [at_least(lowest, (wanted, trips))]
     statuses += ["bad"] if short or (trips >= 0.0 and _touches(metrics)) else []
     less = metrics.get("toe_clearance_less_extended", math.nan)
-    parts = [_heights(metrics, stated, lowest, less)]
+    solved, settled = "strides_solved" in metrics, metrics["toe_clearance"].value
+    heights = [f"{millimetres(settled)} {'when settled' if solved else 'on average'}"]
+    first = metrics[FIRST].value if has(metrics, FIRST) else stated.get(0)
+    heights += [] if first is None else [f"{millimetres(first)} in stride 1"]
+    told = f"Clearance is {listed([*heights, f'{millimetres(lowest)} at the lowest'])}"
+    if math.isfinite(less) and round(less, 1) != round(settled, 1):
+        told += f"; {millimetres(less)} if the toes extend less"
+    parts = [f"{told}."]
     if lowest >= trips and "bad" in statuses:
         parts.append("The forefoot touches the floor earlier in swing.")
     statuses += ["doubtful"] if less < wanted else []
@@ -242,7 +249,6 @@ def _lift(metrics: Numbers, strides: Mapping[int, Numbers], pair: tuple[float, f
         share, force = metrics["toe_drag"].value, metrics["toe_drag_force"].value
         parts.append(f"The toe drags for {share:.0f} % of the swing, with up to {force:.0f} N over 10 ms.")
         drags = f", drags {share:.0f} % of the swing, with up to {force:.0f} N"
-    settled = metrics["toe_clearance"].value
     brief = ""  # what takes a further sentence is not told in short
     if whole:
         extended = f", toes less extended {in_digits(less, '.1f')}" if math.isfinite(less) else ""
@@ -250,7 +256,7 @@ def _lift(metrics: Numbers, strides: Mapping[int, Numbers], pair: tuple[float, f
         brief = f"{millimetres(settled)}, lowest {low}{extended} (wanted {in_digits(wanted)}){drags}"
     if status == "bad":
         trip = f"It trips in {numbered(short)}, {len(short)} of {len(strides)}." if short else "It trips."
-        if "strides_solved" in metrics and (settled < trips or _touches(metrics)):
+        if solved and (settled < trips or _touches(metrics)):
             trip = "It trips when settled."
         parts.insert(0, trip)
         brief = f"{parts[0]} {brief}" if brief else ""
@@ -268,19 +274,6 @@ def _lift_by_the_ankle(lift: Answer, metrics: Numbers, pair: tuple[float, float]
     text += f"the toe passes {passes(height)}." if known else "it is not known."
     brief = f"{lift.brief}; without compensation {millimetres(height)}" if known and lift.brief else ""
     return dataclasses.replace(lift, status="doubtful" if known else "unknown", text=text, brief=brief)
-
-
-def _heights(metrics: Numbers, stated: Mapping[int, float], lowest: float, less: float) -> str:
-    """The clearance of the settled stride, of the first and of the lowest one, as a sentence."""
-    solved, settled = "strides_solved" in metrics, metrics["toe_clearance"].value
-    parts = [f"{millimetres(settled)} {'when settled' if solved else 'on average'}"]
-    first = metrics[FIRST].value if has(metrics, FIRST) else stated.get(0)
-    if first is not None:
-        parts.append(f"{millimetres(first)} in stride 1")
-    text = f"Clearance is {listed([*parts, f'{millimetres(lowest)} at the lowest'])}"
-    if math.isfinite(less) and round(less, 1) != round(settled, 1):
-        text += f"; {millimetres(less)} if the toes extend less"
-    return f"{text}."
 
 
 def _touches(metrics: Numbers, name: str = _TOUCHING) -> bool:

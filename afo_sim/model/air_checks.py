@@ -220,7 +220,13 @@ def check_drives(scenario: Scenario) -> tuple[dict[str, float], list[str]]:
             )
         idle = f"{', '.join(drive.idle)} changes nothing in a drive of kind {drive.kind}"
         said = [idle] if drive.idle else []
-        said += [*_short(drive, scenario.orthosis, name), *CHECKS[drive.kind](drive, rate, scenario, name)]
+        chamber = scenario.orthosis.chamber[name]
+        shortest = drive.shortest_pulse(shortest_pulse(chamber))
+        if drive.kind != "regulator" and not (drive.least_on is None and shortest < drive.period):
+            for side, valve in (("inlet", chamber.inlet), ("outlet", chamber.outlet)):
+                short = "" if valve is None else too_short(f"{name}_{side}", valve, shortest)
+                said += [short] if short else []
+        said += CHECKS[drive.kind](drive, rate, scenario, name)
         warnings += [f"drive of chamber {name!r}: {text}" for text in said]
         if drive.kind != "bang_bang":
             numbers.append(scenario.timestep * rate / drive.full_at)
@@ -234,17 +240,6 @@ def fastest_rise(orthosis: Orthosis, chamber: str, supply: float) -> float:
     flow = conductance * STANDARD_DENSITY * (supply + AMBIENT_PRESSURE)
     stiff = HEAT_CAPACITY_RATIO * GAS_CONSTANT * AMBIENT_TEMPERATURE
     return stiff * flow / least_volume(orthosis, chamber)
-
-
-def _short(drive: Drive, orthosis: Orthosis, name: str) -> Iterator[str]:
-    """Pulses that the drive gives, and that are too short for its valves."""
-    chamber = orthosis.chamber[name]
-    shortest = drive.shortest_pulse(shortest_pulse(chamber))
-    if drive.kind == "regulator" or (drive.least_on is None and shortest < drive.period):
-        return
-    for side, valve in (("inlet", chamber.inlet), ("outlet", chamber.outlet)):
-        if valve is not None and (text := too_short(f"{name}_{side}", valve, shortest)):
-            yield text
 
 
 def _bang_bang(drive: Drive, rate: float, scenario: Scenario, name: str) -> Iterator[str]:

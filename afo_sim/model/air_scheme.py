@@ -14,7 +14,6 @@ from afo_sim.description import (
     SUPPLY,
     Chamber,
     Orthosis,
-    Source,
     Supply,
     Valve,
     bar,
@@ -171,7 +170,15 @@ def _supply(orthosis: Orthosis, supply: Supply) -> tuple[dict[str, AirNode], lis
         first, before = AirNode("supply", "line", (bar(supply.fixed), "endless")), SUPPLY
     else:
         name, before = source.name or source.kind, SOURCE
-        first = AirNode(source.kind, name, _of_source(source), source.volume)
+        room = f"{1e3 * source.volume:.3g} l" if source.volume >= 1e-3 else _millilitres(source.volume)
+        flow = f"{6e4 * (source.free_air_delivery or 0.0):.3g} l/min ANR"
+        switched = f"{1e-5 * (source.switch_on or 0.0):.3g}–{bar(source.switch_off or 0.0)}"
+        told: dict[str, tuple[str, ...]] = {
+            "bottle": (room, f"{bar(source.filling_pressure or 0.0)} full"),
+            "cartridge": (room, f"{1e3 * (source.content or 0.0):.3g} g CO₂"),
+            "compressor": (flow, f"tank {room}", switched),
+        }
+        first = AirNode(source.kind, name, (source.kind, *told[source.kind]), source.volume)
     lines: tuple[str, ...] = (f"set {set_to}",)
     if regulator is None:
         edge = AirEdge("regulator", FREE, FREE, before, SUPPLY, math.inf, 0.0, 0.0, lines)
@@ -181,17 +188,6 @@ def _supply(orthosis: Orthosis, supply: Supply) -> tuple[dict[str, AirNode], lis
     edge = _drawn("regulator", REGULATOR, regulator.name or "regulator", edges, lines)
     room = outlet_room(orthosis, regulator)
     return {before: first, OUTLET: AirNode("point", "regulator outlet", (_millilitres(room),), room)}, [edge]
-
-
-def _of_source(source: Source) -> tuple[str, ...]:
-    room = f"{1e3 * source.volume:.3g} l" if source.volume >= 1e-3 else _millilitres(source.volume)
-    if source.kind == "bottle":
-        return ("bottle", room, f"{bar(source.filling_pressure or 0.0)} full")
-    if source.kind == "cartridge":
-        return ("cartridge", room, f"{1e3 * (source.content or 0.0):.3g} g CO₂")
-    flow = f"{6e4 * (source.free_air_delivery or 0.0):.3g} l/min ANR"
-    switched = f"{1e-5 * (source.switch_on or 0.0):.3g}–{bar(source.switch_off or 0.0)}"
-    return ("compressor", flow, f"tank {room}", switched)
 
 
 def _of_chamber(name: str, chamber: Chamber) -> Iterator[AirEdge]:

@@ -170,12 +170,20 @@ def _registered(
     total, turning, given, lost = borne.T
     fastest = float(np.max(velocity, where=pressed > least, initial=0.0)) / size.slower
     flexors = None if walk.toe is None else _hinge_moment(walk, foot, leg.armature) - left * given
+    # upward force that shank and foot need in the recorded motion: their weight and inertia [N] (n,)
+    lift = turned(leg.shank, walk.shank)[1]
+    lift += foot.mass * turned(foot.centre, walk.sole)[1]
+    if foot.toes is not None and walk.toe is not None:  # the foot's centre is that of straight toes
+        straight, bent = (turned(foot.toes.centre, turn)[1] for turn in (walk.sole, walk.toes))
+        lift += foot.toes.mass * (bent - straight)
+    lift += leg.mass * walk.pose[:, 1]
+    borne_by_leg = np.diff(lift, 2) / walk.timestep**2 + leg.mass * GRAVITY
     return Contact(
         floor=floor,
         load=load,
         moment=weight * walk.ground_lever - turning,
         shift=np.where(total > least, place - turning / np.maximum(total, least), 0.0),
-        support=_leg_force(walk, foot, leg) - total,
+        support=borne_by_leg - total,
         warnings=_lost(lost / weight, walk.phase[1:-1], fastest),
         loaded=least,
         flexors=flexors,
@@ -330,17 +338,6 @@ def _stands(ramp: float, steps: int, pads: int, over: Any, found: Any) -> float:
             if over[i] <= 0.0 and away < 1.0:
                 found[i] = 0.5 + 0.5 * math.cos(math.pi * away)
     return 0.0
-
-
-def _leg_force(walk: Walk, foot: Foot, leg: _Borne) -> np.ndarray:
-    """Upward force that shank and foot need in the recorded motion: their weight and inertia [N] (n,)."""
-    lift = turned(leg.shank, walk.shank)[1]
-    lift += foot.mass * turned(foot.centre, walk.sole)[1]
-    if foot.toes is not None and walk.toe is not None:  # the foot's centre is that of straight toes
-        straight, bent = (turned(foot.toes.centre, turn)[1] for turn in (walk.sole, walk.toes))
-        lift += foot.toes.mass * (bent - straight)
-    lift += leg.mass * walk.pose[:, 1]
-    return np.diff(lift, 2) / walk.timestep**2 + leg.mass * GRAVITY
 
 
 COMPILED = {

@@ -210,8 +210,13 @@ def through_leg(built: Built) -> list[ThroughLeg]:
             way = np.linspace(0.0, length, max(int(length / POINT_SPACING), 2) + 1)
             points = at_lengths(corners, way)
             found = [(*deep, False) for deep in _in_parts(shapes, points, way)]
-            if (near := _in_bone(shapes, points, top)) is not None:
-                found.append((above, *near, True))
+            ankle = shapes.data.xanchor[shapes.model.joint(ANKLE).id]
+            shank = shapes.model.jnt_bodyid[shapes.model.joint(ANKLE).id]
+            up = shapes.data.xmat[shapes.model.body_parentid[shank]].reshape(3, 3)[:, 2]
+            height = np.clip((points - ankle) @ up, 0.0, max(top, 0.0))
+            away = np.linalg.norm(points - ankle - height[:, None] * up, axis=1)
+            if away.min() < BONE:  # of the line from ankle to knee
+                found.append((above, float(away.min()), int(away.argmin()), True))
             for part, depth, at, bone in found:
                 key = muscle, part, bone
                 # of bone the distance is given
@@ -238,14 +243,3 @@ def _in_parts(shapes: LegShapes, points: np.ndarray, way: np.ndarray) -> list[tu
                 own = np.where(beside, -1.0, own)
         depth[part] = np.maximum(depth.get(part, own), own)
     return [(part, float(own.max()), int(own.argmax())) for part, own in depth.items() if own.max() > DEEP]
-
-
-def _in_bone(shapes: LegShapes, points: np.ndarray, top: float) -> tuple[float, int] | None:
-    """(distance, place) of the point nearest to the line from ankle to knee, where it is nearer than BONE."""
-    ankle = shapes.data.xanchor[shapes.model.joint(ANKLE).id]
-    shank = shapes.model.jnt_bodyid[shapes.model.joint(ANKLE).id]
-    up = shapes.data.xmat[shapes.model.body_parentid[shank]].reshape(3, 3)[:, 2]
-    height = np.clip((points - ankle) @ up, 0.0, max(top, 0.0))
-    away = np.linalg.norm(points - ankle - height[:, None] * up, axis=1)
-    nearest = int(away.argmin())
-    return (float(away[nearest]), nearest) if away[nearest] < BONE else None
