@@ -4,7 +4,6 @@ import datetime
 import pathlib
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from afo_sim.common import InputError, assets, check_writable, read_json, write_text
@@ -56,17 +55,7 @@ _TEMPLATE = "report.html.j2"
 _TIME_POINTS = 2000  # of a curve over time, about
 
 
-@dataclass(frozen=True)
-class _TableRow:
-    """One line of a table: a name with its meaning, a cell for each run or stride, a unit."""
-
-    label: str
-    cells: tuple[tuple[str, str], ...]
-    unit: str = ""
-    meaning: str = ""
-
-
-def _scenario_rows(runs: Sequence[RunView]) -> Iterator[_TableRow]:
+def _scenario_rows(runs: Sequence[RunView]) -> Iterator[dict[str, Any]]:
     """The scenarios in words, one cell for each run; the duration last."""
     tables = [
         {
@@ -81,18 +70,19 @@ def _scenario_rows(runs: Sequence[RunView]) -> Iterator[_TableRow]:
     ]
     names = list(dict.fromkeys(name for table in tables for name in table if name != "duration"))
     for name in [*names, "duration"]:
-        yield _TableRow(name, tuple((str(table.get(name, "–")), "") for table in tables))
+        yield {"label": name, "cells": [(str(table.get(name, "–")), "") for table in tables]}
 
 
-def _row(name: str, runs: Sequence[RunView]) -> _TableRow:
+def _row(name: str, runs: Sequence[RunView]) -> dict[str, Any]:
     """A metric of all runs, with its meaning or what it is compared with; runs that have none show a dash."""
     found = [run.recording.metrics.get(name) for run in runs]
     with_it = [run.recording.scenario for run in runs if name in run.recording.metrics]
     others = dict.fromkeys(map(reference, with_it)) if name in _COMPARISONS else {}
     sample = next(metric for metric in found if metric is not None)
     pairs = zip(runs, found, strict=True)
-    cells = tuple((_cell(name, metric, run), _difference(name, metric, found[0])) for run, metric in pairs)
-    return _TableRow(words(name).label, cells, unit(sample), "; ".join(others) or words(name).meaning)
+    cells = [(_cell(name, metric, run), _difference(name, metric, found[0])) for run, metric in pairs]
+    meaning = "; ".join(others) or words(name).meaning
+    return {"label": words(name).label, "cells": cells, "unit": unit(sample), "meaning": meaning}
 
 
 def _cell(name: str, metric: Metric | None, run: RunView) -> str:

@@ -1,7 +1,7 @@
 """The verdict of a walk as it is shown: a mark, a word and a colour, all of one meaning, for each answer."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import Any
 
 from afo_sim.metrics import ADDS, AIR, HEEL, HELP, LIFT, PUSH_OFF, QUESTIONS, SKIN, Answer, closing
 from afo_sim.show.run_names import begun
@@ -21,26 +21,6 @@ _LIMITS_OF = {  # {answer: the limits that it is compared with}
     SKIN: ("skin_pressure", "blood_flow_pressure"),
 }
 _NOT_COMPARED = "Not compared with a walk without the device."  # beside runs that are
-
-
-@dataclass(frozen=True)
-class _Cell:
-    """A run's answer to a question, short and whole; `limit` says of what kind it is, too."""
-
-    run: RunView
-    answer: Answer
-    badge: str
-    brief: str
-    limit: str
-
-
-@dataclass(frozen=True)
-class _VerdictRow:
-    """One question, and its answer for each run; `limit` is "" where the runs have different limits."""
-
-    question: str
-    limit: str
-    cells: tuple[_Cell, ...]
 
 
 def badge(answer: Answer | Worse) -> str:
@@ -103,7 +83,7 @@ def markdown(recording: Recording) -> str:
     return "\n".join([*items, "", f"*{' '.join(ends)}*"] if items else [])
 
 
-def of_report(runs: Sequence[RunView]) -> list[_VerdictRow]:
+def of_report(runs: Sequence[RunView]) -> list[dict[str, Any]]:
     """What the report's part report_verdict.html.j2 draws; empty where there is nothing to report."""
     judged = [(run, answers) for run in runs if (answers := run.recording.verdict)]
     rows = []
@@ -111,15 +91,17 @@ def of_report(runs: Sequence[RunView]) -> list[_VerdictRow]:
         named = [(run, {a.name: a for a in answers}.get(name)) for run, answers in judged]
         if not any(answer for _, answer in named):
             continue
-        cells = []
+        cells: list[dict[str, Any]] = []
         for run, found in named:
             answer = found or Answer(name, QUESTIONS[name], "unknown", _NOT_COMPARED, "")
             kinds = f" [{_kinds(run.recording, answer)}]" if answer.brief and answer.limit else ""
             stated = limit(run.recording, answer) if answer.limit else ""
             short = begun(answer.brief or answer.text) + kinds
-            cells.append(_Cell(run, answer, badge(answer), short, stated))
-        limits = {cell.limit for cell in cells if cell.answer.limit}
-        rows.append(_VerdictRow(QUESTIONS[name], limits.pop() if len(limits) == 1 else "", tuple(cells)))
+            cell = {"run": run, "answer": answer, "badge": badge(answer), "brief": short, "limit": stated}
+            cells.append(cell)
+        limits = {cell["limit"] for cell in cells if cell["answer"].limit}
+        same = limits.pop() if len(limits) == 1 else ""  # where the runs have one limit
+        rows.append({"question": QUESTIONS[name], "limit": same, "cells": cells})
     return rows
 
 

@@ -75,8 +75,8 @@ def test_a_mark_and_a_word_tell_what_a_colour_tells() -> None:
 
 def test_runs_stand_side_by_side_with_their_own_limits(shipped: Recording, short_links: Recording) -> None:
     rows = verdict.of_report(views(shipped, short_links))
-    assert [len(row.cells) for row in rows] == [2] * 7
-    assert [bool(row.limit) for row in rows] == [
+    assert [len(row["cells"]) for row in rows] == [2] * 7
+    assert [bool(row["limit"]) for row in rows] == [
         True,
         True,
         False,
@@ -95,7 +95,7 @@ def test_runs_stand_side_by_side_with_their_own_limits(shipped: Recording, short
 def test_what_does_not_walk_has_none(shipped: Recording, sitting: Recording) -> None:
     assert verdict.lines(sitting) == [] and verdict.markdown(sitting) == ""
     assert verdict.of_report(views(sitting)) == []
-    assert len(verdict.of_report(views(shipped, sitting))[0].cells) == 1
+    assert len(verdict.of_report(views(shipped, sitting))[0]["cells"]) == 1
     both = page(views(shipped, sitting)).partition('<section class="verdict"')[2].partition("</section>")[0]
     assert "walk-dropfoot-afo" in both  # whose answers these are, beside a run that has none
     assert "verdict" not in sitting.summary() and "Does it work?" not in page(views(sitting))
@@ -107,7 +107,7 @@ def test_a_run_that_failed_stands_beside_the_others(shipped: Recording) -> None:
     assert all(line.startswith("? UNKNOWN") and "stopped early" in line for line in answers)
     assert "not a medical device" in last
     row = verdict.of_report(views(shipped, failed))[0]
-    assert [cell.answer.status for cell in row.cells] == ["good", "unknown"]
+    assert [cell["answer"].status for cell in row["cells"]] == ["good", "unknown"]
 
 
 def test_the_colours_have_contrast_enough() -> None:
