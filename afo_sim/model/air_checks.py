@@ -48,7 +48,16 @@ def check_air_path(scenario: Scenario) -> list[Notice]:
 
 @functools.lru_cache(maxsize=4)  # cases of a sweep share them
 def _of_device(orthosis: Orthosis) -> tuple[tuple[Notice, ...], tuple[Notice, ...]]:
-    return tuple(_lost(orthosis)), tuple(_long_tubes(orthosis))
+    tubes = [(f"chamber {k!r}", c.tube, c.tube_length) for k, c in orthosis.chamber.items()]
+    tubes += [(f"restriction {k!r}", r.tube, r.length) for k, r in orthosis.restriction.items()]
+    long = []
+    for where, tube, length in tubes:
+        if tube is not None and length is not None and length > LONG_TUBE:
+            text = "the tube of {subject} is {length:.3g} m long: tubes have no delay here, and sound takes "
+            text += "{delay} through it (2.9 ms/m); they are tested to 2 m"
+            data: dict[str, Any] = {"length": length, "delay": _ms(tube.delay(length))}
+            long.append(Notice("tube-long", text, subject=where, **data))
+    return tuple(_lost(orthosis)), tuple(long)
 
 
 def _lost(orthosis: Orthosis) -> Iterator[Notice]:
@@ -118,17 +127,6 @@ def _pressures(scenario: Scenario) -> Iterator[Notice]:
             text += "would be that of a volume filled before"
             start, supply = amount(each.start_pressure or 0.0, "Pa", 3), amount(most, "Pa", 3)
             yield Notice("volume-above-supply", text, subject=name, start=start, supply=supply)
-
-
-def _long_tubes(orthosis: Orthosis) -> Iterator[Notice]:
-    """Tubes beyond what the lumped model is tested for."""
-    tubes = [(f"chamber {k!r}", c.tube, c.tube_length) for k, c in orthosis.chamber.items()]
-    tubes += [(f"restriction {k!r}", r.tube, r.length) for k, r in orthosis.restriction.items()]
-    for where, tube, length in tubes:
-        if tube is not None and length is not None and length > LONG_TUBE:
-            text = "the tube of {subject} is {length:.3g} m long: tubes have no delay here, and sound takes "
-            text += "{delay} through it (2.9 ms/m); they are tested to 2 m"
-            yield Notice("tube-long", text, subject=where, length=length, delay=_ms(tube.delay(length)))
 
 
 def _times(scenario: Scenario) -> Iterator[Notice]:

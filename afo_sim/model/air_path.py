@@ -14,7 +14,6 @@ from afo_sim.description import (
     SUPPLY,
     Chamber,
     Drive,
-    Mounting,
     MuscleGroup,
     Orthosis,
     Regulator,
@@ -213,7 +212,16 @@ def circuit_of(
             )
             for name, chamber in orthosis.chamber.items()
         ),
-        anchors=tuple(_anchor(name, mounting) for name, mounting in orthosis.anchor.items()),
+        anchors=tuple(
+            native.CircuitAnchor(
+                name=name,
+                stiffness=mounting.stiffness or 0.0,
+                force=0.0 if mounting.stiffening is None else mounting.stiffening.force,
+                length=0.0 if mounting.stiffening is None else mounting.stiffening.length,
+                damping=mounting.damping,
+            )
+            for name, mounting in orthosis.anchor.items()
+        ),
         volumes=path.volumes,
         stores=path.stores,
         restrictions=path.restrictions,
@@ -255,14 +263,3 @@ def drive_of(drive: Drive, shortest: float = 0.0) -> native.CircuitDrive:
         "filter_time": drive.filter_time,
     }
     return native.CircuitDrive(row, drive.bandwidth if drive.kind == "regulator" else 0.0)
-
-
-def _anchor(name: str, mounting: Mounting) -> native.CircuitAnchor:
-    law = mounting.stiffening
-    return native.CircuitAnchor(
-        name=name,
-        stiffness=mounting.stiffness or 0.0,
-        force=0.0 if law is None else law.force,
-        length=0.0 if law is None else law.length,
-        damping=mounting.damping,
-    )

@@ -169,7 +169,16 @@ def _registered(
     _run(_carried, ground.damping, *pressed.shape, *arrays)
     total, turning, given, lost = borne.T
     fastest = float(np.max(velocity, where=pressed > least, initial=0.0)) / size.slower
-    flexors = None if walk.toe is None else _hinge_moment(walk, foot, leg.armature) - left * given
+    flexors, toes = None, foot.toes
+    if walk.toe is not None:  # weight and inertia of toes that stand at their rest extension, about the hinge
+        assert toes is not None
+        square = walk.timestep**2
+        hinge = [np.diff(at, 2) / square for at in turned(toes.hinge, walk.sole)]
+        along, rising = (hinge[i] + walk.acceleration[:, i] for i in range(2))
+        x, z = (at[1:-1] for at in turned(toes.centre, walk.toes))
+        extending = np.diff(walk.toe, 2) / square
+        own = toes.inertia * (walk.turning + extending) + leg.armature * extending
+        flexors = own + toes.mass * (x * (rising + GRAVITY) - z * along) - left * given
     # upward force that shank and foot need in the recorded motion: their weight and inertia [N] (n,)
     lift = turned(leg.shank, walk.shank)[1]
     lift += foot.mass * turned(foot.centre, walk.sole)[1]
@@ -274,19 +283,6 @@ def _placed(
             rise = z[k + 2] - z[k] + x * (pitch[k + 2] - pitch[k]) + arm * (toe[k + 2] - toe[k])
             ahead[i], height[i], lever[i], velocity[i] = x, z[k + 1] + up, arm, rise / p[2]
     return 0.0
-
-
-def _hinge_moment(walk: Walk, foot: Foot, armature: float) -> np.ndarray:
-    """What weight and inertia of toes that stand at their rest extension need about the hinge [N·m] (n,)."""
-    toes = foot.toes
-    assert walk.toe is not None and toes is not None
-    square = walk.timestep**2
-    hinge = [np.diff(at, 2) / square for at in turned(toes.hinge, walk.sole)]
-    along, upward = (hinge[i] + walk.acceleration[:, i] for i in range(2))
-    x, z = (at[1:-1] for at in turned(toes.centre, walk.toes))
-    extending = np.diff(walk.toe, 2) / square
-    own = toes.inertia * (walk.turning + extending) + armature * extending
-    return own + toes.mass * (x * (upward + GRAVITY) - z * along)
 
 
 def shares(place: np.ndarray, ahead: np.ndarray, height: np.ndarray, taller: float = 1.0) -> np.ndarray:

@@ -59,7 +59,17 @@ def implausible(scenario: Scenario, model: mujoco.MjModel) -> Iterator[Notice]:
         yield from _beyond(name, getattr(scenario, name))
     if scenario.leg.joint != "ankle":
         return
-    yield from _person(scenario)
+    leg, person = scenario.leg, person_of(scenario)
+    for of, mass, height, (low, high) in (
+        ("patient", person.body_mass, person.body_height, BMI),
+        ("leg", leg.body_mass, leg.body_height, _LEGS_BMI),
+    ):
+        if not _TALL[0] <= height <= _TALL[1]:
+            yield _doubt(f"{of}.body_height", f"{height:.3g} m", f"{_TALL[0]:g} to {_TALL[1]:g} m")
+        if not low <= mass / height**2 <= high:
+            least, most = (bound * height**2 for bound in (low, high))
+            pair = f"{of}.body_mass beside {of}.body_height"
+            yield _doubt(pair, f"{mass:.4g} kg", f"{least:.0f} to {most:.0f} kg at {height:.3g} m")
     yield from _leg(scenario, model)
     yield from _mounted(scenario.leg.body_height, scenario.orthosis)
     if scenario.gait is not None and not 0.55 <= (time := stride_time_of(scenario)) <= 3.5:
@@ -86,21 +96,6 @@ def _outside(of: str, scenario: SimpleNamespace) -> Iterator[Notice]:
                 field = ".".join(filter(None, (part, name, key)))
                 allowed = f"{factor * low:g} to {factor * high:g}{unit}"
                 yield _doubt(field, f"{factor * value:.4g}{unit}", allowed)
-
-
-def _person(scenario: Scenario) -> Iterator[Notice]:
-    """Mass and height of the person, and of the body that the leg was made for."""
-    leg, person = scenario.leg, person_of(scenario)
-    for of, mass, height, (low, high) in (
-        ("patient", person.body_mass, person.body_height, BMI),
-        ("leg", leg.body_mass, leg.body_height, _LEGS_BMI),
-    ):
-        if not _TALL[0] <= height <= _TALL[1]:
-            yield _doubt(f"{of}.body_height", f"{height:.3g} m", f"{_TALL[0]:g} to {_TALL[1]:g} m")
-        if not low <= mass / height**2 <= high:
-            least, most = (bound * height**2 for bound in (low, high))
-            pair = f"{of}.body_mass beside {of}.body_height"
-            yield _doubt(pair, f"{mass:.4g} kg", f"{least:.0f} to {most:.0f} kg at {height:.3g} m")
 
 
 def _leg(scenario: Scenario, model: mujoco.MjModel) -> Iterator[Notice]:

@@ -47,7 +47,16 @@ def draw_leg(leg: Tree, title: str, path: pathlib.Path) -> None:
         parts = leg.below(FOOT)
         own = [moved(from_ankle(leg, part), surface(shape)) for part in parts for shape in part.shapes]
         reach = 1e3 * (float(np.concatenate(own)[:, 0].max()) if own else 0.2)  # of the foot's foremost point
-        _stops(axes[0], numbers, 1.2 * reach)
+        # the ankle's range as an arc of the foot's forward axis, with its angles
+        (low, high), radius = numbers.range, 1.2 * reach
+        angle = np.linspace(low, high, 60)
+        axes[0].plot(radius * np.cos(angle), radius * np.sin(angle), color=RED, lw=1.2, zorder=3)
+        for end, side in ((low, "top"), (high, "bottom")):
+            x, z = radius * np.cos(end), radius * np.sin(end)
+            axes[0].plot([0.0, x], [0.0, z], color=RED, lw=0.6, ls=":", zorder=3)
+            label, beside = f"{np.degrees(end):+.0f}°".replace("-", "−"), {"va": side, "ha": "left"}
+            axes[0].annotate(label, (x, z), (3, 0), textcoords="offset points", color=RED, **beside)
+        axes[0].plot([0.0, radius], [0.0, 0.0], color=GREY, lw=0.6, zorder=3)
         axes[1].plot([-0.35 * reach, 0.35 * reach], [0.0, 0.0], color=RED, lw=1.2)
         axes[1].annotate("ankle's axis", (0.35 * reach, 0.0), (3, 3), textcoords="offset points", color=RED)
         axes[1].invert_xaxis()  # who looks at the toes has the leg's left at the right hand
@@ -69,16 +78,3 @@ def _silhouette(axis: Any, pose: np.ndarray, shape: Shape, columns: tuple[int, i
     except (QhullError, ValueError):  # all on a line
         return
     axis.fill(*points[hull].T, **look)
-
-
-def _stops(axis: Any, numbers: LegNumbers, radius: float) -> None:
-    """The ankle's range as an arc of the foot's forward axis, with its angles."""
-    low, high = numbers.range
-    angle = np.linspace(low, high, 60)
-    axis.plot(radius * np.cos(angle), radius * np.sin(angle), color=RED, lw=1.2, zorder=3)
-    for end, side in ((low, "top"), (high, "bottom")):
-        x, z = radius * np.cos(end), radius * np.sin(end)
-        axis.plot([0.0, x], [0.0, z], color=RED, lw=0.6, ls=":", zorder=3)
-        label = f"{np.degrees(end):+.0f}°".replace("-", "−")
-        axis.annotate(label, (x, z), (3, 0), textcoords="offset points", color=RED, va=side, ha="left")
-    axis.plot([0.0, radius], [0.0, 0.0], color=GREY, lw=0.6, zorder=3)
