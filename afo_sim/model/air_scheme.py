@@ -170,13 +170,13 @@ def _supply(orthosis: Orthosis, supply: Supply) -> tuple[dict[str, AirNode], lis
         first, before = AirNode("supply", "line", (bar(supply.fixed), "endless")), SUPPLY
     else:
         name, before = source.name or source.kind, SOURCE
-        room = f"{1e3 * source.volume:.3g} l" if source.volume >= 1e-3 else _millilitres(source.volume)
+        size = f"{1e3 * source.volume:.3g} l" if source.volume >= 1e-3 else _millilitres(source.volume)
         flow = f"{6e4 * (source.free_air_delivery or 0.0):.3g} l/min ANR"
         switched = f"{1e-5 * (source.switch_on or 0.0):.3g}–{bar(source.switch_off or 0.0)}"
         told: dict[str, tuple[str, ...]] = {
-            "bottle": (room, f"{bar(source.filling_pressure or 0.0)} full"),
-            "cartridge": (room, f"{1e3 * (source.content or 0.0):.3g} g CO₂"),
-            "compressor": (flow, f"tank {room}", switched),
+            "bottle": (size, f"{bar(source.filling_pressure or 0.0)} full"),
+            "cartridge": (size, f"{1e3 * (source.content or 0.0):.3g} g CO₂"),
+            "compressor": (flow, f"tank {size}", switched),
         }
         first = AirNode(source.kind, name, (source.kind, *told[source.kind]), source.volume)
     lines: tuple[str, ...] = (f"set {set_to}",)
