@@ -46,6 +46,7 @@ class Effect:
     relative: bool = False
 
 
+FALLS_DIFFER = Effect(0.5, -1)  # share of starts: few starts of one patient are told by chance
 # The errors: twice the RMS by which the change of one patient differs between two searches (docs/walker.md),
 # and of the cost the energy model's own.
 EFFECTS = {
@@ -73,7 +74,7 @@ def changes(population: Population, case: str, name: str, base: str = WITHOUT) -
 def outcomes(population: Population, case: str, base: str = WITHOUT) -> np.ndarray:
     """Of each patient 1: gains, -1: loses, 0: nothing that the model can tell (n,)."""
     better, worse = np.zeros((2, len(population.drawn)), dtype=bool)
-    for name, effect in {"falls": Effect(0.0, -1), **EFFECTS}.items():
+    for name, effect in {"falls": FALLS_DIFFER, **EFFECTS}.items():
         change = effect.better * changes(population, case, name, base)
         better |= change > effect.error
         worse |= change < -effect.error

@@ -132,13 +132,14 @@ def test_who_adapts_goes_on_after_a_kill(
     asked = {"patients": condition, "generations": 1, **BRIEF, "starts": 0}
     whole = populate(SCENARIO, **asked)
     assert list(whole.cases) == [WITHOUT, DEVICE, DEVICE + WEEKS] and whole.asked["unadapted"] == 0
-    keys = {WITHOUT: "nothing", DEVICE: device_key(whole.scenario)}
+    foot = "in trainer on adult_75kg"
+    keys = {WITHOUT: f"nothing {foot}", DEVICE: f"{device_key(whole.scenario)} {foot}"}
     assert list(whole.gaits) == [(keys[case], k) for case in (WITHOUT, DEVICE) for k in (0, 1)]
     left[0] = (10**6 - left[0]) * 3 // 4
     with pytest.raises(KeyboardInterrupt):
         populate(SCENARIO, kept=tmp_path, **asked)
     kept = {path.relative_to(tmp_path).as_posix() for path in tmp_path.rglob("*.json")}
-    assert {"nothing/1.json", "nothing/2.json", "first/1.json"} <= kept
+    assert {f"nothing {foot}/1.json", f"nothing {foot}/2.json", "first/1.json"} <= kept
     left[0] = 10**6
     again = populate(SCENARIO, kept=tmp_path, **asked | {"threads": 2})
     for key, each in whole.gaits.items():
@@ -157,7 +158,8 @@ def adapted(condition: pathlib.Path) -> Population:
     """Gaits that nobody has searched for: the natural one's neighbours, in bounds, to its last digit."""
     read, draw, gaits = read_condition(condition), np.random.default_rng(2), Gaits()
     described = prepared(SCENARIO, {"timestep": "1 ms", "patient": "healthy"})
-    for worn in ("nothing", device_key(described), "spring of 30 N*m/rad"):
+    for what in ("nothing", device_key(described), "spring of 30 N*m/rad"):
+        worn = f"{what} in trainer on adult_75kg"
         for k in (0, 1):
             near = [
                 np.clip(x * (1.0 + draw.normal(0.0, 1e-9, x.shape)), low, high)
@@ -167,7 +169,7 @@ def adapted(condition: pathlib.Path) -> Population:
                 )
             ]
             gaits[worn, k] = Adapted(rounded(Vector(near[0], near[1], NATURAL.speed)), HOW)
-    return Population(described, read, read.draw(), {}, gaits)
+    return Population(described, described, read, read.draw(), {}, {}, gaits)
 
 
 def test_adapted_gaits_are_read_as_they_are_written(adapted: Population, tmp_path: pathlib.Path) -> None:
@@ -245,7 +247,7 @@ def test_a_device_is_known_by_all_that_it_does_and_a_patient_by_nothing_of_it() 
         assert device_key(scenario.set(same)) == key, same
     others = [
         {"supply.pressure": "3.99 bar"},
-        {"shoe": None},
+        {"worn_on": "both"},
         {"orthosis.anchor.shank.stiffness": "5.01 kN/m"},
         {"phases.dorsiflexor.inlet[0][1]": 0.9},
     ]
@@ -308,7 +310,9 @@ def test_shipped_gaits_are_of_the_patients_who_are_drawn(name: str) -> None:
         pytest.skip("nobody has adapted yet")
     found = read_gaits(file, read.draw())  # refuses whoever is another, and what is out of bounds
     worn = {key for key, _ in found}
-    assert "nothing" in worn and set(found) == {(key, k) for key in worn for k in range(read.patients)}
+    assert any(key.startswith("nothing in ") for key in worn) and set(found) == {
+        (key, k) for key in worn for k in range(read.patients)
+    }
     for key, each in found.items():
         low, high = (packed(Vector(x.offsets, x.gains, s)) for x, s in ((LEAST, 0.0), (MOST, 2.0)))
         assert (np.array(low) <= packed(each.vector)).all() and (packed(each.vector) <= np.array(high)).all()
