@@ -101,7 +101,6 @@ def test_gain_and_loss_are_those_counted_by_hand(made: Callable[..., Population]
         (1, {}, 2, {}, 0),  # falls less
         (-1, {}, 0, {}, 2),
         (0, {}, 2, {}, 1),  # one start of two comes by chance
-        (0, {}, 0, {}, 1),
         (-1, {}, 0, {"right/clearance": 0.9}, 2),  # better in one, worse in another
         (1, {}, 0, {"speed": 1.2 + 1.01 * error["speed"]}, 0),
         (0, {}, 0, {"speed": 1.2 + 0.99 * error["speed"]}, 0),
