@@ -5,6 +5,7 @@ drives   the three pressure drives follow steps of pressure on S1's device (scen
 ledger   predicted over measured, with bands, of the ledger's devices: docs/ledger.png, and the table of
          docs/accuracy.md
 muscles  force over contraction of the fluidic muscles of 10, 20 and 40 mm, with their limits
+patients twenty patients with a drop foot without a device, with S1 and with a spring: docs/patients.png
 runs     the seated scenarios and the arms, as the viewer shows them, and their figures; needs what
          `afo-sim view --screenshot` needs
 walks    the README's film and a still of it, the report's figures of four walkers, where clearance is
@@ -29,10 +30,12 @@ from afo_sim.common import STANDARD_DENSITY
 from afo_sim.description import Muscle
 from afo_sim.lab.ledger import VERDICTS, LedgerRow, ledger
 from afo_sim.show import BLUE, GREY, RED, RUN_STYLES, RUNS, RunView, panels, report_figures
+from afo_sim.show.patients_figure import draw_patients
 from afo_sim.show.rerun import screenshot, write_comparison
 from afo_sim.show.run_view import alone
 from afo_sim.show.video import Painter
 from afo_sim.show.walking_figure import WalkingFigure, draw_figure, reference_view
+from afo_sim.walker import populate
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 MODELS = ROOT / "models"
@@ -405,8 +408,16 @@ def draw_ledgers() -> None:
     draw(ROOT / "docs/ledger.png", (8.6, 7.4), lambda figure: draw_ledger(rows, figure))
 
 
-PARTS = {"drives": drives, "ledger": draw_ledgers, "muscles": muscles, "runs": runs, "walks": walks}
-PARTS["wiring"] = wiring
+def patients() -> None:
+    """Draw twenty patients without, with S1 and with a spring."""
+    place = ROOT / "docs/patients.png"
+    draw_patients(populate("walk-dropfoot-afo", patients="drop-foot", spring=60.0), place)
+    picture = Image.open(place).convert("RGB")
+    save(picture.resize((picture.width * 2 // 3, picture.height * 2 // 3)), place)
+
+
+PARTS = {"drives": drives, "ledger": draw_ledgers, "muscles": muscles, "patients": patients, "runs": runs}
+PARTS |= {"walks": walks, "wiring": wiring}
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)

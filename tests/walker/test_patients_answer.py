@@ -134,8 +134,8 @@ def test_gain_and_loss_are_those_counted_by_hand(made: Callable[..., Population]
     assert (line["gain"], line["lose"]) == (str(counts[1]), str(counts[-1]))
     assert in_lines(population)[0]["gain"] == "–"
     relative = changes(population, DEVICE, "cost_of_transport")
-    assert relative[12] == pytest.approx(8.7 / 8.0 - 1.0) and np.isnan(relative[15:]).all()
-    assert np.flatnonzero(np.isnan(changes(population, DEVICE, "speed"))).tolist() == [15, 16, 17, 18]
+    assert relative[13] == pytest.approx(8.7 / 8.0 - 1.0) and np.isnan(relative[16:]).all()
+    assert np.flatnonzero(np.isnan(changes(population, DEVICE, "speed"))).tolist() == [16, 17, 18, 19]
 
 
 def test_nobody_of_twenty_is_not_nobody(made: Callable[..., Population]) -> None:
