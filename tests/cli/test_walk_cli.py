@@ -2,6 +2,7 @@
 
 import csv
 import html
+import importlib
 import json
 import pathlib
 import sys
@@ -314,7 +315,7 @@ def test_doses_of_patients_are_a_table(call: Call, two: pathlib.Path, tmp_path: 
 def who(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """Whose walk is asked for: the condition's name, or "one"."""
     asked: list[str] = []
-    module = sys.modules["afo_sim.cli.walk"]
+    module = importlib.import_module("afo_sim.cli.walk")
     monkeypatch.setattr(module, "_walk_patients", lambda _, condition, *of: asked.append(condition))
     monkeypatch.setattr(module, "_walk_one", lambda *_: asked.append("one"))
     return asked

@@ -11,8 +11,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from afo_sim.description import Scenario, load
-from afo_sim.show import draw_doses, write_population
-from afo_sim.show.walker_doses import doses_over
+from afo_sim.show import doses_over, draw_doses, write_population
 from afo_sim.walker import (
     NAMES,
     Falls,
