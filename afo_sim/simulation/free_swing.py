@@ -25,13 +25,8 @@ def free_swing(built: "Built", rows: Rows, control: np.ndarray, first_step: int)
     """`qpos` of aligned rows (n, nq), with the swings as they are without a floor; NaN where one fails."""
     found, forward = rows["qpos"], built.index.joints[JOINTS[0]][0]
     alike: dict[bytes, list[slice]] = {}  # the rows of a settled stride stand there twice
-    assert built.walk is not None
-    pads = [built.index.walking[name] for name in PADS if name in built.index.walking]
-    late = built.walk.phase[1:-1][first_step:] % 1.0 >= LATE_SWING
     for swing in _swings(built, first_step, len(found)):
-        # else the floor carries nothing but the heel that comes down to it at the end
-        force = rows["actuator_force"][swing][:, pads]
-        if force[:, 1:].any() or force[~late[swing], 0].any():
+        if _touched(built, rows, first_step, swing):  # else there is nothing to take away
             begun = np.delete(rows["qpos"][swing.start], forward), rows["act"][swing.start]
             alike.setdefault(np.concatenate(begun).tobytes(), []).append(swing)
     if not alike:
@@ -80,3 +75,12 @@ def _swings(built: "Built", first_step: int, n: int) -> list[slice]:
         if start <= of[-1] and phase[start] - number > STANCE_SHARE[0]:
             swings.append(slice(start, int(of[-1]) + 1))
     return swings
+
+
+def _touched(built: "Built", rows: Rows, first_step: int, swing: slice) -> bool:
+    """Whether the floor carries anything in a swing, but the heel that comes down to it at the end."""
+    assert built.walk is not None
+    index = built.index.walking
+    force = rows["actuator_force"][swing][:, [index[name] for name in PADS if name in index]]
+    landing = built.walk.phase[1:-1][first_step:][swing] % 1.0 >= LATE_SWING
+    return bool(force[:, 1:].any() or force[~landing, 0].any())
