@@ -2,17 +2,20 @@
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
+from scipy.stats import kendalltau
 
 from afo_sim.common import GRAVITY, assets
 from afo_sim.description import Scenario
 from afo_sim.walker.body import BARE, Body, build_body
+from afo_sim.walker.gait import Vector
 from afo_sim.walker.gait_file import Gait, read_gait
 from afo_sim.walker.likeness import BOVI, beside_people
-from afo_sim.walker.population import as_drawn, draw_about
+from afo_sim.walker.patients import DEVICE, Who, device_key, read_gaits
+from afo_sim.walker.population import read_condition
 from afo_sim.walker.respond import falls_of, prepared
 from afo_sim.walker.strides import SAMPLES, norm_at, numbers, strides_of
 from afo_sim.walker.walking import Push, Walked, walk
@@ -23,7 +26,7 @@ WALKED, PUSH_HORIZON = 20.0, 8.0  # [s]
 STARTS, FEW = 50, 10
 SCENARIO, HEALTHY = "walk-dropfoot-afo", {"patient": "healthy"}
 RESPONSES, ADAPTED = "responses.toml", "responses_adapted.toml"  # the latter by scripts/adapted_wearers.py
-ALIKE = 0.8  # of the wearers who share a sign that is told (assumed) [-]
+ALIKE, SCATTER = 0.8, 0.026  # wearers of one sign (assumed); a cost between two searches, RMS [-]
 UNKNOWN = (math.nan, math.nan)
 LOADING, SWING, PUSH_OFF, WHOLE = slice(16), slice(65, 96), slice(30, 66), slice(100)  # [% of the stride]
 
@@ -50,40 +53,44 @@ class Wearer:
 
     scenario: Scenario
     strength: Mapping[str, float]
-    gait: Gait
+    gaits: Mapping[str, Vector]  # by what they are adapted to: "nothing", DEVICE, "spring of 30 N*m/rad"
 
     def body(self, sets: Mapping[str, Any] | None = None, spring: float = 0.0) -> Body:
         """Bare, or with the device where there are `sets`; a spring at its ankle [N·m/deg]."""
         worn = self.scenario.set(BARE if sets is None else sets)
         return build_body(worn, dict(self.strength), math.degrees(spring))
 
-    def walk(self, sets: Mapping[str, Any] | None = None, spring: float = 0.0) -> Walked:
-        """Their walk with such a body."""
-        return walk(self.body(sets, spring), self.gait.vector, WALKED)
+    def walk(self, sets: Any = None, spring: float = 0.0, *, weeks: bool = False) -> Walked:
+        """Their walk with such a body by their own gait, or by that after weeks of it."""
+        worn = f"spring of {math.degrees(spring):g} N*m/rad" if spring else DEVICE
+        return walk(self.body(sets, spring), self.gaits[worn if weeks else "nothing"], WALKED)
 
 
 People = Mapping[str, Sequence[Wearer]]
-Responses = Iterator[tuple[str, Any]]  # a name in RESPONSES, each wearer's; NaN where one falls
+Responses = Iterator[tuple[Any, ...]]  # a name in RESPONSES, each wearer's, whether it is told; NaN of a fall
 
 
-def drawn_people(count: int = 5, seed: int = 5) -> dict[str, list[Wearer]]:
-    """Adults of drawn size, tissue and cuff, unadapted: all have the natural gait."""
-    described, gait = prepared(SCENARIO, HEALTHY), read_gait("natural")
-    drawn = draw_about(described, {"tibialis": 1.0}, count, seed)[2][-count:]
-    worn, found = [as_drawn(described, {}, one, worn=True)[0] for one in drawn], {}
-    for who, (first, last) in _told("people").items():
-        left = [{"tibialis": float(share)} for share in np.linspace(first, last, count)]
-        found[who] = [Wearer(*each, gait) for each in zip(worn, left, strict=True)]
-    return found
+def wearers(condition: str, scenario: str = SCENARIO) -> list[Wearer]:
+    """Patients of a condition in a scenario, with the gaits that they have adapted to."""
+    kind = read_condition(condition)
+    described = prepared(scenario, {"timestep": "1 ms", "patient": kind.patient})
+    who = Who(described, kind, kind.draw(), 0.0)
+    foot = f" in {described.shoe.name if described.shoe else 'bare feet'} on {described.leg.name}"
+    gaits: list[dict[str, Vector]] = [{} for _ in who.drawn]
+    for (worn, k), known in read_gaits(kind.file.with_suffix(".csv"), who.drawn).items():
+        gaits[k][worn.removesuffix(foot).replace(device_key(described), DEVICE)] = known.vector
+    return [Wearer(*who.person(*of, worn=True), own) for *of, own in zip(who.drawn, gaits, strict=True)]
 
 
-def compare(people: People | None = None) -> list[Compared]:
-    """All rows, by simulation: a minute of it."""
-    worn, parts = people or drawn_people(), (kao_ferris, leaves, lifted, adapted)
-    return [*healthy(), *pushed(), *(beside(*each) for part in parts for each in part(worn))]
+def compare() -> list[Compared]:
+    """All rows, by simulation: two minutes of it."""
+    worn = {who: wearers(*which) for who, which in _told("people").items()}
+    rows = [each for part in (kao_ferris, leaves, lifted, springs) for each in part(worn)]
+    kept = assets.read_toml(assets.folder("models") / ADAPTED)
+    return [*healthy(), *pushed(), *(beside(*each) for each in (*rows, *kept.items()))]
 
 
-def beside(name: str, own: Any) -> Compared:
+def beside(name: str, own: Any, sure: bool = True) -> Compared:
     """Wearers' responses beside a published one.
 
     They agree where the sign is right and their median lies in the published spread. A sign is told where
@@ -94,7 +101,7 @@ def beside(name: str, own: Any) -> Compared:
     median, least, most = map(float, np.quantile(known, (0.5, 0.0, 1.0))) if len(known) else (math.nan,) * 3
     verdict: Verdict = "cannot tell"
     claimed = told.pop("claimed", 0.0)
-    if np.mean(np.sign(each) == np.sign(median)) >= ALIKE:
+    if sure and np.mean(np.sign(each) == np.sign(median)) >= ALIKE:
         near = low <= median <= high and abs(median) >= claimed
         verdict = "agrees" if near else "sign agrees"
         verdict = verdict if median * told["measured"] > 0.0 else "disagrees"
@@ -120,8 +127,7 @@ def _change(pair: tuple[Walked, Walked], name: str, part: slice, of: Any = np.me
 
 def _faster(pair: tuple[Walked, Walked]) -> float:
     """By how much the first walks faster; NaN where one falls [m/s]."""
-    worn, bare = (numbers(walked)["speed"] if walked.fell is None else math.nan for walked in pair)
-    return worn - bare
+    return float(np.subtract(*(numbers(w)["speed"] if w.fell is None else math.nan for w in pair)))
 
 
 def _walk(gait: Gait) -> Walked:
@@ -156,13 +162,11 @@ def _judged(good: bool) -> Verdict:
 
 def pushed() -> Iterator[Compared]:
     """Pushes of the healthy walker's trunk for 0.1 s at ten instants of a second; drawn starts."""
-    body, gait = build_body(prepared(SCENARIO, HEALTHY | BARE)), read_gait("natural")
-    rows = [
-        (falls_of(body, gait.vector, starts=STARTS).count, f"{STARTS} drawn starts, pushed once", 2, True)
-    ]
+    body, gait = build_body(prepared(SCENARIO, HEALTHY | BARE)), read_gait("natural").vector
+    rows = [(falls_of(body, gait, starts=STARTS).count, f"{STARTS} drawn starts, pushed once", 2, True)]
     for force, most in ((100.0, 1), (50.0, 0)):
         pushes = [Push(3.0 + 0.1 * k, sign * force) for k in range(10) for sign in (1.0, -1.0)]
-        falls = sum(walk(body, gait.vector, PUSH_HORIZON, (push,)).fell is not None for push in pushes)
+        falls = sum(walk(body, gait, PUSH_HORIZON, (push,)).fell is not None for push in pushes)
         rows.insert(0, (falls, f"20 walks pushed by ±{force:g} N", most, force == 50.0))
     for falls, of, most, cost in rows:
         good, why = _judged(falls <= most), f"at most {most}"
@@ -176,11 +180,8 @@ def kao_ferris(people: People) -> Responses:
     for wearer in people["healthy"]:
         plain, rows = wearer.walk(), []
         full = f"{_curve(plain, 'tibialis').max() / setting['gain']:.6g}"
-        sets = {
-            "phases": None,
-            "start": None,
-            "controller": {"emg": {"column": "tibialis/activation", "full": full}},
-        }
+        emg = {"column": "tibialis/activation", "full": full}
+        sets = {"phases": None, "start": None, "controller": {"emg": emg}}
         for bar in setting["pressures"]:
             pair = wearer.walk(sets | {"supply.pressure": f"{bar} bar"}), plain
             worn, bare = (_curve(walked, "ankle")[70:96].mean() for walked in pair)
@@ -195,27 +196,44 @@ def kao_ferris(people: People) -> Responses:
 
 def leaves(people: People) -> Responses:
     """Springs at the ankle, as leaf springs and an elastic exoskeleton are."""
-    well, weak, elastic = (
-        [(w.walk(spring=x), w.walk()) for w in people[who] for x in _told("setting")[which]]
-        for who, which in (("healthy", "leaves"), ("drop foot", "leaves"), ("healthy", "elastic"))
+    well, weak, worn, elastic = (
+        [(w.walk(spring=x, weeks=which == "worn"), w.walk()) for w in people[who] for x in of]
+        for which, (who, of) in _told("setting")["springs"].items()
     )
     yield "leaf_healthy", [_change(pair, "tibialis", LOADING) for pair in well]
     yield "leaf_drop_foot", [_change(pair, "tibialis", WHOLE) for pair in weak]
-    least = [[math.degrees(_curve(walked, "ankle")[LOADING].min()) for walked in pair] for pair in weak]
-    yield "leaf_loading", [worn - bare for worn, bare in least]
-    yield "leaf_speed", [_faster(pair) for pair in weak]
+    least = [[math.degrees(_curve(walked, "ankle")[LOADING].min()) for walked in pair] for pair in worn]
+    yield "leaf_loading", [after - bare for after, bare in least]
+    yield "leaf_speed", [_faster(pair) for pair in worn]
     yield "elastic_soleus", [_change(pair, "soleus", PUSH_OFF, np.max) for pair in elastic]
     yield "elastic_moment", [_change(pair, "moment", PUSH_OFF, np.max) for pair in elastic]
 
 
 def lifted(people: People) -> Responses:
-    """S1 as it is on wearers with a drop foot."""
-    yield "lifting_speed", [_faster((w.walk({}), w.walk())) for w in people["drop foot"]]
-    bodies = [(w.gait, (w.body({}), w.body())) for w in people["no dorsiflexors"]]
-    falls = [[falls_of(body, gait.vector, starts=FEW).count for body in pair] for gait, pair in bodies]
+    """S1 as it is on wearers with a drop foot, after weeks."""
+    yield "lifting_speed", [_faster((w.walk({}, weeks=True), w.walk())) for w in people["drop foot"]]
+    dead = [replace(w, strength={**w.strength, "tibialis": 0.0}) for w in people["drop foot"]]
+    bodies = [((w.body({}), w.gaits[DEVICE]), (w.body(), w.gaits["nothing"])) for w in dead]
+    falls = [[falls_of(*case, starts=FEW).count for case in pair] for pair in bodies]
     yield "lifting_falls", [100.0 * (worn / bare - 1.0) if bare else math.nan for worn, bare in falls]
 
 
-def adapted(_: People) -> Responses:
-    """What is kept in ADAPTED: wearers who adapted to springs, and who were pushed as they are."""
-    yield from assets.read_toml(assets.folder("models") / ADAPTED).items()
+def springs(people: People) -> Responses:
+    """Springs on weak plantarflexors, adapted to each; by weakness it is told beyond chance and scatter."""
+    who, stiffness = people["weak plantarflexors"], np.radians(_told("setting")["stiffness"])  # [N·m/deg]
+    each = [[_sprung(w.walk(spring=x, weeks=x > 0.0), x) for x in stiffness] for w in who]
+    cost, ankle, power = np.moveaxis(np.array(each), 2, 0)
+    yield "spring_dorsiflexion", np.polyfit(stiffness, ankle.T, 1)[0]
+    yield "spring_power", np.polyfit(stiffness, power.T, 1)[0]
+    rank = kendalltau([w.strength["soleus"] for w in who], cost.argmin(axis=1))
+    apart = np.diff(np.log(np.sort(cost, axis=1)[:, :2]))  # the least from the next
+    yield "spring_by_weakness", [rank.statistic], rank.pvalue < 0.05 and np.median(apart) > SCATTER
+
+
+def _sprung(walked: Walked, spring: float) -> list[float]:
+    """Cost, most dorsiflexion in stance [deg], peak power of ankle and spring [W/kg]; inf, NaN of a fall."""
+    own, ankle = numbers(walked), _curve(walked, "ankle")
+    torque = -math.degrees(spring) * GRAVITY / walked.body.weight * ankle  # [N·m/kg]
+    power = _curve(walked, "power") + torque * np.gradient(ankle) * 100.0 / own["stride_time"]
+    cost = own["cost_of_transport"] if walked.fell is None else math.inf
+    return [cost, math.degrees(ankle[10:62].max()), power[35:70].max()]

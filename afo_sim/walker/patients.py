@@ -164,7 +164,7 @@ def populate(
         worn[DEVICE] = f"{device_key(described)} {foot}"
     if spring is not None:
         worn[SPRING] = f"spring of {spring:g} N*m/rad {foot}"
-    who = _Who(described, condition, condition.draw(), spring or 0.0)
+    who = Who(described, condition, condition.draw(), spring or 0.0)
     beside = condition.file.with_suffix(".csv")
     known = read_gaits(gaits or beside, who.drawn) if gaits or beside.is_file() else {}
     if generations:
@@ -228,7 +228,7 @@ def device_key(scenario: Scenario) -> str:
 
 
 @dataclass(frozen=True, eq=False)
-class _Who:
+class Who:
     """The patients, and what they wear."""
 
     scenario: Scenario
@@ -270,7 +270,7 @@ def _corner(stated: Mapping[str, float], corner: Mapping[str, float]) -> str:
 
 
 def _let_adapt(
-    who: _Who,
+    who: Who,
     worn: Mapping[str, str],
     known: Gaits,
     kept: pathlib.Path | None,
