@@ -127,7 +127,7 @@ def _change(pair: tuple[Walked, Walked], name: str, part: slice, of: Any = np.me
 
 def _faster(pair: tuple[Walked, Walked]) -> float:
     """By how much the first walks faster; NaN where one falls [m/s]."""
-    return float(np.subtract(*(numbers(w)["speed"] if w.fell is None else math.nan for w in pair)))
+    return float(np.diff([numbers(w)["speed"] if w.fell is None else math.nan for w in pair[::-1]])[0])
 
 
 def _walk(gait: Gait) -> Walked:
