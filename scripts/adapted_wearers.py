@@ -1,14 +1,11 @@
 """Let healthy wearers push with a muscle of one foot; keep each walk, and their responses.
 
-    python scripts/adapted_wearers.py onset --wearers 10
-    python scripts/adapted_wearers.py tell
+    python scripts/adapted_wearers.py
 
-`onset`: the first healthy ones of the shipped population, by their own gait, with one muscle of 20 mm that
-pushes one foot from an onset on [% of the stride]; 0: no air. A row is one undisturbed walk of 20 s at 1 ms.
-`tell` computes the responses anew from the rows that are kept.
+The first ten healthy ones of the shipped population, by their own gait, with one muscle of 20 mm that pushes
+one foot from an onset on [% of the stride]; 0: no air. A row is one undisturbed walk of 20 s at 1 ms.
 """
 
-import argparse
 import pathlib
 import sys
 from collections.abc import Iterator
@@ -21,15 +18,10 @@ from afo_sim.common import GRAVITY, write_text
 from afo_sim.walker import Walked, numbers, strides_of
 from afo_sim.walker.measured import Wearer, wearers
 
-KEPT, TOLD = (
-    pathlib.Path("models/validation/adapted_wearers.csv"),
-    pathlib.Path("models/responses_adapted.toml"),
-)
-ONSETS, OFF, SOONER = (
-    (36, 42, 48, 54),
-    64,
-    3,
-)  # of a push, and how much sooner the valves switch [% of the stride]
+MODELS = pathlib.Path("models")
+KEPT, TOLD = MODELS / "validation/adapted_wearers.csv", MODELS / "responses_adapted.toml"
+ONSETS, OFF = (36, 42, 48, 54), 64  # of a push [% of the stride]
+SOONER = 3  # the valves switch [% of the stride]
 PUBLISHED, PRESSURES = 42, (2, 3, 4)  # best onset [% of the stride], [bar]
 PUSH_OFF = slice(30, 66)
 # With a place, a valve and a cuff that let it push (all assumed): S1's own two push with 0.005 W/kg
@@ -101,19 +93,13 @@ def responses(file: pathlib.Path) -> dict[str, list[float]]:
 
 
 def main() -> None:
-    """Walk the wearers, or tell what is kept of them."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("study", choices=("onset", "tell"))
-    parser.add_argument("--wearers", type=int, default=10)
-    given, lines = parser.parse_args(), [HEADER]
-    people = wearers("healthy")[: given.wearers] if given.study == "onset" else []
-    for k, wearer in enumerate(people):
+    """Walk the wearers, and tell what they did."""
+    lines = [HEADER]
+    for k, wearer in enumerate(wearers("healthy")[:10]):
         for each in onset(k, wearer):
             lines.append(each)
-            write_text(KEPT, "\n".join(lines) + "\n")
             print(each, file=sys.stderr, flush=True)
+    write_text(KEPT, "\n".join(lines) + "\n")
     told = "# Of wearers, one number each: scripts/adapted_wearers.py, from validation/adapted_wearers.csv\n"
     write_text(TOLD, told + tomli_w.dumps(responses(KEPT)))
 
