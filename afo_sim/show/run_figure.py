@@ -98,28 +98,8 @@ def draw_force_contraction(recording: Recording, *paths: pathlib.Path) -> None:
     """Draw each group's force over its muscles' own contraction; parameters and errors as in `draw_run`."""
     run = alone(recording)
     _refuse_empty(recording)
-    from matplotlib.cm import ScalarMappable
-    from matplotlib.colors import ListedColormap, Normalize
-
-    pressures = {g: recording[f"chamber/{c}/pressure"] * 1e-5 for g, c in run.groups.items()}
-    top = max(np.ceil(10.0 * max(p.max() for p in pressures.values())) / 10.0, 0.1)
-    palette = ListedColormap(on_scale(np.linspace(0.0, 1.0, 256)))  # nothing pale on white
-    colour = ScalarMappable(Normalize(0.0, top), palette)
     with new_figure(paths[0], (1.1 + 3.0 * len(run.groups), 2.9), *paths[1:]) as figure:
-        axes = figure.subplots(1, len(pressures), sharey=True, squeeze=False)[0]
-        for axis, (group, pressure) in zip(axes, pressures.items(), strict=True):
-            curves = panels.group_curves(run, group, "force", "contraction")
-            for _, muscle, _ in curves:
-                x, y = 100.0 * recording[f"muscle/{muscle}/contraction"], recording[f"muscle/{muscle}/force"]
-                _loop(axis, x, y, pressure, colour, run.first_solved)
-            axis.margins(0.06)
-            low, high = axis.get_xlim()
-            if high - low < _LEAST_SPAN:  # a muscle that never leaves its rest
-                axis.set_xlim(0.5 * (low + high - _LEAST_SPAN), 0.5 * (low + high + _LEAST_SPAN))
-            axis.set_title(", ".join(label for label, _, _ in curves), loc="left")
-            axis.set_xlabel("contraction [%]")
-        axes[0].set_ylabel("muscle force [N]")
-        figure.colorbar(colour, ax=axes, label="gauge pressure [bar]", aspect=30.0)
+        _force_contraction(figure, run)
 
 
 def flows(run: RunView) -> list[_Panel]:
@@ -194,6 +174,32 @@ def _stack(
         texts = [str(recording.scenario["name"]), str(recording.scenario.get("description", ""))]
         texts += [] if recording.ok else [recording.status]
         figure.suptitle(paragraph(*texts), x=0.01, ha="left", fontsize=9.0)
+
+
+def _force_contraction(figure: Any, run: RunView) -> None:
+    """A panel per group, the curves coloured by the pressure in their chamber."""
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import ListedColormap, Normalize
+
+    recording = run.recording
+    pressures = {g: recording[f"chamber/{c}/pressure"] * 1e-5 for g, c in run.groups.items()}
+    top = max(np.ceil(10.0 * max(p.max() for p in pressures.values())) / 10.0, 0.1)
+    palette = ListedColormap(on_scale(np.linspace(0.0, 1.0, 256)))  # nothing pale on white
+    colour = ScalarMappable(Normalize(0.0, top), palette)
+    axes = figure.subplots(1, len(pressures), sharey=True, squeeze=False)[0]
+    for axis, (group, pressure) in zip(axes, pressures.items(), strict=True):
+        curves = panels.group_curves(run, group, "force", "contraction")
+        for _, muscle, _ in curves:
+            contraction = 100.0 * recording[f"muscle/{muscle}/contraction"]
+            _loop(axis, contraction, recording[f"muscle/{muscle}/force"], pressure, colour, run.first_solved)
+        axis.margins(0.06)
+        low, high = axis.get_xlim()
+        if high - low < _LEAST_SPAN:  # a muscle that never leaves its rest
+            axis.set_xlim(0.5 * (low + high - _LEAST_SPAN), 0.5 * (low + high + _LEAST_SPAN))
+        axis.set_title(", ".join(label for label, _, _ in curves), loc="left")
+        axis.set_xlabel("contraction [%]")
+    axes[0].set_ylabel("muscle force [N]")
+    figure.colorbar(colour, ax=axes, label="gauge pressure [bar]", aspect=30.0)
 
 
 def _loop(
