@@ -15,8 +15,6 @@ from afo_sim.cli.overwriting import check_same
 from afo_sim.cli.printed_run import print_line
 from afo_sim.common import InputError, optional
 
-DRAWN_STARTS = 30  # of each drawn patient
-
 
 @dataclass(frozen=True)
 class _Walk:
@@ -53,7 +51,7 @@ class _Walk:
         str | None, Option(help="gait of who has adapted; of patients: patients.csv of a walk")
     ] = None
     adapted_device: Annotated[str | None, Option(help="the same, with the device (one)")] = None
-    draws: Annotated[int, Option(help="people drawn about each, who keep the gait")] = 0
+    draws: Annotated[int, Option(help="people drawn about each patient, who keep the gait")] = 0
     seed: Annotated[int, Option(help="of perturbed starts and search")] = 0
     threads: Threads = 0
     vary: Annotated[
@@ -71,11 +69,12 @@ def walk_command(walk: _Walk) -> None:
     """Experimental: walkers that respond. Who gains, who falls, what do they change, what does it cost?"""
     key, values = _varied(walk.vary)
     common.check_counts(walk.threads, 0)
-    if not 0 <= walk.draws <= 1000 or (walk.draws and key):
-        allowed = "0 without --vary" if key else "0 to 1000"
-        raise InputError("is out of range", field="--draws", value=walk.draws, allowed=allowed)
     common.short_lived()
     condition = _condition_of(walk, key)
+    if walk.draws and (key or condition is None):
+        problem = "is not taken with --vary" if key else "draws people about each patient of a condition"
+        allowed = "0" if key else "--patients CONDITION: a shipped name, or a file of your own"
+        raise InputError(problem, field="--draws", value=walk.draws, allowed=allowed)
     optional("matplotlib")  # before minutes of walking
     if condition is None:
         _walk_one(walk, key, values)
@@ -223,8 +222,6 @@ def _walk_one(walk: _Walk, key: str, values: list[Any]) -> None:
             responses.append(found)
             one = [replace(found, cases={n: case}) for n, case in found.cases.items() if n != "healthy"]
             rows += [{key: str(value)} | in_brief(each) for each in one]
-            if walk.draws and not key:
-                found = _drawn(found, walk.draws, threads, report, left)
         report(0, 0, "drawing")
         if key:
             from afo_sim.show import doses_of, draw_doses
@@ -246,20 +243,6 @@ def _walk_one(walk: _Walk, key: str, values: list[Any]) -> None:
         _print(found, f"written to {folder}", f"; to view: afo-sim view {folder}/walk.rrd" if rrd else "")
 
 
-def _drawn(found: Any, draws: int, threads: int, report: Any, strength: dict[str, float]) -> Any:
-    """The response with falls over drawn patients, of each case by the gait that has adapted, if one has."""
-    from afo_sim.walker import DRAWN, draw_falls
-
-    cases = {name: case for name, case in found.cases.items() if f"{name} adapted" not in found.cases}
-    gaits = {name: case.gait for name, case in cases.items() if name != "healthy"}
-    asked: dict[str, Any] = {name: found.asked[name] for name in ("push", "seed")} | {"threads": threads}
-    asked["report"] = lambda share: report(round(100.0 * share), 100, "drawn patients")
-    band = draw_falls(found.scenario, gaits, draws=draws, starts=DRAWN_STARTS, strength=strength, **asked)
-    drawn = {"draws": draws, "starts": DRAWN_STARTS, "over": DRAWN}
-    drawn |= {"falls_5_50_95": {name: band.range(name) for name in gaits}, "table": band.table()}
-    return replace(found, asked=dict(found.asked) | {"drawn": drawn})
-
-
 def _varied(text: str | None) -> tuple[str, list[Any]]:
     """The key that is varied and its values; "" and one value where none is."""
     if text is None:
@@ -279,8 +262,6 @@ def _print(found: Any, written: str, view: str) -> None:
     for line in (*in_words(found), *(f"{reply.question} {reply.text}" for reply in replies)):
         print_line(line, hang=2)
     common.print_table(f"{found.scenario.name}: a walker that responds", *table(found), whole_names=True)
-    if drawn := found.asked.get("drawn"):
-        common.print_table(f"{drawn['draws']} drawn patients", *drawn["table"], whole_names=True)
     assumed = dict.fromkeys(f"assumed: {text}" for reply in replies for text in reply.assumptions)
     for line in (*assumed, *asked_in_words(found)):
         print_line(line, hang=2)

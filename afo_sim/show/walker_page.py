@@ -34,9 +34,6 @@ def write_pictures(response: Response, folder: pathlib.Path, *, rrd: bool) -> No
     draw_response(response, figure)
     draw_film(response, film)
     tables = [("Numbers", "Of undisturbed walks; a dash where a case has no such number.", table(response))]
-    if drawn := response.asked.get("drawn"):
-        falls = "Falls among perturbed starts, of patients drawn over what is not known of this one."
-        tables.append((f"{drawn['draws']} drawn patients", falls, drawn["table"]))
     _write_page(
         folder, response.scenario, in_words(response), verdict(response), tables, asked_in_words(response)
     )

@@ -29,7 +29,6 @@ from .patients_answer import recorded_walk as recorded_walk
 from .patients_answer import replies as replies
 from .patients_answer import share_of_falls as share_of_falls
 from .patients_answer import tables as tables
-from .population import DRAWN as DRAWN
 from .respond import Case as Case
 from .respond import Falls as Falls
 from .respond import Response as Response
@@ -52,7 +51,6 @@ from .strides import norm_at as norm_at
 from .strides import numbers as numbers
 from .strides import sole_tilt as sole_tilt
 from .strides import strides_of as strides_of
-from .unknown import draw_falls as draw_falls
 from .walking import Push as Push
 from .walking import Walked as Walked
 from .walking import walk as walk

@@ -113,8 +113,8 @@ def in_words(response: Response) -> list[str]:
 
 
 def asked_in_words(response: Response) -> list[str]:
-    """What a response was asked for, falls over drawn patients among it."""
-    asked, drawn = response.asked, response.asked.get("drawn", {})
+    """What a response was asked for."""
+    asked = response.asked
     weak = ", ".join(f"{name} {share:g}" for name, share in asked["strength"].items()) or "whole"
     lines = [
         f"Asked for: healthy gait {asked['gait']}; strength left: {weak}; {asked['starts']} starts, "
@@ -123,10 +123,7 @@ def asked_in_words(response: Response) -> list[str]:
     ]
     if response.scenario.worn_on == "both":
         lines.append(f"Both legs wear the device; “{LEGS['left']}” is the left one. Air is that of both.")
-    for name, (low, middle, high) in drawn.get("falls_5_50_95", {}).items():
-        fall = f"of {drawn['starts']} starts of each {middle:.0%} fall, 5 to 95 %: {low:.0%} to {high:.0%}"
-        lines.append(f"{name.capitalize()}, {drawn['draws']} drawn: {fall}.")
-    return lines + [f"Drawn: {key}, {how}." for key, how in drawn.get("over", {}).items()]
+    return lines
 
 
 def table(response: Response) -> tuple[list[str], list[list[str]]]:
@@ -198,7 +195,7 @@ def _doubts(response: Response) -> Iterator[str]:
     if any(name.endswith("adapted") for name in response.cases):
         yield (
             "An adapted gait was searched for this body, beside 12 drawn patients. Patients who differ from "
-            "it and do not adapt anew may fall more often (--draws)."
+            "it and do not adapt anew may fall more often (--patients CONDITION --draws N)."
         )
     healthy = response["healthy"].gait.vector.gains
     for name, case in response.cases.items():

@@ -249,15 +249,10 @@ class Who:
         """Others by what they differ in: corners, and drawn about a patient by what is not known of one."""
         scenario, left = self.person(self.drawn[k], worn=True)
         named = {name: left.get(name, 1.0) for name in ("tibialis", *self.condition.ranges) if name in SHARES}
-        _, corners, each = draw_about(scenario, named, draws, seed)
-        stated, *_ = corners.values()
-        names = [
-            "as the patient",
-            *(_corner(stated, one) for one in [*corners.values()][1:]),
-            *["drawn"] * draws,
-        ]
-        bodies = [self._built(case, *as_drawn(scenario, left, one, worn=case == DEVICE)) for one in each]
-        return list(zip(names, bodies, strict=True))
+        corners, others = draw_about(scenario, named, draws, seed)
+        names = ["as the patient", *(_corner(corners[0], one) for one in corners[1:]), *["drawn"] * draws]
+        each = [as_drawn(scenario, left, one, worn=case == DEVICE) for one in corners + others]
+        return [(name, self._built(case, *one)) for name, one in zip(names, each, strict=True)]
 
     def _built(self, case: str, scenario: Scenario, left: dict[str, float]) -> Body:
         return build_body(scenario, left, self.spring if case == SPRING else 0.0)

@@ -19,16 +19,8 @@ from afo_sim.physics import LEG_MUSCLES
 from afo_sim.walker.body import BARE, SIDES
 
 PLANTARFLEXORS = ("soleus", "gastrocnemius")
-SPREAD = math.sqrt(math.log1p(0.57**2))  # of ln of the passive stiffness, from a variation of 57 %
+SPREAD = math.sqrt(math.log1p(0.57**2))  # of ln of the passive stiffness: 57 % (Chung et al. 2004)
 NEAR = 0.1  # to either side of a share that is stated [-]
-DRAWN = {
-    "tissue": "passive stiffness over the stated: lognormal, 57 % between people (Chung et al. 2004)",
-    "plantarflexors": "0.8 to 1 of the stated share (assumed)",
-    "tibialis": "and each weak muscle: 0.1 to either side of the stated share, within 0 to 1 (assumed)",
-    "mass": "10 % to either side (assumed); without a device only the push tells a mass from another",
-    "height": "5 % to either side (assumed)",
-    "cuff": "2 to 8 kN/m along the shank (assumed; no calf cuff was measured)",
-}
 MOST = 1000  # patients
 SHARES = [f"{side}{name}" for side in SIDES for name in (*LEG_MUSCLES, "plantarflexors")]
 FACTORS = {"strength": (0.1, 2.0), "tissue": (0.1, 10.0), "mass": (0.2, 4.0), "height": (0.5, 1.4)}
@@ -167,25 +159,26 @@ def _range(table: Mapping[str, Any], key: str) -> Range:
 
 def draw_about(
     scenario: Scenario, own: Mapping[str, float], draws: int, seed: int
-) -> tuple[dict[str, np.ndarray], dict[str, dict[str, float]], list[dict[str, float]]]:
-    """Numbers of patients about a stated one (draws,), of corners by name, and each one's, corners first."""
+) -> tuple[list[dict[str, float]], list[dict[str, float]]]:
+    """Patients about a stated one: the corners, itself first; and drawn by what is not known of one."""
     stated = {name: share for name, share in own.items() if name.rpartition("_")[2] not in PLANTARFLEXORS}
     ranges = {name: Range(max(x - NEAR, 0.0), max(min(x + NEAR, 1.0), x)) for name, x in stated.items()}
-    stated["plantarflexors"], ranges["plantarflexors"] = 1.0, Range(0.8, 1.0)
+    stated["plantarflexors"], ranges["plantarflexors"] = (
+        1.0,
+        Range(0.8, 1.0),
+    )  # assumed, as all but tissue
     ends = {name: (each.low, each.high) for name, each in ranges.items()}
     ranges["tissue"] = Range(median=math.exp(-0.5 * SPREAD**2), sd=SPREAD)
     ranges |= {"mass": Range(0.9, 1.1), "height": Range(0.95, 1.05)}
     if "shank" in scenario.orthosis.anchor:
         ranges["cuff"] = Range(2e3, 8e3)
     drawn = draw(ranges, draws, [seed, 7])
-    words = ", ".join(f"{name} {share:.3g}" for name, share in stated.items())
     stated |= {"tissue": 1.0, "mass": 1.0, "height": 1.0}
-    corners = {f"as stated: {words}": stated}
+    corners = [stated]
     for name, (low, high) in ends.items():
         for end in sorted({low, high, 0.0 if stated[name] < 1.0 else low} - {stated[name]}):
-            corners[f"{name} {end:.3g}"] = stated | {name: end}
-    each = ({name: float(numbers[k]) for name, numbers in drawn.items()} for k in range(draws))
-    return drawn, corners, [*corners.values(), *each]
+            corners.append(stated | {name: end})
+    return corners, [{name: float(numbers[k]) for name, numbers in drawn.items()} for k in range(draws)]
 
 
 def as_drawn(

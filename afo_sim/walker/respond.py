@@ -217,7 +217,7 @@ def respond(
     dead = shares.get("tibialis", 1.0) == 0.0  # its gains change nothing, and would end anywhere
     alive = tuple(name for name in SUBSETS[subset] if not (dead and name.startswith("tibialis")))
     stated = {"tibialis": 1.0} | shares
-    _, _, unlike = draw_about(described, stated, DRAWN_WITH, seed + 1)
+    corners, unlike = draw_about(described, stated, DRAWN_WITH, seed + 1)
     for name, wearing in worn.items():
         body = build_body(wearing, shares)
         cases[name] = case(name, body, healthy)
@@ -240,7 +240,8 @@ def respond(
                 progress=lambda k, n, _: report(after, k / n),  # noqa: B023 - called before the loop goes on
                 kept=pathlib.Path(kept) / after if kept else None,
                 drawn=[
-                    build_body(*as_drawn(described, stated, one, worn=name == "device")) for one in unlike
+                    build_body(*as_drawn(described, stated, one, worn=name == "device"))
+                    for one in corners + unlike
                 ],
             )
             price = round(sum(found.parts.values()), 4)

@@ -149,24 +149,6 @@ def test_the_healthy_walker_of_the_film_is_at_the_phase_of_the_case(found: Respo
 
 
 @pytest.mark.slow
-def test_draws_stand_beside_their_corners(
-    call: Call, tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("afo_sim.cli.walk.DRAWN_STARTS", 2)
-    folder = tmp_path / "out"
-    code, out, err = call(*SHORT, "--strength", "tibialis=1", "--draws", "2", "--out", folder)
-    assert code == 0, err
-    drawn = json.loads((folder / "walk.json").read_text(encoding="utf-8"))["asked"]["drawn"]
-    assert (drawn["draws"], drawn["starts"]) == (2, 2)
-    assert set(drawn["falls_5_50_95"]) == {"patient", "device"}  # by their own gaits, since none has adapted
-    header, rows = drawn["table"]
-    named = {row[0]: row[1:] for row in rows}
-    assert {"as stated: tibialis 1, plantarflexors 1", "tibialis 0.9", "plantarflexors 0.8"} < set(named)
-    assert named["plantarflexors 0.8"][0].endswith(" of 2") and len(header) == 3
-    assert all(name in out for name in drawn["over"])
-
-
-@pytest.mark.slow
 def test_poses_are_those_of_the_walk(found: Response) -> None:
     for case in found.cases.values():
         seen, rows = poses(case, range(0, len(case.walked["time"]), 20)), slice(None, None, 20)
@@ -334,7 +316,7 @@ def who(monkeypatch: pytest.MonkeyPatch) -> list[str]:
         (("--patients", "contracture"), "contracture"),
         (("--patients", "one"), "one"),
         (("--strength", "tibialis=0.2"), "one"),
-        (("--draws", "3"), "one"),
+        (("--draws", "3"), "drop-foot"),
         (("--gait", "slow"), "one"),
         (("--subset", "swing"), "one"),
         (("--rrd",), "one"),
@@ -358,7 +340,9 @@ def test_patients_walk_unless_one_is_described(
     ("asked", "named"),
     [
         (("--patients", "drop-foot", "--strength", "tibialis=0.2"), "--strength"),
-        (("--patients", "drop-foot", "--draws", "3"), "--draws"),
+        (("--patients", "one", "--draws", "3"), "--draws"),
+        (("--strength", "tibialis=0.2", "--draws", "3"), "--draws"),
+        (("--patients", "drop-foot", "--vary", "supply.pressure=2 bar", "--draws", "3"), "--draws"),
         (("--patients", "drop-foot", "--gait", "slow"), "--gait"),
         (("--patients", "drop-foot", "--subset", "swing"), "--subset"),
         (("--patients", "drop-foot", "--adapted-device", "drop-foot-s1"), "--adapted-device"),

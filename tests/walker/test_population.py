@@ -11,8 +11,9 @@ import pytest
 
 from afo_sim.common import InputError, assets
 from afo_sim.model import person_of
-from afo_sim.walker import prepared
-from afo_sim.walker.population import SHARES, Range, as_drawn, draw, read_condition
+from afo_sim.walker import build_body, prepared, read_gait, walk
+from afo_sim.walker.body import BARE
+from afo_sim.walker.population import SHARES, Range, as_drawn, draw, draw_about, read_condition
 
 SHIPPED = ("contracture", "drop-foot", "drop-foot-both", "healthy", "plantarflexor-weak", "spastic")
 SOURCE = 'source = "assumed"'
@@ -248,3 +249,58 @@ def test_every_shipped_patient_has_a_body_that_a_scenario_takes(name: str) -> No
         numbers = {key: float(each.at(share)) for key, each in condition.ranges.items()}
         worn, left = as_drawn(scenario, {}, numbers, worn=True, units=units)
         assert worn.patient is not None and all(0.0 <= x <= 2.0 for x in left.values())
+
+
+@pytest.mark.parametrize(
+    ("left", "corners"),
+    [
+        ({}, [(0.0, 1.0), (0.1, 1.0), (0.0, 0.8)]),  # as stated first: tibialis, plantarflexors
+        ({"tibialis": 0.3}, [(0.3, 1.0), (0.0, 1.0), (0.2, 1.0), (0.4, 1.0), (0.3, 0.8)]),
+        ({"tibialis": 0.95}, [(0.95, 1.0), (0.0, 1.0), (0.85, 1.0), (1.0, 1.0), (0.95, 0.8)]),
+        ({"tibialis": 1.0}, [(1.0, 1.0), (0.9, 1.0), (1.0, 0.8)]),
+        ({"tibialis": 0.0, "gastrocnemius": 0.5}, [(0.0, 1.0), (0.1, 1.0), (0.0, 0.8)]),
+    ],
+)  # fmt: skip
+def test_corners_are_exact_and_the_stated_one_is_the_first(
+    left: dict[str, float], corners: list[tuple[float, float]]
+) -> None:
+    scenario, own = prepared("walk-dropfoot-afo"), {"tibialis": 0.0, **left}
+    found, drawn = draw_about(scenario, own, 3, 0)
+    shares = [as_drawn(scenario, own, one, worn=False)[1] for one in found]
+    calf = left.get("gastrocnemius", 1.0)
+    names = ("tibialis", "soleus", "gastrocnemius")  # who is not named is whole
+    walked = [tuple(each.get(name, 1.0) for name in names) for each in shares]
+    assert len(drawn) == 3 and walked == [pytest.approx((a, b, calf * b), abs=1e-12) for a, b in corners]
+    ends = zip(np.ravel(walked), np.ravel([(a, b, calf * b) for a, b in corners]), strict=True)
+    assert all(a == b for a, b in ends if b in (0.0, 1.0))  # exactly
+    assert all(one["tissue"] == one["mass"] == one["height"] == 1.0 for one in found)  # all else is as stated
+
+
+def test_who_is_drawn_about_a_patient_keeps_the_ranges() -> None:
+    _, drawn = draw_about(prepared("walk-dropfoot-afo"), {"tibialis": 0.3}, 400, 0)
+    many = {name: np.array([one[name] for one in drawn]) for name in drawn[0]}
+    assert many["tissue"].mean() == pytest.approx(1.0, abs=0.1)  # the mean stays that of the patient
+    assert many["tissue"].std() == pytest.approx(0.57, abs=0.1)
+    ranges = {"tibialis": (0.2, 0.4), "plantarflexors": (0.8, 1.0), "mass": (0.9, 1.1)}
+    ranges |= {"height": (0.95, 1.05), "cuff": (2e3, 8e3)}
+    assert set(many) == {"tissue", *ranges}
+    for name, (low, high) in ranges.items():
+        assert low <= many[name].min() < many[name].max() <= high
+        assert np.ptp(many[name]) > 0.95 * (high - low)
+    _, bare = draw_about(prepared("walk-dropfoot"), {"tibialis": 0.3}, 1, 0)
+    assert "cuff" not in bare[0]
+
+
+def test_a_bare_walk_is_the_same_at_any_mass_and_one_with_a_device_is_not() -> None:
+    """Dynamic similarity: all forces and masses of a bare walker grow alike, but air does not."""
+    scenario = prepared("walk-dropfoot-afo", {"timestep": "1 ms"})
+    ankles = {}
+    for name, wearing in (("bare", scenario.set(BARE)), ("worn", scenario)):
+        for mass in (60.0, 75.0, 90.0):
+            body = build_body(wearing.set({"patient.body_mass": f"{mass} kg"}), {"tibialis": 0.7})
+            walked = walk(body, read_gait("natural").vector, 3.0)
+            assert walked.fell is None
+            ankles[name, mass] = np.degrees(walked["right/ankle"])
+    for mass in (60.0, 90.0):
+        assert abs(ankles["bare", mass] - ankles["bare", 75.0]).max() < 1e-6
+        assert abs(ankles["worn", mass] - ankles["worn", 75.0]).max() > 1.0
