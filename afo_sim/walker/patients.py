@@ -13,15 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common import (
-    InputError,
-    as_stored,
-    called,
-    check_text,
-    digest,
-    optional,
-    read_text,
-)
+from afo_sim.common import InputError, as_stored, called, check_text, digest, optional, read_text
 from afo_sim.common.versions import PACKAGE
 from afo_sim.description import Scenario
 from afo_sim.physics import GAINS

@@ -163,10 +163,7 @@ def draw_about(
     """Patients about a stated one: the corners, itself first; and drawn by what is not known of one."""
     stated = {name: share for name, share in own.items() if name.rpartition("_")[2] not in PLANTARFLEXORS}
     ranges = {name: Range(max(x - NEAR, 0.0), max(min(x + NEAR, 1.0), x)) for name, x in stated.items()}
-    stated["plantarflexors"], ranges["plantarflexors"] = (
-        1.0,
-        Range(0.8, 1.0),
-    )  # assumed, as all but tissue
+    stated["plantarflexors"], ranges["plantarflexors"] = (1.0, Range(0.8, 1.0))  # assumed, as all but tissue
     ends = {name: (each.low, each.high) for name, each in ranges.items()}
     ranges["tissue"] = Range(median=math.exp(-0.5 * SPREAD**2), sd=SPREAD)
     ranges |= {"mass": Range(0.9, 1.1), "height": Range(0.95, 1.05)}

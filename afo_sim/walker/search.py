@@ -16,15 +16,7 @@ import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common import (
-    InputError,
-    SimulationError,
-    as_stored,
-    digest,
-    optional,
-    read_json,
-    write_json,
-)
+from afo_sim.common import InputError, SimulationError, as_stored, digest, optional, read_json, write_json
 from afo_sim.common.versions import CORE, PACKAGE, digest_of_sources, versions
 from afo_sim.physics import GAINS
 from afo_sim.walker.body import Body
