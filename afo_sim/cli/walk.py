@@ -3,7 +3,7 @@
 import functools
 import os
 import shutil
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -76,10 +76,7 @@ def walk_command(walk: _Walk) -> None:
         allowed = "0" if key else "--patients CONDITION: a shipped name, or a file of your own"
         raise InputError(problem, field="--draws", value=walk.draws, allowed=allowed)
     optional("matplotlib")  # before minutes of walking
-    if condition is None:
-        _walk_one(walk, key, values)
-    else:
-        _walk_patients(walk, condition, key, values)
+    _walk(walk, condition, key, values)
 
 
 def _condition_of(walk: _Walk, key: str) -> str | None:
@@ -112,135 +109,110 @@ def _condition_of(walk: _Walk, key: str) -> str | None:
     return condition
 
 
-def _walk_patients(walk: _Walk, condition: str, key: str, values: list[Any]) -> None:
-    """The patients of a condition walk, at each value of what is varied."""
-    given = {name: x for name, x in common.read_sets(walk.sets).items() if name != "patient"}
-    sets = [given | ({key: x} if key and key != "spring" else {}) for x in values]
-    springs = [str(value) if key == "spring" else walk.spring for value in values]
-    options: dict[str, Any] = common.picked(walk, "generations", "seed") | {
-        "patients": condition,
-        "gaits": walk.adapted,
-        "others": walk.draws,
-        "starts": 2 if walk.starts is None else walk.starts,
-        "duration": common.quantity("--duration", walk.duration or "10 s", "s"),
-        "push": common.quantity("--push", walk.push, "N"),
-    }
-    read = functools.partial(common.quantity, "--spring", unit="N*m/rad", above=0.0, at_most=1000.0)
-    stiff = [None if each is None else read(each) for each in springs]
+def _options(
+    walk: _Walk, condition: str | None, key: str, values: list[Any]
+) -> tuple[dict[str, Any], str, list[Any], list[dict[str, Any]]]:
+    """Options of all walks; the name of one that differs, what it is, and what is set at each value."""
+    given, names, duration = common.read_sets(walk.sets), ["generations", "seed"], "10 s"
+    weak, muscle = key.startswith("strength"), key.removeprefix("strength").removeprefix(".")
+    if condition is None:
+        names, own, starts, duration = (
+            [*names, "gait", "subset", "adapted", "adapted_device"],
+            "strength",
+            50,
+            "20 s",
+        )
+        left = common.read_sets(walk.strength, "--strength", "tibialis=0.2")
+        each: list[Any] = [left | ({muscle: value} if weak else {}) for value in values]
+        options: dict[str, Any] = {}
+    else:
+        given.pop("patient", None)
+        own, starts = "spring", 2
+        options = {"patients": condition, "gaits": walk.adapted, "others": walk.draws}
+        springs = [str(value) if key == "spring" else walk.spring for value in values]
+        read = functools.partial(common.quantity, "--spring", unit="N*m/rad", above=0.0, at_most=1000.0)
+        each = [None if spring is None else read(spring) for spring in springs]
+    options |= common.picked(walk, *names) | {"starts": starts if walk.starts is None else walk.starts}
+    options |= {"duration": common.quantity("--duration", walk.duration or duration, "s")}
+    options |= {"push": common.quantity("--push", walk.push, "N")}
+    return options, own, each, [given | ({} if weak or key in ("", "spring") else {key: x}) for x in values]
+
+
+def _walk(walk: _Walk, condition: str | None, key: str, values: list[Any]) -> None:
+    """The patients of a condition walk, or the scenario's own one, at each value of what is varied."""
+    options, own, each, sets = _options(walk, condition, key, values)
+    alone = condition is None
     with common.progress("reading, compiling the muscles") as report:
-        from afo_sim.show import doses_over, draw_doses, write_population
-        from afo_sim.walker import in_lines, populate, prepared, recorded_walk, save_population, save_table
+        from afo_sim import show, walker
 
-        described = [prepared(walk.scenario, each) for each in sets]
-        folder, command = _into(walk, described, options | {"varied": key, "springs": stiff})
-        found = list[Any]()
+        described = [walker.prepared(walk.scenario, one) for one in sets]
+        for value in values if alone and key.startswith("strength") else []:  # before anybody walks
+            muscle = key.removeprefix("strength").removeprefix(".")
+            walker.strengths_of(described[0], {muscle: value}, "--vary strength")
+        folder, found = walk.out or Path("runs") / f"{described[0].name}-walk", list[Any]()
+        command = options | {"varied": key, own: each, "scenarios": [one.resolved() for one in described]}
+        problem = "holds the responding walk of another description, or with other options"
+        same = {"command": command}
+        check_same(folder, "responding walk", walker.JSON, same, problem, force=walk.force)
+        rrd = alone and not key and common.drawn(walk.rrd)
 
-        def moved(what: str, share: float) -> None:
+        def moved(case: str, share: float) -> None:
+            what = walker.CASES.get(case, case) if alone else case
             report(round(1000.0 * share), 1000, f"{len(found) + 1} of {len(sets)}: {what}")
 
+        run: Any = walker.respond if alone else walker.populate
+        options["threads"] = walk.threads or os.cpu_count() or 1
         searches = folder / "walk.searches"
-        for each, spring in zip(sets, stiff, strict=True):
-            options["kept"] = searches / str(len(found) + 1)
-            options["threads"] = walk.threads or os.cpu_count() or 1
-            found.append(populate(walk.scenario, each, spring=spring, progress=moved, **options))
+        for one, its in zip(sets, each, strict=True):
+            options |= {own: its, "kept": searches / str(len(found) + 1)}
+            found.append(run(walk.scenario, one, progress=moved, **options))
         report(0, 0, "drawing")
         if key:
             pairs = zip(values, found, strict=True)
-            rows = [{key: str(value)} | row for value, one in pairs for row in in_lines(one)]
-            save_table(rows, folder, command)
-            draw_doses(key, values, [doses_over(one) for one in found], folder / "walk.png")
+            rows = [{key: str(value)} | row for value, one in pairs for row in walker.in_lines(one)]
+            walker.save_table(rows, folder, command)
+            show.draw_doses(key, values, [show.doses_of(one) for one in found], folder / "walk.png")
+        elif alone:
+            draw = functools.partial(show.write_pictures, rrd=rrd)
+            walker.save(found[0], folder, command=command, draw=draw)
         else:
-            recorded = recorded_walk(found[0].middle)
-            save_population(found[0], recorded, folder, command, write_population)
+            recorded = walker.recorded_walk(found[0].middle)
+            walker.save_population(found[0], recorded, folder, command, show.write_population)
     if walk.generations:
         shutil.rmtree(searches, ignore_errors=True)
     if key:
-        title = f"{described[0].name}: {len(found[0].drawn)} patients ({condition}) at values of {key}"
-        common.print_table(title, list(rows[0]), [list(row.values()) for row in rows], whole_names=True)
-        _print_limits()
-        print(f"written to {folder}: walk.csv, walk.json, walk.png")
+        whose = "the wearer" if alone else f"{len(found[0].drawn)} patients ({condition})"
+        _print(f"{described[0].name}: {whose} at values of {key}", _columns(rows))
+        files = "walk.csv, walk.json, walk.png"
+    elif alone:
+        words, asked = walker.in_words(found[0]), walker.asked_in_words(found[0])
+        title = f"{described[0].name}: a walker that responds"
+        _print(title, walker.table(found[0]), words, walker.verdict(found[0]), asked)
+        files = "walk.html, walk.png, walk.gif, walk.json"
     else:
-        _print_patients(found[0], recorded)
-        print(f"written to {folder}: walk.html, walk.png, walk.csv, walk.json, patients.csv, curves.parquet")
+        of = f"5 to 95 % of {len(found[0].drawn)} patients; of falls the 95 % interval"
+        table = _columns(walker.in_lines(found[0]))
+        _print(f"{found[0].condition.name}: medians, and {of}", table, [], walker.replies(found[0], recorded))
+        files = "walk.html, walk.png, walk.csv, walk.json, patients.csv, curves.parquet"
+    view = f"; to view: afo-sim view {folder}/walk.rrd" if rrd else ""
+    print(f"written to {folder}: {files}{view}")
 
 
-def _into(walk: _Walk, described: list[Any], asked: dict[str, Any]) -> tuple[Path, dict[str, Any]]:
-    """The folder to write to, and the command, which the walk that lies there was written by, too."""
-    from afo_sim.walker import JSON
-
-    folder = walk.out or Path("runs") / f"{described[0].name}-walk"
-    command = asked | {"scenarios": [each.resolved() for each in described]}
-    problem = "holds the responding walk of another description, or with other options"
-    check_same(folder, "responding walk", JSON, {"command": command}, problem, force=walk.force)
-    return folder, command
+def _columns(rows: list[dict[str, str]]) -> Any:
+    return list(rows[0]), [list(row.values()) for row in rows]
 
 
-def _print_patients(found: Any, recorded: Any) -> None:
-    from afo_sim.walker import in_lines, replies
+def _print(title: str, table: Any, words: Any = (), replies: Any = (), asked: Any = ()) -> None:
+    from afo_sim.metrics import NO_DEVICE
+    from afo_sim.walker import EXPERIMENTAL
 
-    answers = replies(found, recorded)
-    for reply in answers:
-        print_line(f"{reply.question} {reply.text}", hang=2)
-    rows = in_lines(found)
-    of = len(found.drawn)
-    title = f"{found.condition.name}: medians, and 5 to 95 % of {of} patients; of falls the 95 % interval"
-    common.print_table(title, list(rows[0]), [list(row.values()) for row in rows], whole_names=True)
-    for text in dict.fromkeys(text for reply in answers for text in reply.assumptions):
-        print_line(f"assumed: {text}", hang=2)
-    _print_limits()
-
-
-def _walk_one(walk: _Walk, key: str, values: list[Any]) -> None:
-    """The scenario's own patient walks, at each value of what is varied."""
-    weak, muscle = key.startswith("strength"), key.removeprefix("strength").removeprefix(".")
-    sets = [common.read_sets(walk.sets) | ({key: value} if key and not weak else {}) for value in values]
-    names = ("gait", "generations", "subset", "adapted", "adapted_device", "seed")
-    options: dict[str, Any] = common.picked(walk, *names) | {
-        "starts": 50 if walk.starts is None else walk.starts,
-        "duration": common.quantity("--duration", walk.duration or "20 s", "s"),
-        "push": common.quantity("--push", walk.push, "N"),
-    }
-    left = common.read_sets(walk.strength, "--strength", "tibialis=0.2")
-    strengths = [left | ({muscle: value} if weak else {}) for value in values]
-    with common.progress("reading, compiling the muscles") as report:
-        from afo_sim.walker import CASES, in_brief, prepared, respond, save, save_table, strengths_of
-
-        described = [prepared(walk.scenario, each) for each in sets]
-        for value in values if weak else []:  # before anybody walks
-            strengths_of(described[0], {muscle: value}, "--vary strength")
-        folder, command = _into(walk, described, options | {"varied": key, "strength": strengths})
-        rrd = not key and common.drawn(walk.rrd)
-        rows, responses = list[dict[str, str]](), list[Any]()
-
-        def moved(case: str, share: float) -> None:
-            report(round(100.0 * share), 100, f"{len(responses) + 1} of {len(sets)}: {CASES[case]}")
-
-        threads, searches = walk.threads or os.cpu_count() or 1, folder / "walk.searches"
-        for value, each, left in zip(values, sets, strengths, strict=True):
-            options |= {"strength": left, "kept": searches / str(len(responses) + 1)}
-            found = respond(walk.scenario, each, threads=threads, progress=moved, **options)
-            responses.append(found)
-            one = [replace(found, cases={n: case}) for n, case in found.cases.items() if n != "healthy"]
-            rows += [{key: str(value)} | in_brief(each) for each in one]
-        report(0, 0, "drawing")
-        if key:
-            from afo_sim.show import doses_of, draw_doses
-
-            save_table(rows, folder, command)
-            draw_doses(key, values, [doses_of(each) for each in responses], folder / "walk.png")
-        else:
-            from afo_sim.show import write_pictures
-
-            save(found, folder, command=command, draw=functools.partial(write_pictures, rrd=rrd))
-    if walk.generations:
-        shutil.rmtree(searches, ignore_errors=True)
-    if key:
-        title = f"{described[0].name}: the wearer at values of {key}"
-        common.print_table(title, list(rows[0]), [list(row.values()) for row in rows], whole_names=True)
-        _print_limits()
-        print(f"written to {folder}: walk.csv, walk.json, walk.png")
-    else:
-        _print(found, f"written to {folder}", f"; to view: afo-sim view {folder}/walk.rrd" if rrd else "")
+    for line in (*words, *(f"{reply.question} {reply.text}" for reply in replies)):
+        print_line(line, hang=2)
+    common.print_table(title, *table, whole_names=True)
+    assumed = dict.fromkeys(f"assumed: {text}" for reply in replies for text in reply.assumptions)
+    for line in (*assumed, *asked):
+        print_line(line, hang=2)
+    print_line(f"{EXPERIMENTAL} Falls are the walker's, never a patient's risk. {NO_DEVICE}")
 
 
 def _varied(text: str | None) -> tuple[str, list[Any]]:
@@ -253,24 +225,3 @@ def _varied(text: str | None) -> tuple[str, list[Any]]:
         problem, allowed = "is not KEY=V1,V2,…", 'supply.pressure="2 bar,3 bar"'
         raise InputError(problem, field="--vary", value=text, allowed=allowed)
     return key.strip(), [common.read_sets([f"x={part}"])["x"] for part in parts]
-
-
-def _print(found: Any, written: str, view: str) -> None:
-    from afo_sim.walker import asked_in_words, in_words, table, verdict
-
-    replies = verdict(found)
-    for line in (*in_words(found), *(f"{reply.question} {reply.text}" for reply in replies)):
-        print_line(line, hang=2)
-    common.print_table(f"{found.scenario.name}: a walker that responds", *table(found), whole_names=True)
-    assumed = dict.fromkeys(f"assumed: {text}" for reply in replies for text in reply.assumptions)
-    for line in (*assumed, *asked_in_words(found)):
-        print_line(line, hang=2)
-    _print_limits()
-    print(f"{written}: walk.html, walk.png, walk.gif, walk.json{view}")
-
-
-def _print_limits() -> None:
-    from afo_sim.metrics import NO_DEVICE
-    from afo_sim.walker import EXPERIMENTAL
-
-    print_line(f"{EXPERIMENTAL} Falls are the walker's, never a patient's risk. {NO_DEVICE}")

@@ -55,7 +55,6 @@ from .verdict_texts import limit as limit
 from .video import write_video as write_video
 from .walk_panels import INTERNAL as INTERNAL
 from .walker_doses import doses_of as doses_of
-from .walker_doses import doses_over as doses_over
 from .walker_doses import draw_doses as draw_doses
 from .walker_page import write_pictures as write_pictures
 from .walker_page import write_population as write_population

@@ -12,7 +12,7 @@ import numpy as np
 from afo_sim.show.patients_figure import look_of as look_in
 from afo_sim.show.style import new_figure
 from afo_sim.show.walker_figure import look_of
-from afo_sim.walker import CASES, LEGS, NAMES, Falls, Population, Response, share_of_falls
+from afo_sim.walker import CASES, LEGS, NAMES, Population, Response, share_of_falls
 
 
 @dataclass(frozen=True)
@@ -25,34 +25,24 @@ class Dose:
     falls: tuple[float, float, float] | None
 
 
-def doses_of(response: Response) -> list[Dose]:
-    """Each case of one wearer."""
-    return [
-        Dose(
-            CASES[case.name],
-            look_of(case),
-            (case.numbers["right/ankle_swing"],) * 3,
-            None if case.falls is None else _percent(case.falls),
-        )
-        for case in response.cases.values()
-    ]
-
-
-def _percent(falls: Falls) -> tuple[float, float, float]:
-    low, high = falls.interval
-    return 100.0 * falls.count / falls.of, 100.0 * low, 100.0 * high
-
-
-def doses_over(population: Population) -> list[Dose]:
-    """Each case over the patients: medians, and 5 to 95 % of them."""
-    found = []
-    for case in population.cases:
-        ankle = population.values(case, "right/ankle_swing")
-        known = ankle[np.isfinite(ankle)]
+def doses_of(found: Response | Population) -> list[Dose]:
+    """Each case of one wearer; or over patients: medians, and 5 to 95 % of them."""
+    doses = list[Dose]()
+    if isinstance(found, Response):
+        for case in found.cases.values():
+            ankle, falls = case.numbers["right/ankle_swing"], None
+            if case.falls is not None:
+                low, high = case.falls.interval
+                falls = 100.0 * case.falls.count / case.falls.of, 100.0 * low, 100.0 * high
+            doses.append(Dose(CASES[case.name], look_of(case), (ankle, ankle, ankle), falls))
+        return doses
+    for name in found.cases:
+        ankles = found.values(name, "right/ankle_swing")
+        known = ankles[np.isfinite(ankles)]
         low, middle, high = np.percentile(known, (5.0, 50.0, 95.0)) if len(known) else (math.nan,) * 3
-        falls = share_of_falls(population, case) if population.asked["starts"] else None
-        found.append(Dose(NAMES[case], look_in(case), (float(middle), float(low), float(high)), falls))
-    return found
+        falls = share_of_falls(found, name) if found.asked["starts"] else None
+        doses.append(Dose(NAMES[name], look_in(name), (float(middle), float(low), float(high)), falls))
+    return doses
 
 
 def draw_doses(key: str, values: Sequence[Any], doses: Sequence[Sequence[Dose]], path: pathlib.Path) -> None:

@@ -1,7 +1,7 @@
 """What a response says: a table of its cases, and three questions answered in words."""
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -138,15 +138,13 @@ def table(response: Response) -> tuple[list[str], list[list[str]]]:
     return ["", *(CASES[case.name] for case in cases)], rows
 
 
-def in_brief(response: Response, rows: Sequence[str] = _BRIEF) -> dict[str, str]:
-    """The wearer in one line, by what each cell is; the patient where there is no device."""
-    names = ("device adapted", "device", "patient adapted", "patient")
-    case = next(response[name] for name in names if name in response.cases)
+def in_brief(case: Case) -> dict[str, str]:
+    """A case in one line, by what each cell is."""
     found = {"case": CASES[case.name], "undisturbed walk": walk_in_words(case)}
     found["falls, with 95 % interval"] = _falls(case.falls)
     signs = ", ".join(each["sign"] for each in signs_of(case) or () if each["leg"] == "right")
     found["signs, device's leg"] = signs or (NONE if signs_of(case) is None else "none")
-    return found | {f"{row.label} [{row.unit}]": row.of(n, case) for n, row in ROWS.items() if n in rows}
+    return found | {f"{row.label} [{row.unit}]": row.of(n, case) for n, row in ROWS.items() if n in _BRIEF}
 
 
 def walk_in_words(case: Case) -> str:
@@ -265,7 +263,7 @@ def _of_changes(response: Response) -> Iterator[str]:
         return f"on the device's leg {', '.join(told)}".replace(" °", "°")
 
     yield from _compared(response, words)
-    torque = in_brief(response, ("device_torque_swing",))["device's torque in swing [N·m]"]
+    torque = ROWS["device_torque_swing"].of("device_torque_swing", [*response.cases.values()][-1])
     if torque != NONE:
         yield f"In swing the device turns the ankle with {torque} N·m, dorsiflexion positive."
 
@@ -289,6 +287,6 @@ def _of_cost(response: Response) -> Iterator[str]:
         beside = f"where people take {known:.1f} at its speed (Looney et al. 2019)"
         yield f"The healthy walker takes {own:.1f} J/(kg·m) {beside}: {own / known:.1f} times as much."
     yield from _compared(response, words)
-    air = in_brief(response)["air per stride [g]"]
+    air = ROWS["air_per_stride"].of("air_per_stride", [*response.cases.values()][-1])
     if air != NONE:
         yield f"The device takes {air} g of air per stride."

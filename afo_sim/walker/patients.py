@@ -23,8 +23,8 @@ from afo_sim.walker.cost import Cost
 from afo_sim.walker.gait import OFFSETS, Vector
 from afo_sim.walker.gait_file import STARTS, read_gait
 from afo_sim.walker.population import SHARES, Condition, as_drawn, draw_about, read_condition
-from afo_sim.walker.respond import DRAWN_WITH, Falls, falls_of, prepared, strengths_of
-from afo_sim.walker.search import STRONGER, Found, Free, adapt, search
+from afo_sim.walker.respond import DRAWN_WITH, Falls, check_limits, falls_of, prepared, strengths_of, stronger
+from afo_sim.walker.search import Free, adapt, search
 from afo_sim.walker.strides import numbers, strides_of
 from afo_sim.walker.walking import walk
 
@@ -32,7 +32,7 @@ WITHOUT, DEVICE, SPRING = "without", "device", "spring"
 WEEKS = " adapted"  # behind a case's name
 TIMESTEP = {"timestep": "1 ms"}
 HEALTHY = "natural"  # the gait that everybody had
-OTHERS, MOST_OTHERS = 10**6, 100  # seed of those who are drawn to judge, beyond that of any search
+OTHERS = 10**6  # seed of those who are drawn to judge, beyond that of any search
 LEVEL = {"ground.slope": "0 deg", "ground.uneven": "0 mm"}
 STIFFEST = 1000.0  # spring about the ankle [N·m/rad]
 OWN = "patients.csv of a walk of the same patients"
@@ -108,43 +108,19 @@ def populate(
     progress: Callable[[str, float], None] | None = None,
     kept: str | os.PathLike[str] | None = None,
 ) -> Population:
-    """Let the patients of a condition walk without a device, with it on the first day, and after weeks.
+    """Let a condition's patients walk without a device, with it on the first day, and after weeks.
 
-    Parameters
-    ----------
-    scenario, sets : as of `run`; its patient is replaced, its recorded walk is not used
-    patients : the condition: a shipped name, or a file
-    spring : of a passive orthosis that is worn in the device's place [N·m/rad]
-    gaits : file of adapted gaits; by default the one beside the condition's file
-    duration : of the undisturbed walks [s]
-    starts : perturbed starts of each patient and case
-    push : on the trunk, forward or backward [N]
-    generations : of the searches by which those adapt who have no gait, 16 walks each; 0 for none
-    others : people drawn about each patient by what is not known of one; with corners, they keep the gait
-    seed : of starts and searches
-    threads : the result does not depend on them
-    progress : called with what is done and the share that is done
-    kept : folder in which searches keep where they are; the same call goes on there after a kill
-
-    Raises
-    ------
-    InputError
-        As `prepared`, `read_condition`, `read_gaits`; a number is out of range; `kept` is of other searches.
+    `gaits` is by default the file beside the condition's; `others` are drawn about each patient and keep the
+    gait; the result does not depend on `threads`; searches go on in `kept` after a kill.
     """
     condition = read_condition(patients)
     if own := next((key for key in sets or {} if key.partition(".")[0] == "patient"), None):
         allowed = "a condition that draws it, or one patient alone"
         raise InputError("is the condition's", field=own, value=str((sets or {})[own]), allowed=allowed)
     described = prepared(scenario, {**TIMESTEP, **(sets or {})}).set({"patient": condition.patient})
-    limits = (
-        ("starts", starts, 0, 1e4),
-        ("others", others, 0, MOST_OTHERS),
-        ("generations", generations, 0, 1e5),
-        ("seed", seed, 0, 1e6),
-    )
-    for name, value, least, most in (*limits, ("duration", duration, 4, 600), ("push", push, 0, 1000)):
-        if not least <= value <= most:
-            raise InputError("is out of range", field=name, value=value, allowed=f"{least} to {most:g}")
+    asked: dict[str, Any] = {"duration": duration, "starts": starts, "push": push, "seed": seed}
+    asked |= {"generations": generations}
+    check_limits(**asked, others=others)
     if spring is not None and not 0.0 < spring <= STIFFEST:
         allowed = f"above 0 to {STIFFEST:g} N*m/rad"
         raise InputError("is out of range", field="spring", value=spring, allowed=allowed)
@@ -176,12 +152,10 @@ def populate(
         body = other or who.body(case, k)
         walked = walk(body, vector, duration)
         falls = falls_of(body, vector, starts=starts, push=push, seed=1000 * seed + k, threads=1)
-        legs = {side: strides_of(walked, side) for side in ("right", "left")}
         curves = {
             f"{side}/{name}": strides.mean(name)
-            for side, strides in legs.items()
-            for name in ("thigh", "knee", "ankle")
-            if len(strides.duration)
+            for side, strides in ((side, strides_of(walked, side)) for side in ("right", "left"))
+            for name in (("thigh", "knee", "ankle") if len(strides.duration) else ())
         }
         return Patient(numbers(walked), falls, curves)
 
@@ -201,8 +175,7 @@ def populate(
                     groups.setdefault(what, []).append(pool.submit(one, (k, walker), body))
             unlike[name] = {what: tuple(each.result() for each in group) for what, group in groups.items()}
             report(f"others, {name}", len(unlike) / len(jobs))
-    asked: dict[str, Any] = {"duration": duration, "starts": starts, "push": push, "seed": seed}
-    asked |= {"generations": generations, "timestep": described.timestep, "worn": worn, "spring": spring}
+    asked |= {"timestep": described.timestep, "worn": worn, "spring": spring}
     asked |= {"unadapted": sum((worn[WITHOUT], k) not in known for k in people)}
     middle, left = who.person(condition.middle, worn=True)
     shares = {"dorsiflexor": left.get("tibialis", 1.0), "plantarflexor": left.get("soleus", 1.0)}
@@ -242,18 +215,18 @@ class Who:
         scenario, left = self.person(self.drawn[k], worn=True)
         named = {name: left.get(name, 1.0) for name in ("tibialis", *self.condition.ranges) if name in SHARES}
         corners, others = draw_about(scenario, named, draws, seed)
-        names = ["as the patient", *(_corner(corners[0], one) for one in corners[1:]), *["drawn"] * draws]
+        names = ["as the patient"]
+        for one in corners[1:]:
+            name = next(name for name, share in corners[0].items() if one[name] != share)
+            names.append(
+                f"{'no' if not one[name] else 'less' if one[name] < corners[0][name] else 'more'} {name}"
+            )
+        names += ["drawn"] * draws
         each = [as_drawn(scenario, left, one, worn=case == DEVICE) for one in corners + others]
         return [(name, self._built(case, *one)) for name, one in zip(names, each, strict=True)]
 
     def _built(self, case: str, scenario: Scenario, left: dict[str, float]) -> Body:
         return build_body(scenario, left, self.spring if case == SPRING else 0.0)
-
-
-def _corner(stated: Mapping[str, float], corner: Mapping[str, float]) -> str:
-    """In what a corner differs from who is stated."""
-    name = next(name for name in stated if corner[name] != stated[name])
-    return f"{'no' if corner[name] == 0.0 else 'less' if corner[name] < stated[name] else 'more'} {name}"
 
 
 def _let_adapt(
@@ -273,22 +246,11 @@ def _let_adapt(
     first = healthy.vector
     if any(case == WITHOUT for case, _ in missing):  # one in the middle of all ranges goes ahead
         scenario, left = who.person(who.condition.middle, worn=False)
-        stronger = [
-            {muscle: min(own + share, 1.0) if own < 1.0 else own for muscle, own in left.items()}
-            for share in STRONGER
-        ]
-        stages = [[build_body(scenario, each)] for each in (*stronger, left)]
+        stages = [[build_body(scenario, each)] for each in (*stronger(left), left)]
         everybody = [who.body(WITHOUT, k) for k in range(len(who.drawn))]
-        place = kept and kept / "first"
-        found = adapt(
-            stages,
-            first,
-            progress=lambda k, n, _: report("a first patient adapts", k / n),
-            kept=place,
-            drawn=everybody,
-            **asked | {"generations": 2 * how["generations"]},
-        )
-        first = found.vector
+        how_first = asked | {"generations": 2 * how["generations"], "kept": kept and kept / "first"}
+        how_first["progress"] = lambda k, n, _: report("a first patient adapts", k / n)
+        first = adapt(stages, first, drawn=everybody, **how_first).vector
     for at, (case, k) in enumerate(missing):
         begun = known[worn[WITHOUT], k].vector if case != WITHOUT else first
 
@@ -298,7 +260,9 @@ def _let_adapt(
         place = kept and kept / worn[case].replace("*", "").replace("/", " ") / f"{k + 1}.json"
         drawn = [body for _, body in who.unlike(case, k, 1000 * how["seed"] + k + 1)]
         found = search([who.body(case, k)], begun, drawn=drawn, progress=told, kept=place, **asked)
-        known[worn[case], k] = Adapted(rounded(found.vector), _told(found, how))
+        price, converged = f"{sum(found.parts.values()):.4f}", str(found.converged).lower()
+        words = (str(how["seed"]), str(how["generations"]), price, converged, f"{found.seconds:.1f}")
+        known[worn[case], k] = Adapted(rounded(found.vector), dict(zip(_SEARCH, words, strict=True)))
 
 
 def rounded(vector: Vector) -> Vector:
@@ -322,17 +286,6 @@ def unpacked(cells: list[str]) -> Vector:
     return Vector(offsets, gains, speed)
 
 
-def _told(found: Found, how: Mapping[str, int]) -> dict[str, str]:
-    """How a gait was found, in words of a file."""
-    return {
-        "seed": str(how["seed"]),
-        "generations": str(how["generations"]),
-        "cost": f"{sum(found.parts.values()):.4f}",
-        "converged": str(found.converged).lower(),
-        "cpu_seconds": f"{found.seconds:.1f}",
-    }
-
-
 def gaits_table(population: Population) -> str:
     """The adapted gaits of a population as CSV: who the patient is, how it was found, the gait."""
     names = list(population.condition.ranges)
@@ -340,9 +293,8 @@ def gaits_table(population: Population) -> str:
     for (worn, k), each in population.gaits.items():
         who = [f"{population.drawn[k][name]:.6g}" for name in names]
         gait = [f"{x:.{DIGITS}g}" for x in packed(each.vector)]
-        lines.append(
-            ",".join((worn, str(k + 1), *who, *(each.search.get(key, "") for key in _SEARCH), *gait))
-        )
+        found = (each.search.get(key, "") for key in _SEARCH)
+        lines.append(",".join((worn, str(k + 1), *who, *found, *gait)))
     return "\n".join(lines) + "\n"
 
 

@@ -8,9 +8,9 @@ import numpy as np
 
 from afo_sim.description import Scenario
 from afo_sim.simulation.run import run
-from afo_sim.walker.answer import FALLS, NONE, ROWS, Reply
+from afo_sim.walker.answer import FALLS, NONE, ROWS, Reply, in_brief
 from afo_sim.walker.patients import DEVICE, SPRING, WEEKS, WITHOUT, Population
-from afo_sim.walker.respond import Falls
+from afo_sim.walker.respond import Falls, Response
 
 NAMES = {
     WITHOUT: "without a device",
@@ -87,7 +87,7 @@ def share_of_falls(population: Population, case: str, *, change: bool = False) -
     shares = changes(population, case, "falls") if change else population.values(case, "falls")
     mean, n = float(shares.mean()), len(shares)
     if math.isnan(mean):
-        return math.nan, math.nan, math.nan
+        return (math.nan,) * 3
     if not np.ptp(shares):  # nobody differs: as little as of so many patients can be known
         low, high = Falls(0, n).interval
         return 100.0 * mean, 100.0 * max(mean - high, -1.0 if change else 0.0), 100.0 * min(mean + high, 1.0)
@@ -130,30 +130,37 @@ def deciding(population: Population, case: str) -> dict[str, float]:
     return {name: float(each.statistic) for name, each in ranks.items() if each.pvalue < 0.05 / len(names)}
 
 
-def _row(name: str) -> tuple[str, str]:
-    """What a number is called, with its leg and unit, and its unit."""
+def _count(population: Population, case: str, sign: int, base: str = WITHOUT) -> int:
+    return int((outcomes(population, case, base) == sign).sum())
+
+
+def _row(name: str, *, change: bool = False) -> str:
+    """What a number is called, with its leg and unit."""
+    if name == "falls":
+        return "starts that fall [%], mean"
     side, _, rest = name.rpartition("/")
     leg = {"right": ", device's leg", "left": ", other leg", "": ""}[side]
-    return f"{ROWS[rest].label}{leg}", ROWS[rest].unit
+    return f"{ROWS[rest].label}{leg} [{'%' if change and EFFECTS[name].relative else ROWS[rest].unit}]"
 
 
-def _spread(values: np.ndarray, name: str, *, relative: bool = False, signed: bool = False) -> str:
-    """Median and 5 to 95 % of patients, as text."""
-    known = values[np.isfinite(values)]
+def _spread(values: np.ndarray, name: str, *, change: bool = False) -> str:
+    """Median and 5 to 95 % of patients, as text; signed of a change."""
+    known, row = values[np.isfinite(values)], ROWS[name.rpartition("/")[2]]
     if not len(known):
         return NONE
-    row = ROWS[name.rpartition("/")[2]]
-    factor, digits = (100.0, 0) if relative else (row.factor, row.digits)
-    sign = "+" if signed else ""
-    low, middle, high = (
-        f"{round(factor * float(x), digits) + 0.0:{sign}.{digits}f}".replace("-", "−")
-        for x in np.percentile(known, (5.0, 50.0, 95.0))
-    )
+    factor, digits = (100.0, 0) if change and EFFECTS[name].relative else (row.factor, row.digits)
+    ends = (round(factor * float(x), digits) + 0.0 for x in np.percentile(known, (5.0, 50.0, 95.0)))
+    low, middle, high = (f"{x:{'+' * change}.{digits}f}".replace("-", "−") for x in ends)
     return f"{middle} ({low} to {high})"
 
 
-def _falls_text(population: Population, case: str, *, change: bool = False) -> str:
-    """Share of starts that fall and its interval, as text."""
+def _cell(population: Population, case: str, name: str, *, change: bool = False) -> str:
+    """A number of a case, or how it changes, over the patients, as text; of falls the mean."""
+    if name == "device_torque_swing" and DEVICE not in case:
+        return NONE
+    if name != "falls":
+        values = changes(population, case, name) if change else population.values(case, name)
+        return _spread(values, name, change=change)
     form = "{:+z.0f} ({:+z.0f} to {:+z.0f})" if change else "{:.0f} ({:.0f} to {:.0f})"
     text = form.format(*share_of_falls(population, case, change=change)).replace("-", "−")
     return NONE if "nan" in text else text
@@ -162,39 +169,22 @@ def _falls_text(population: Population, case: str, *, change: bool = False) -> s
 def tables(population: Population) -> list[tuple[str, str, Rows]]:
     """Title, caption, header and rows: each case over the patients, and how it changes their walk."""
     cases, of = list(population.cases), len(population.drawn)
-    shares = [_falls_text(population, case) for case in cases]
+    rows = [[_row(name), *(_cell(population, case, name) for case in cases)] for name in ("falls", *_ROWS)]
     whole = [str(int((population.values(case, "fell") == 0.0).sum())) for case in cases]
-    rows = [
-        ["starts that fall [%], mean", *shares],
-        [f"of {of} patients walk to the end undisturbed", *whole],
-    ]
-    for name in _ROWS:
-        label, unit = _row(name)
-        bare = name == "device_torque_swing"
-        cells = [_spread(population.values(case, name), name) for case in cases]
-        cells = [NONE if bare and DEVICE not in case else x for case, x in zip(cases, cells, strict=True)]
-        rows.append([f"{label} [{unit}]", *cells])
+    rows.insert(1, [f"of {of} patients walk to the end undisturbed", *whole])
     header = ["", *(NAMES[case] for case in cases)]
     first = "Median, and in brackets 5 to 95 % of the patients; of falls the 95 % interval over patients."
-    found = [(f"{of} patients: {population.condition.name}", first, (header, rows))]
-    found += _others(population)
+    found = [(f"{of} patients: {population.condition.name}", first, (header, rows)), *_others(population)]
     if len(cases) == 1:
         return found
     rows = []
     for name in ("falls", *EFFECTS):
-        label, unit = ("starts that fall, mean", "%") if name == "falls" else _row(name)
-        relative = name != "falls" and EFFECTS[name].relative
-        cells = []
-        for case in cases[1:]:
-            if name == "falls":
-                spread = _falls_text(population, case, change=True)
-            else:
-                spread = _spread(changes(population, case, name), name, relative=relative, signed=True)
-            cells.append(f"{told(population, case, name)}: {spread}")
-        rows.append([f"{label} [{'%' if relative else unit}]", *cells])
+        words = [
+            (told(population, case, name), _cell(population, case, name, change=True)) for case in cases[1:]
+        ]
+        rows.append([_row(name, change=True), *(f"{word}: {cell}" for word, cell in words)])
     for word, sign in (("patients who gain", 1), ("who lose", -1), ("of whom the model cannot tell", 0)):
-        counts = [int((outcomes(population, case) == sign).sum()) for case in cases[1:]]
-        rows.append([word, *(f"{count} of {of}" for count in counts)])
+        rows.append([word, *(f"{_count(population, case, sign)} of {of}" for case in cases[1:])])
     second = (
         "Of each patient, from the walk without a device. Told where the median (of falls the mean's "
         "interval) is beyond the model's error and a sign test finds patients alike (5 %). Who falls more, "
@@ -204,17 +194,17 @@ def tables(population: Population) -> list[tuple[str, str, Rows]]:
     return [*found, ("What the device changes", second, (["", *header[2:]], rows))]
 
 
-def in_lines(population: Population) -> list[dict[str, str]]:
-    """Each case in one line, by what each cell is."""
+def in_lines(population: Population | Response) -> list[dict[str, str]]:
+    """Each case in one line, by what each cell is; of one patient without the healthy."""
+    if isinstance(population, Response):
+        return [in_brief(case) for case in population.cases.values() if case.name != "healthy"]
     names = ("right/clearance", "right/ankle_swing", "speed", "cost_of_transport", "air_per_stride")
     found = []
     for case in population.cases:
-        row = {"case": NAMES[case], "starts that fall [%]": _falls_text(population, case)}
+        row = {"case": NAMES[case], "starts that fall [%]": _cell(population, case, "falls")}
         for word, sign in (("gain", 1), ("lose", -1)):
-            count = int((outcomes(population, case) == sign).sum())
-            row[word] = NONE if case == WITHOUT else str(count)
-        row |= {f"{_row(n)[0]} [{_row(n)[1]}]": _spread(population.values(case, n), n) for n in names}
-        found.append(row)
+            row[word] = NONE if case == WITHOUT else str(_count(population, case, sign))
+        found.append(row | {_row(name): _cell(population, case, name) for name in names})
     return found
 
 
@@ -222,17 +212,12 @@ def _others(population: Population) -> Iterator[tuple[str, str, Rows]]:
     """Falls, speed and ankle of those who differ from the patients and keep their gait."""
     rows = []
     for how in next(iter(population.others.values()), {}):
-        cells = []
-        for groups in population.others.values():
-            starts = sum(one.falls.of for one in groups[how])
-            share = 100.0 * sum(one.falls.count for one in groups[how]) / max(starts, 1)
-            speeds = np.array([one.numbers["speed"] for one in groups[how]])
-            ankles = np.array([one.numbers["right/ankle_swing"] for one in groups[how]])
-            cells.append(
-                f"{share:.0f} % of {starts}; {_spread(speeds, 'speed')} m/s; "
-                f"{_spread(ankles, 'right/ankle_swing')}°"
-            )
-        rows.append([how, *cells])
+        rows.append([how])
+        for others in (groups[how] for groups in population.others.values()):
+            starts, fell = (sum(getattr(one.falls, name) for one in others) for name in ("of", "count"))
+            names = ("speed", "right/ankle_swing")
+            speed, ankle = (_spread(np.array([one.numbers[n] for one in others]), n) for n in names)
+            rows[-1].append(f"{100.0 * fell / max(starts, 1):.0f} % of {starts}; {speed} m/s; {ankle}°")
     header = ["", *(NAMES[case] for case in population.others)]
     caption = "About each patient, who keeps the gait: starts that fall, speed, ankle in mid-swing."
     if rows:
@@ -279,18 +264,17 @@ def _gains(population: Population) -> Iterator[str]:
         whom = f"{count} of {len(population.drawn)} have not adapted, and"
         yield f"{whom} walk by the healthy gait, as on first steps with weak muscles."
     for case in list(population.cases)[1:]:
-        found = outcomes(population, case)
-        gain, lose, rest = (int((found == sign).sum()) for sign in (1, -1, 0))
-        yield f"{NAMES[case].capitalize()}: {gain} of {len(found)} gain, {lose} lose, {rest} cannot be told."
+        gain, lose, rest = (_count(population, case, sign) for sign in (1, -1, 0))
+        whom = f"{gain} of {len(population.drawn)} gain, {lose} lose, {rest} cannot be told"
+        yield f"{NAMES[case].capitalize()}: {whom}."
         for name, rank in deciding(population, case).items():
             more = "more" if rank > 0.0 else "less"
             yield f"The {more} {name}, the better (rank correlation {rank:+.2f}).".replace("-", "−")
     for when in ("", WEEKS):
         if {DEVICE + when, SPRING + when} <= population.cases.keys():
-            found = outcomes(population, DEVICE + when, SPRING + when)
-            better, worse = (int((found == sign).sum()) for sign in (1, -1))
-            beside = f"{NAMES[DEVICE + when].capitalize()}, against the spring"
-            yield f"{beside}: {better} of {len(found)} walk better, {worse} worse, the rest cannot be told."
+            better, worse = (_count(population, DEVICE + when, sign, SPRING + when) for sign in (1, -1))
+            whom = f"{better} of {len(population.drawn)} walk better, {worse} worse"
+            yield f"{NAMES[DEVICE + when].capitalize()}, against the spring: {whom}, the rest cannot be told."
 
 
 def _falls(population: Population) -> Iterator[str]:
@@ -308,8 +292,7 @@ def _changes(population: Population) -> Iterator[str]:
         known, unknown = list[str](), list[str]()
         for name, effect in EFFECTS.items():
             row, word = ROWS[name.rpartition("/")[2]], told(population, case, name)
-            change = _spread(changes(population, case, name), name, relative=effect.relative, signed=True)
-            unit = "%" if effect.relative else row.unit
+            unit, change = "%" if effect.relative else row.unit, _cell(population, case, name, change=True)
             (unknown if word.startswith(CANNOT) else known).append(f"{row.label} {change} {unit}")
         rest = f"; cannot tell: {', '.join(unknown)}" if unknown else ""
         yield f"{NAMES[case].capitalize()}: {', '.join(known) or 'nothing that the model can tell'}{rest}."
@@ -350,7 +333,7 @@ def _beside(population: Population, recorded: Recorded) -> Iterator[str]:
     case = next((each for each in (DEVICE + WEEKS, DEVICE) if each in population.cases), None)
     if case and abs(lift) > EFFECTS["right/clearance"].error:
         word, meant = told(population, case, "right/clearance"), "more" if lift > 0.0 else "less"
-        change = _spread(changes(population, case, "right/clearance"), "right/clearance", signed=True)
+        change = _cell(population, case, "right/clearance", change=True)
         lifts = f"recorded, the device moves the toe by {1e3 * lift:+.0f} mm, that of patients by {change} mm"
         lifts = f"{lifts} ({NAMES[case]}: {word}).".replace("-", "−")
         if word.startswith(f"{CANNOT},"):

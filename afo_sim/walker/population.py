@@ -76,9 +76,7 @@ class Condition:
 def draw(ranges: Mapping[str, Range], count: int, seed: Sequence[int]) -> dict[str, np.ndarray]:
     """So many numbers in each range: one in each of as many parts of it that are as probable."""
     rng = np.random.default_rng(seed)
-    return {
-        name: each.at((rng.permutation(count) + rng.random(count)) / count) for name, each in ranges.items()
-    }
+    return {n: each.at((rng.permutation(count) + rng.random(count)) / count) for n, each in ranges.items()}
 
 
 def read_condition(name: str | os.PathLike[str]) -> Condition:
@@ -86,8 +84,7 @@ def read_condition(name: str | os.PathLike[str]) -> Condition:
     file = assets.find("population", str(name))
     tables = assets.read_toml(file)
     for key in tables:
-        if key not in ("description", "patient", "patients", "seed", "drawn"):
-            known = ("description", "patient", "patients", "seed", "drawn")
+        if key not in (known := ("description", "patient", "patients", "seed", "drawn")):
             raise unknown(key, known, file=file, field=key, problem="is not a key of a population")
     patient = str(assets.find("patient", str(tables.get("patient", "healthy")), file))
     drawn, ranges = tables.get("drawn", {}), dict[str, Range]()
@@ -111,26 +108,18 @@ def read_condition(name: str | os.PathLike[str]) -> Condition:
             raise InputError("is out of range", file=file, field=field, value=f"{low:g} to {high:g}",
                              allowed=f"{least:g} to {most:g}")  # fmt: skip
         for end in ends if own else ():
+            own_key, value = key.removeprefix("patient."), f"{end!r} {ranges[key].unit}".strip()
             try:
-                load(
-                    "patient", patient, {key.removeprefix("patient."): f"{end!r} {ranges[key].unit}".strip()}
-                )
+                load("patient", patient, {own_key: value})
             except InputError as error:
                 raise error.replaced(file=file, field=field) from None
-    counts = {"patients": (1, MOST), "seed": (0, 2**31)}
-    for key, (least, most) in counts.items():
+    for key, least, most in (("patients", 1, MOST), ("seed", 0, 2**31)):
         value = tables.get(key, least)
         if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
             allowed = f"a whole number from {least} to {most}"
             raise InputError("is out of range", file=file, field=key, value=value, allowed=allowed)
-    return Condition(
-        file=file,
-        description=str(tables.get("description", "")),
-        patient=patient,
-        ranges=ranges,
-        patients=tables.get("patients", 20),
-        seed=tables.get("seed", 1),
-    )
+    numbers = tables.get("patients", 20), tables.get("seed", 1)
+    return Condition(file, str(tables.get("description", "")), patient, ranges, *numbers)
 
 
 def _range(table: Mapping[str, Any], key: str) -> Range:

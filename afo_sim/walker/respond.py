@@ -28,7 +28,9 @@ LONGEST = 0.002  # time step at which the walker still walks as at a shorter one
 FILLED = 2.0  # time from which on a chamber counts as filled to the supply [s]
 NOISE = 0.02  # standard deviation of each angle of a perturbed start [rad]
 FROM, UNTIL, HORIZON = 2.5, 4.5, 8.0  # between which a perturbed start is pushed, and how long it walks [s]
-MOST = 600.0  # longest walk [s]
+# Of what is asked for; shorter walks have too few strides [s], [N].
+LIMITS = {"duration": (4.0, 600.0), "push": (0.0, 1000.0), "starts": (0, 1e5), "generations": (0, 1e5)}
+LIMITS |= {"seed": (0, 2e9), "others": (0, 100)}
 DRAWN_WITH = 12  # drawn patients, beside the corners, whom an adapting gait has to carry too
 FIRM = 1.96  # of a 95 % interval
 
@@ -92,6 +94,19 @@ def strengths_of(
             raise InputError("is out of range", field=f"{field}.{name}", value=share, allowed="0 to 2")
         found[name] = float(share)
     return {name: share for name, share in found.items() if share != 1.0}
+
+
+def check_limits(**asked: float) -> None:
+    """Raise InputError where what is asked for is out of its limits."""
+    for name, value in asked.items():
+        least, most = LIMITS[name]
+        if not least <= value <= most:
+            raise InputError("is out of range", field=name, value=value, allowed=f"{least:g} to {most:g}")
+
+
+def stronger(left: Mapping[str, float]) -> list[dict[str, float]]:
+    """Those through whom a patient's gait is searched for: by a share, and no stronger than healthy."""
+    return [{n: min(own + share, 1.0) if own < 1.0 else own for n, own in left.items()} for share in STRONGER]
 
 
 def prepared(scenario: str | os.PathLike[str] | Scenario, sets: Mapping[str, Any] | None = None) -> Scenario:
@@ -176,12 +191,7 @@ def respond(
     described = prepared(scenario, sets)
     if subset not in SUBSETS:
         raise unknown(subset, SUBSETS, field="subset", problem="is not a set of gains")
-    limits = (("duration", duration, MOST), ("push", push, 1000.0), ("starts", starts, 1e5))
-    for name, value, most in (*limits, ("generations", generations, 1e5), ("seed", seed, 2e9)):
-        if not 0.0 <= value <= most or not math.isfinite(value):
-            raise InputError("is out of range", field=name, value=value, allowed=f"0 to {most:g}")
-    if duration < 4.0:
-        raise InputError("is too short to count strides", field="duration", value=duration, allowed="4 s")
+    check_limits(duration=duration, push=push, starts=starts, generations=generations, seed=seed)
     shares, healthy = strengths_of(described, strength), read_gait(gait)
     if generations:
         optional("cma")  # before anybody walks
@@ -201,14 +211,11 @@ def respond(
     report = progress or (lambda name, share: None)
 
     def case(name: str, body: Body, gait: Gait) -> Case:
-        """A case: its undisturbed walk, and its falls among perturbed starts."""
         report(name, 0.0)
         walked, falls = walk(own_copy(body), gait.vector, duration), None
         if starts:
-            told = functools.partial(report, name)
-            falls = falls_of(
-                body, gait.vector, starts=starts, push=push, seed=seed, threads=threads, report=told
-            )
+            how: dict[str, Any] = {"starts": starts, "push": push, "seed": seed, "threads": threads}
+            falls = falls_of(body, gait.vector, report=functools.partial(report, name), **how)
         return Case(name, gait, walked, numbers(walked), falls)
 
     cases = {"healthy": case("healthy", build_body(whole), healthy)}
@@ -225,12 +232,8 @@ def respond(
         if name in known:
             cases[after] = case(after, body, known[name])
         elif generations:
-            stronger = [  # by a share, and no stronger than healthy
-                {muscle: min(own + share, 1.0) if own < 1.0 else own for muscle, own in shares.items()}
-                for share in STRONGER
-            ]
             found = adapt(
-                [*([build_body(wearing, left)] for left in stronger), [body]],
+                [*([build_body(wearing, left)] for left in stronger(shares)), [body]],
                 healthy.vector,
                 target,
                 Free(alive, pose=subset == "all"),
@@ -248,20 +251,9 @@ def respond(
             how = {"evaluations": found.evaluations, "cost": price, "converged": found.converged}
             begun = with_vector(healthy, found.vector, after, f"{after}, {described.name}", how)
             cases[after] = dataclasses.replace(case(after, body, begun), found=found)
-    return Response(
-        described,
-        cases,
-        {
-            "gait": healthy.name,
-            "strength": shares,
-            "starts": starts,
-            "push": push,
-            "seed": seed,
-            "generations": generations,
-            "subset": subset,
-            "timestep": described.timestep,
-        },
-    )
+    asked = {"gait": healthy.name, "strength": shares, "starts": starts, "push": push, "seed": seed}
+    asked |= {"generations": generations, "subset": subset, "timestep": described.timestep}
+    return Response(described, cases, asked)
 
 
 def _shipped(scenario: Scenario, worn: str = "") -> str | None:

@@ -85,10 +85,7 @@ def test_a_walk_is_printed_and_written_whole(
     rows = _rows(folder)
     assert [row["supply.pressure"] for row in rows] == ["2 bar", "2 bar", "4 bar", "4 bar"]
     own = [
-        {
-            name: cell.replace("−", "-")
-            for name, cell in in_brief(Response(found.scenario, {case: found[case]})).items()
-        }
+        {name: cell.replace("−", "-") for name, cell in in_brief(found[case]).items()}
         for case in ("patient", "device")
     ]
     assert rows[2:] == [{"supply.pressure": "4 bar"} | each for each in own]  # the scenario's own pressure
@@ -110,14 +107,11 @@ def test_strength_is_varied_as_it_is_given(call: Call, tmp_path: pathlib.Path) -
     assert [row["strength.tibialis"] for row in rows] == ["1", "1", "0.8", "0.8", "0", "0"]
     whole, weak, none = rows[::2]
     given = respond(SCENARIO, strength={"tibialis": 0.0}, duration=8.0, starts=1, threads=1)
-    healthy = {
-        name: cell.replace("−", "-")
-        for name, cell in in_brief(Response(given.scenario, {"patient": given["healthy"]})).items()
-    }
+    healthy = {name: cell.replace("−", "-") for name, cell in in_brief(given["healthy"]).items()}
     assert {name for name in healthy if whole[name] != healthy[name]} <= {"case"}  # it is the healthy walk
     ankle = "ankle in mid-swing [°]"
     assert float(weak[ankle]) < float(whole[ankle])  # the weaker, the lower the foot hangs
-    own = in_brief(Response(given.scenario, {"patient": given["patient"]}))
+    own = in_brief(given["patient"])
     assert none == {"strength.tibialis": "0"} | {name: cell.replace("−", "-") for name, cell in own.items()}
 
 
@@ -290,7 +284,7 @@ def test_doses_of_patients_are_a_table(call: Call, two: pathlib.Path, tmp_path: 
         assert changed  # whoever wears it walks otherwise
         assert {row["starts that fall [%]"] for row in rows} == {"–"}  # nobody was pushed
         written = json.loads((folder / "walk.json").read_text(encoding="utf-8"))["command"]
-        assert written["springs"] == ([10.0, 50.0] if key == "spring" else [None, None])
+        assert written["spring"] == ([10.0, 50.0] if key == "spring" else [None, None])
 
 
 @pytest.fixture
@@ -298,8 +292,7 @@ def who(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """Whose walk is asked for: the condition's name, or "one"."""
     asked: list[str] = []
     module = importlib.import_module("afo_sim.cli.walk")
-    monkeypatch.setattr(module, "_walk_patients", lambda _, condition, *of: asked.append(condition))
-    monkeypatch.setattr(module, "_walk_one", lambda *_: asked.append("one"))
+    monkeypatch.setattr(module, "_walk", lambda _, condition, *of: asked.append(condition or "one"))
     return asked
 
 

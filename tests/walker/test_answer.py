@@ -111,7 +111,7 @@ def test_a_fall_is_a_result_and_no_number_that_there_is_not_is_printed() -> None
     assert rows[1][1:3] == ["0 of 50 (0 to 7 %)", "50 of 50 (93 to 100 %)"]
     assert all(row[2] == "–" for row in rows[2:])
     replies = verdict(found)
-    assert "nan" not in f"{header}{rows}{replies}{in_brief(found)}".lower()
+    assert "nan" not in f"{header}{rows}{replies}{in_brief(fallen)}".lower()
     assert "fewer falls" in replies[0].text and "not a patient's risk" in replies[0].assumptions[0]
     assert all("not comparable; “patient, not adapted” fell after 1.6 s" in each.text for each in replies[1:])
 
@@ -168,6 +168,6 @@ def test_cells_have_their_units() -> None:
     assert rows["toe clearance in mid-swing, other leg [mm]"][1] == "0"  # not −0
     assert rows["air per stride [g]"][1] == "0.096"
     assert rows["device's torque in swing [N·m]"] == ["–", "1.00"]  # nobody healthy wears it
-    brief = in_brief(found)
+    brief = in_brief(found["device"])
     assert brief["case"] == "with device, not adapted" and brief["toe clearance in mid-swing [mm]"] == "18"
     assert np.isfinite(float(brief["speed [m/s]"]))

@@ -11,7 +11,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from afo_sim.description import Scenario, load
-from afo_sim.show import doses_over, draw_doses, write_population
+from afo_sim.show import doses_of, draw_doses, write_population
 from afo_sim.walker import (
     NAMES,
     Falls,
@@ -204,7 +204,7 @@ def test_no_starts_are_no_falls_of_none(made: Callable[..., Population], tmp_pat
     assert tables(population)[0][2][1][0][1:] == ["–", "–"] and in_lines(population)[0][FALLS_ROW] == "–"
     answers = text_of(population, Recorded(NAN, NAN, NAN, NAN))
     assert not any("fall" in question for question in answers)
-    assert doses_over(population)[0].falls is None
+    assert doses_of(population)[0].falls is None
 
 
 FALLS_ROW = "starts that fall [%]"
@@ -232,7 +232,7 @@ def test_where_all_fall_there_are_dashes_and_files(
     assert pq.read_table(tmp_path / "out" / "curves.parquet").num_rows == 0
     written = json.loads((tmp_path / "out" / "walk.json").read_text(encoding="utf-8"))
     assert written["recorded"]["air"] == 1e-4 and len(written["tables"]) == 2
-    draw_doses("spring", ["1", "2"], [doses_over(population)] * 2, tmp_path / "walk.png")
+    draw_doses("spring", ["1", "2"], [doses_of(population)] * 2, tmp_path / "walk.png")
 
 
 def test_a_population_without_a_device_is_only_described(made: Callable[..., Population]) -> None:
@@ -339,5 +339,5 @@ def test_every_case_has_a_name_and_a_look(made: Callable[..., Population]) -> No
     cases = [WITHOUT, DEVICE, DEVICE + WEEKS, SPRING, SPRING + WEEKS]
     assert list(NAMES) == cases
     population = made(**{case.replace(" ", "_"): same(20) for case in cases})
-    looks = [(dose.look["color"], dose.look["ls"]) for dose in doses_over(population)]
+    looks = [(dose.look["color"], dose.look["ls"]) for dose in doses_of(population)]
     assert len(set(looks)) == len(cases)
