@@ -103,8 +103,7 @@ def _condition_of(walk: _Walk, key: str) -> str | None:
     if condition not in assets.names("population") or patient != load("patient", condition):
         condition = None
     if condition is None and (walk.spring or key == "spring"):
-        allowed = f"--patients {'|'.join(assets.names('population'))}"
-        problem = "is worn by patients of a condition"
+        problem, allowed = "is worn by patients", f"--patients {'|'.join(assets.names('population'))}"
         raise InputError(problem, field="--spring", value=walk.spring, allowed=allowed)
     return condition
 
@@ -116,15 +115,10 @@ def _options(
     given, names, duration = common.read_sets(walk.sets), ["generations", "seed"], "10 s"
     weak, muscle = key.startswith("strength"), key.removeprefix("strength").removeprefix(".")
     if condition is None:
-        names, own, starts, duration = (
-            [*names, "gait", "subset", "adapted", "adapted_device"],
-            "strength",
-            50,
-            "20 s",
-        )
+        names += ["gait", "subset", "adapted", "adapted_device"]
+        own, starts, duration, options = "strength", 50, "20 s", dict[str, Any]()
         left = common.read_sets(walk.strength, "--strength", "tibialis=0.2")
         each: list[Any] = [left | ({muscle: value} if weak else {}) for value in values]
-        options: dict[str, Any] = {}
     else:
         given.pop("patient", None)
         own, starts = "spring", 2
@@ -151,8 +145,7 @@ def _walk(walk: _Walk, condition: str | None, key: str, values: list[Any]) -> No
             walker.strengths_of(described[0], {muscle: value}, "--vary strength")
         folder, found = walk.out or Path("runs") / f"{described[0].name}-walk", list[Any]()
         command = options | {"varied": key, own: each, "scenarios": [one.resolved() for one in described]}
-        problem = "holds the responding walk of another description, or with other options"
-        same = {"command": command}
+        same, problem = {"command": command}, "holds the responding walk of another description or options"
         check_same(folder, "responding walk", walker.JSON, same, problem, force=walk.force)
         rrd = alone and not key and common.drawn(walk.rrd)
 
@@ -167,9 +160,10 @@ def _walk(walk: _Walk, condition: str | None, key: str, values: list[Any]) -> No
             options |= {own: its, "kept": searches / str(len(found) + 1)}
             found.append(run(walk.scenario, one, progress=moved, **options))
         report(0, 0, "drawing")
+        pairs = zip(values, found, strict=True)
+        rows = [({key: str(x)} if key else {}) | row for x, one in pairs for row in walker.in_lines(one)]
+        table = list(rows[0]), [list(row.values()) for row in rows]
         if key:
-            pairs = zip(values, found, strict=True)
-            rows = [{key: str(value)} | row for value, one in pairs for row in walker.in_lines(one)]
             walker.save_table(rows, folder, command)
             show.draw_doses(key, values, [show.doses_of(one) for one in found], folder / "walk.png")
         elif alone:
@@ -182,7 +176,7 @@ def _walk(walk: _Walk, condition: str | None, key: str, values: list[Any]) -> No
         shutil.rmtree(searches, ignore_errors=True)
     if key:
         whose = "the wearer" if alone else f"{len(found[0].drawn)} patients ({condition})"
-        _print(f"{described[0].name}: {whose} at values of {key}", _columns(rows))
+        _print(f"{described[0].name}: {whose} at values of {key}", table)
         files = "walk.csv, walk.json, walk.png"
     elif alone:
         words, asked = walker.in_words(found[0]), walker.asked_in_words(found[0])
@@ -191,15 +185,10 @@ def _walk(walk: _Walk, condition: str | None, key: str, values: list[Any]) -> No
         files = "walk.html, walk.png, walk.gif, walk.json"
     else:
         of = f"5 to 95 % of {len(found[0].drawn)} patients; of falls the 95 % interval"
-        table = _columns(walker.in_lines(found[0]))
         _print(f"{found[0].condition.name}: medians, and {of}", table, [], walker.replies(found[0], recorded))
         files = "walk.html, walk.png, walk.csv, walk.json, patients.csv, curves.parquet"
     view = f"; to view: afo-sim view {folder}/walk.rrd" if rrd else ""
     print(f"written to {folder}: {files}{view}")
-
-
-def _columns(rows: list[dict[str, str]]) -> Any:
-    return list(rows[0]), [list(row.values()) for row in rows]
 
 
 def _print(title: str, table: Any, words: Any = (), replies: Any = (), asked: Any = ()) -> None:

@@ -39,16 +39,14 @@ def draw_patients(population: Population, path: pathlib.Path) -> None:
         for k, (case, patients) in enumerate(cases.items()):
             axis = figure.add_subplot(top[k], sharey=axis)
             axis.plot(cycle, norm, color="0.6", lw=2.2)
-            curves = [
-                np.degrees(one.curves["right/ankle"]) for one in patients if "right/ankle" in one.curves
-            ]
+            walks = [one.curves["right/ankle"] for one in patients if "right/ankle" in one.curves]
+            curves, colour = np.degrees(walks), look_of(case)["color"]
             for curve in curves:
-                axis.plot(cycle, curve, color=look_of(case)["color"], lw=0.6, alpha=0.5)
-            if curves:
-                axis.plot(cycle, np.median(curves, axis=0), color=look_of(case)["color"], lw=2.0)
-            axis.set_title(
-                f"{NAMES[case].replace(', ', chr(10))}\n{len(curves)} of {len(patients)} walk", loc="left"
-            )
+                axis.plot(cycle, curve, color=colour, lw=0.6, alpha=0.5)
+            if walks:
+                axis.plot(cycle, np.median(curves, axis=0), color=colour, lw=2.0)
+            title = NAMES[case].replace(", ", "\n")
+            axis.set_title(f"{title}\n{len(curves)} of {len(patients)} walk", loc="left")
             axis.set_xlabel("gait cycle [%]")
             axis.tick_params(labelleft=k == 0)
             if k == 0:

@@ -1,7 +1,6 @@
 from .answer import CASES as CASES
 from .answer import EXPERIMENTAL as EXPERIMENTAL
 from .answer import LEGS as LEGS
-from .answer import Reply as Reply
 from .answer import asked_in_words as asked_in_words
 from .answer import difference as difference
 from .answer import in_brief as in_brief
@@ -23,7 +22,6 @@ from .patients import Population as Population
 from .patients import populate as populate
 from .patients_answer import NAMES as NAMES
 from .patients_answer import Recorded as Recorded
-from .patients_answer import Rows as Rows
 from .patients_answer import in_lines as in_lines
 from .patients_answer import recorded_walk as recorded_walk
 from .patients_answer import replies as replies

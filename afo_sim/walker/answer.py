@@ -171,15 +171,15 @@ class Reply:
 
 def verdict(response: Response) -> tuple[Reply, ...]:
     """Whether the wearer falls in simulation, what they change, what it costs them, in plain English."""
-    doubts = tuple(_doubts(response))
-    return tuple(
-        Reply(question, " ".join(answers(response)), (assumed, *doubts))
-        for question, answers, assumed in (
-            ("Does the wearer fall (in simulation)?", _of_falls, FALLS),
-            ("What do they change?", _of_changes, _CHANGES),
-            ("What does it cost them?", _of_cost, _COST),
-        )
+    doubts, answers = (
+        tuple(_doubts(response)),
+        (
+            ("Does the wearer fall (in simulation)?", _of_falls(response), FALLS),
+            ("What do they change?", _of_changes(response), _CHANGES),
+            ("What does it cost them?", _of_cost(response), _COST),
+        ),
     )
+    return tuple(Reply(question, " ".join(each), (assumed, *doubts)) for question, each, assumed in answers)
 
 
 def _doubts(response: Response) -> Iterator[str]:
@@ -197,11 +197,10 @@ def _doubts(response: Response) -> Iterator[str]:
         )
     healthy = response["healthy"].gait.vector.gains
     for name, case in response.cases.items():
-        known = _converged(case)
-        if name.endswith("adapted") and np.array_equal(case.gait.vector.gains, healthy):
+        known, adapted = _converged(case), name.endswith("adapted")
+        if adapted and np.array_equal(case.gait.vector.gains, healthy):
             yield f"“{CASES[name]}” keeps the healthy gait: the searches that were made found no better one."
-            continue
-        if name.endswith("adapted") and not known:
+        elif adapted and not known:
             what = "is not known to have converged" if known is None else "did not converge"
             yield f"The search of “{CASES[name]}” {what}: a longer one may find another walk."
 

@@ -175,8 +175,8 @@ def populate(
                     groups.setdefault(what, []).append(pool.submit(one, (k, walker), body))
             unlike[name] = {what: tuple(each.result() for each in group) for what, group in groups.items()}
             report(f"others, {name}", len(unlike) / len(jobs))
-    asked |= {"timestep": described.timestep, "worn": worn, "spring": spring}
-    asked |= {"unadapted": sum((worn[WITHOUT], k) not in known for k in people)}
+    unadapted = sum((worn[WITHOUT], k) not in known for k in people)
+    asked |= {"timestep": described.timestep, "worn": worn, "spring": spring, "unadapted": unadapted}
     middle, left = who.person(condition.middle, worn=True)
     shares = {"dorsiflexor": left.get("tibialis", 1.0), "plantarflexor": left.get("soleus", 1.0)}
     recorded: dict[str, Any] = {f"patient.{muscles}_strength": share for muscles, share in shares.items()}
@@ -253,13 +253,16 @@ def _let_adapt(
         first = adapt(stages, first, drawn=everybody, **how_first).vector
     for at, (case, k) in enumerate(missing):
         begun = known[worn[WITHOUT], k].vector if case != WITHOUT else first
-
-        def told(done: int, of: int, _: float, before: int = at, name: str = case) -> None:
-            report(f"patients adapt, {name}", (before + done / of) / len(missing))
-
         place = kept and kept / worn[case].replace("*", "").replace("/", " ") / f"{k + 1}.json"
         drawn = [body for _, body in who.unlike(case, k, 1000 * how["seed"] + k + 1)]
-        found = search([who.body(case, k)], begun, drawn=drawn, progress=told, kept=place, **asked)
+        found = search(
+            [who.body(case, k)],
+            begun,
+            drawn=drawn,
+            kept=place,
+            progress=lambda n, of, _: report(f"patients adapt, {case}", (at + n / of) / len(missing)),  # noqa: B023
+            **asked,
+        )
         price, converged = f"{sum(found.parts.values()):.4f}", str(found.converged).lower()
         words = (str(how["seed"]), str(how["generations"]), price, converged, f"{found.seconds:.1f}")
         known[worn[case], k] = Adapted(rounded(found.vector), dict(zip(_SEARCH, words, strict=True)))

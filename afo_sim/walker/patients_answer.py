@@ -32,8 +32,6 @@ _DAYS = (
     "search found with it, for little effort and few falls. A person may adapt otherwise. The spring has no "
     "mass, rests at a right angle, and is as stiff both ways; the device weighs what its parts weigh."
 )
-
-
 Rows = tuple[list[str], list[list[str]]]  # header and rows of text
 
 
@@ -218,9 +216,9 @@ def _others(population: Population) -> Iterator[tuple[str, str, Rows]]:
             names = ("speed", "right/ankle_swing")
             speed, ankle = (_spread(np.array([one.numbers[n] for one in others]), n) for n in names)
             rows[-1].append(f"{100.0 * fell / max(starts, 1):.0f} % of {starts}; {speed} m/s; {ankle}°")
-    header = ["", *(NAMES[case] for case in population.others)]
     caption = "About each patient, who keeps the gait: starts that fall, speed, ankle in mid-swing."
     if rows:
+        header = ["", *(NAMES[case] for case in population.others)]
         yield "Others than those who adapted", caption, (header, rows)
 
 

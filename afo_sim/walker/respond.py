@@ -200,8 +200,7 @@ def respond(
     if not (sets or strength or generations):
         adapted = adapted or _shipped(described)
         adapted_device = adapted_device or _shipped(described, "device")
-    files = (("patient", adapted), ("device", adapted_device))
-    known = {name: read_gait(file) for name, file in files if file is not None}
+    known = {n: read_gait(x) for n, x in (("patient", adapted), ("device", adapted_device)) if x is not None}
     bare = described.set(BARE)
     person = described.patient  # whose size a healthy walker beside them has too
     assert person is not None
@@ -225,6 +224,7 @@ def respond(
     alive = tuple(name for name in SUBSETS[subset] if not (dead and name.startswith("tibialis")))
     stated = {"tibialis": 1.0} | shares
     corners, unlike = draw_about(described, stated, DRAWN_WITH, seed + 1)
+    search: dict[str, Any] = {"generations": generations, "seed": seed + 1, "threads": threads}
     for name, wearing in worn.items():
         body = build_body(wearing, shares)
         cases[name] = case(name, body, healthy)
@@ -232,23 +232,14 @@ def respond(
         if name in known:
             cases[after] = case(after, body, known[name])
         elif generations:
-            found = adapt(
-                [*([build_body(wearing, left)] for left in stronger(shares)), [body]],
-                healthy.vector,
-                target,
-                Free(alive, pose=subset == "all"),
-                generations=generations,
-                seed=seed + 1,
-                threads=threads,
-                progress=lambda k, n, _: report(after, k / n),  # noqa: B023 - called before the loop goes on
-                kept=pathlib.Path(kept) / after if kept else None,
-                drawn=[
-                    build_body(*as_drawn(described, stated, one, worn=name == "device"))
-                    for one in corners + unlike
-                ],
-            )
-            price = round(sum(found.parts.values()), 4)
-            how = {"evaluations": found.evaluations, "cost": price, "converged": found.converged}
+            on = name == "device"
+            others = [build_body(*as_drawn(described, stated, one, worn=on)) for one in corners + unlike]
+            stages = [*([build_body(wearing, left)] for left in stronger(shares)), [body]]
+            search |= {"kept": pathlib.Path(kept) / after if kept else None, "drawn": others}
+            search["progress"] = lambda k, n, _: report(after, k / n)  # noqa: B023 - called before the loop goes on
+            found = adapt(stages, healthy.vector, target, Free(alive, pose=subset == "all"), **search)
+            how = {"evaluations": found.evaluations, "cost": round(sum(found.parts.values()), 4)}
+            how |= {"converged": found.converged}
             begun = with_vector(healthy, found.vector, after, f"{after}, {described.name}", how)
             cases[after] = dataclasses.replace(case(after, body, begun), found=found)
     asked = {"gait": healthy.name, "strength": shares, "starts": starts, "push": push, "seed": seed}
@@ -273,20 +264,19 @@ def falls_of(
     push: float = 50.0,
     seed: int = 0,
     threads: int = 2,
-    report: Callable[[float], None] | None = None,
+    report: Callable[[float], None] = lambda share: None,
 ) -> Falls:
     """Falls among starts whose pose is drawn about the gait's, with one push each at a drawn moment."""
-    done = [0]
 
     def fell(k: int) -> bool:
         draw = np.random.default_rng([seed, k])
         noise = draw.normal(0.0, NOISE, len(OFFSETS))
         pushes = (Push(float(draw.uniform(FROM, UNTIL)), push * float(draw.choice([-1.0, 1.0]))),)
-        walked = walk(own_copy(body), gait, HORIZON, pushes, noise, rows=False)
-        done[0] += 1
-        if report is not None:
-            report(done[0] / starts)
-        return walked.fell is not None
+        return walk(own_copy(body), gait, HORIZON, pushes, noise, rows=False).fell is not None
 
+    count = 0
     with ThreadPoolExecutor(max(threads, 1)) as pool:
-        return Falls(sum(pool.map(fell, range(starts))), starts)
+        for k, fallen in enumerate(pool.map(fell, range(starts)), 1):
+            count += fallen
+            report(k / starts)
+    return Falls(count, starts)

@@ -103,7 +103,10 @@ def told_in(file: pathlib.Path, of: Mapping[str, Any]) -> list[dict[str, Any]]:
     """What the search `of` this was told by generation until it was killed; nothing without a file."""
     try:
         found = read_json(file)
-        before, told = dict(found["of"]), [_told(each) for each in found["told"]]
+        before, told = dict(found["of"]), list[dict[str, Any]]()
+        for each in found["told"]:
+            costs = np.array([float(cost) for cost in each["costs"]]).reshape(POPULATION).tolist()
+            told.append({"asked": each["asked"], "costs": costs, "seconds": float(each["seconds"])})
     except FileNotFoundError:
         return []
     except (InputError, OSError, ValueError, KeyError, TypeError) as error:
@@ -112,12 +115,6 @@ def told_in(file: pathlib.Path, of: Mapping[str, Any]) -> list[dict[str, Any]]:
     if other:
         raise InputError(f"began with another {', another '.join(other)}", file=file, allowed=ANEW)
     return told
-
-
-def _told(found: Mapping[str, Any]) -> dict[str, Any]:
-    """What a search was told of a generation."""
-    costs = np.array([float(each) for each in found["costs"]]).reshape(POPULATION)
-    return {"asked": found["asked"], "costs": costs.tolist(), "seconds": float(found["seconds"])}
 
 
 def identity(body: Body) -> str:
@@ -234,9 +231,8 @@ def search(
     judged = []
     for values in (mean, first) if generations else (mean,):  # it never ends worse than it began
         with ThreadPoolExecutor(threads) as pool:  # pushes that no generation had
-            held = list(
-                pool.map(functools.partial(parts, values), [-k % 2**31 for k in range(1, HELD_OUT + 1)])
-            )
+            draws = [-k % 2**31 for k in range(1, HELD_OUT + 1)]
+            held = list(pool.map(functools.partial(parts, values), draws))
         found = {name: float(np.mean([each[name] for each, _ in held])) for name in held[0][0]}
         walked = next((walked for _, walked in held if walked.fell is not None), held[0][1])
         judged.append((sum(found.values()), values, found, walked))

@@ -146,9 +146,8 @@ def walk(
     fallen = FALLEN * float(data.qpos[recorder.up])
     pushed = np.zeros(ticks)
     for push in pushes:
-        pushed[math.ceil(push.time / TICK - 1e-6) : math.ceil((push.time + PUSHED) / TICK - 1e-6)] += (
-            push.force
-        )
+        first, last = (math.ceil(time / TICK - 1e-6) for time in (push.time, push.time + PUSHED))
+        pushed[first:last] += push.force
     take = _planar_ticks if engine == "planar" and body.plan is not None else _mujoco_tick
     tick = 0
     with native.installed():
