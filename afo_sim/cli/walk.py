@@ -3,7 +3,7 @@
 import functools
 import os
 import shutil
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -157,14 +157,16 @@ def _walk(walk: _Walk, condition: str | None, key: str, values: list[Any]) -> No
         options["threads"] = walk.threads or os.cpu_count() or 1
         searches = folder / "walk.searches"
         for one, its in zip(sets, each, strict=True):
-            options |= {own: its, "kept": searches / str(len(found) + 1)}
+            options |= {own: its, "kept": searches / str(len(found) + 1) if alone else searches}
             found.append(run(walk.scenario, one, progress=moved, **options))
         report(0, 0, "drawing")
         pairs = zip(values, found, strict=True)
         rows = [({key: str(x)} if key else {}) | row for x, one in pairs for row in walker.in_lines(one)]
         table = list(rows[0]), [list(row.values()) for row in rows]
         if key:
-            walker.save_table(rows, folder, command)
+            gaits = {} if alone else {which: one for each in found for which, one in each.gaits.items()}
+            text = walker.gaits_table(replace(found[0], gaits=gaits)) if gaits else ""
+            walker.save_table(rows, folder, command, text)
             show.draw_doses(key, values, [show.doses_of(one) for one in found], folder / "walk.png")
         elif alone:
             draw = functools.partial(show.write_pictures, rrd=rrd)
@@ -177,7 +179,7 @@ def _walk(walk: _Walk, condition: str | None, key: str, values: list[Any]) -> No
     if key:
         whose = "the wearer" if alone else f"{len(found[0].drawn)} patients ({condition})"
         _print(f"{described[0].name}: {whose} at values of {key}", table)
-        files = "walk.csv, walk.json, walk.png"
+        files = "walk.csv, walk.json, walk.png" + ", patients.csv" * bool(gaits)
     elif alone:
         words, asked = walker.in_words(found[0]), walker.asked_in_words(found[0])
         title = f"{described[0].name}: a walker that responds"

@@ -19,6 +19,7 @@ from .gait_file import Gait as Gait
 from .gait_file import read_gait as read_gait
 from .gait_file import write_gait as write_gait
 from .patients import Population as Population
+from .patients import gaits_table as gaits_table
 from .patients import populate as populate
 from .patients_answer import NAMES as NAMES
 from .patients_answer import Recorded as Recorded

@@ -28,8 +28,11 @@ NONE = "–"
 FALLS = (
     "A walker in the sagittal plane with reflexes, without eyes, arms or steps aside, starts from poses "
     "drawn about its own and is pushed once, if it has not fallen before. Falls compare walkers; they are "
-    "not a patient's risk of falling. The shipped natural gait does not bear weak plantarflexors: where one "
-    "leg has lost 15 % of them, 14 of 20 starts fall."
+    "not a patient's risk of falling."
+)
+_NATURAL = (
+    "The shipped natural gait does not bear weak plantarflexors: where one leg has lost 15 % of them, 14 of "
+    "20 starts fall."
 )
 _CHANGES = (
     "Both legs are in the sagittal plane. A case that is not adapted keeps the reflexes of the healthy walk. "
@@ -174,7 +177,7 @@ def verdict(response: Response) -> tuple[Reply, ...]:
     doubts, answers = (
         tuple(_doubts(response)),
         (
-            ("Does the wearer fall (in simulation)?", _of_falls(response), FALLS),
+            ("Does the wearer fall (in simulation)?", _of_falls(response), f"{FALLS} {_NATURAL}"),
             ("What do they change?", _of_changes(response), _CHANGES),
             ("What does it cost them?", _of_cost(response), _COST),
         ),

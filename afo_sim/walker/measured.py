@@ -163,7 +163,7 @@ def _judged(good: bool) -> Verdict:
 def pushed() -> Iterator[Compared]:
     """Pushes of the healthy walker's trunk for 0.1 s at ten instants of a second; drawn starts."""
     body, gait = build_body(prepared(SCENARIO, HEALTHY | BARE)), read_gait("natural").vector
-    rows = [(falls_of(body, gait, starts=STARTS).count, f"{STARTS} drawn starts, pushed once", 2, True)]
+    rows = [(int(falls_of(body, gait, starts=STARTS).count), f"{STARTS} drawn starts, pushed once", 2, True)]
     for force, most in ((100.0, 1), (50.0, 0)):
         pushes = [Push(3.0 + 0.1 * k, sign * force) for k in range(10) for sign in (1.0, -1.0)]
         falls = sum(walk(body, gait, PUSH_HORIZON, (push,)).fell is not None for push in pushes)

@@ -126,8 +126,10 @@ def populate(
         raise InputError("is out of range", field="spring", value=spring, allowed=allowed)
     report = progress or (lambda name, share: None)
     shoe = "bare feet" if described.shoe is None else described.shoe.name
-    foot = f"in {shoe} on {described.leg.name}"
+    foot, floor = f"in {shoe} on {described.leg.name}", described.ground
     worn = {WITHOUT: f"nothing {foot}"}
+    if floor is not None and (floor.slope or floor.uneven):  # who adapted to the level knows the level alone
+        foot += f" at {floor.slope:.4g} rad and {1e3 * floor.uneven:.4g} mm"
     if described.orthosis.muscle:
         worn[DEVICE] = f"{device_key(described)} {foot}"
     if spring is not None:
@@ -179,7 +181,7 @@ def populate(
     asked |= {"timestep": described.timestep, "worn": worn, "spring": spring, "unadapted": unadapted}
     middle, left = who.person(condition.middle, worn=True)
     shares = {"dorsiflexor": left.get("tibialis", 1.0), "plantarflexor": left.get("soleus", 1.0)}
-    recorded: dict[str, Any] = {f"patient.{muscles}_strength": share for muscles, share in shares.items()}
+    recorded: dict[str, Any] = {f"patient.{name}_strength": min(share, 1.0) for name, share in shares.items()}
     recorded |= {"worn_on": "one"} | ({} if middle.ground is None else LEVEL)  # as the recorded walk is
     middle = middle.set(recorded)
     return Population(described, middle, condition, who.drawn, cases, unlike, known, asked)

@@ -8,7 +8,7 @@ import numpy as np
 
 from afo_sim.description import Scenario
 from afo_sim.simulation.run import run
-from afo_sim.walker.answer import FALLS, NONE, ROWS, Reply, in_brief
+from afo_sim.walker.answer import FALLS, NONE, ROWS, Reply, difference, in_brief
 from afo_sim.walker.patients import DEVICE, SPRING, WEEKS, WITHOUT, Population
 from afo_sim.walker.respond import Falls, Response
 
@@ -82,16 +82,16 @@ def outcomes(population: Population, case: str, base: str = WITHOUT) -> np.ndarr
 
 def share_of_falls(population: Population, case: str, *, change: bool = False) -> tuple[float, float, float]:
     """Share of starts that fall, or how it changes, with a 95 % interval over patients [%]; else NaN."""
-    shares = changes(population, case, "falls") if change else population.values(case, "falls")
-    mean, n = float(shares.mean()), len(shares)
-    if math.isnan(mean):
+    own = population.values(case, "falls")
+    shares, n = changes(population, case, "falls") if change else own, len(own)
+    if np.isnan(shares).any():
         return (math.nan,) * 3
-    if not np.ptp(shares):  # nobody differs: as little as of so many patients can be known
-        low, high = Falls(0, n).interval
-        return 100.0 * mean, 100.0 * max(mean - high, -1.0 if change else 0.0), 100.0 * min(mean + high, 1.0)
-    drawn = np.random.default_rng(0).integers(n, size=(BOOTSTRAP, n))  # patients, not starts
-    low, high = np.percentile(shares[drawn].mean(axis=1), (2.5, 97.5))
-    return 100.0 * mean, 100.0 * float(low), 100.0 * float(high)
+    # the wider of a bootstrap of patients, not starts, and of what so many who fall or not can tell
+    each = [Falls(float(of.sum()), n) for of in (own - shares, own)]
+    low, high = difference(*each) if change else each[1].interval
+    drawn = np.random.default_rng(0).integers(n, size=(BOOTSTRAP, n))
+    least, most = np.percentile(shares[drawn].mean(axis=1), (2.5, 97.5))
+    return 100.0 * float(shares.mean()), 100.0 * min(low, float(least)), 100.0 * max(high, float(most))
 
 
 def told(population: Population, case: str, name: str) -> str:
@@ -185,9 +185,9 @@ def tables(population: Population) -> list[tuple[str, str, Rows]]:
         rows.append([word, *(f"{_count(population, case, sign)} of {of}" for case in cases[1:])])
     second = (
         "Of each patient, from the walk without a device. Told where the median (of falls the mean's "
-        "interval) is beyond the model's error and a sign test finds patients alike (5 %). Who falls more, "
-        "or is slower, costlier or lower at the toe by more than the error, loses; who does not, and is "
-        "better in one of these, gains."
+        "interval) is beyond the model's error and a sign test finds patients alike (5 %). Who falls more by "
+        "over half of the starts, or is slower, costlier or lower at the toe by more than the error, loses; "
+        "who does not, and is better in one of these, gains."
     )
     return [*found, ("What the device changes", second, (["", *header[2:]], rows))]
 
@@ -245,7 +245,8 @@ def replies(population: Population, recorded: Recorded) -> tuple[Reply, ...]:
     """Who gains and who loses, what they change, what the bottle gives, whom to believe, in plain English."""
     condition = population.condition
     ranges = "; ".join(f"{name}: {each.source}" for name, each in condition.ranges.items())
-    who = f"Patients are drawn (seed {condition.seed}); none is a person. {ranges[:1].upper()}{ranges[1:]}."
+    who = f"Patients are drawn (seed {condition.seed}); none is a person. {ranges[:1].upper()}{ranges[1:]}. "
+    who += f"Gains and losses after weeks hold what a longer search would find. {_searches(population)}"
     bottle = "The recorded walk's bottle, by the air of a stride; leaks and pauses are not in it."
     answers = (
         ("Who gains, and who loses?", _gains(population), who),
@@ -255,6 +256,18 @@ def replies(population: Population, recorded: Recorded) -> tuple[Reply, ...]:
         ("What does the recorded walk say, and whom to believe?", _beside(population, recorded), _RECORDED),
     )
     return tuple(Reply(ask, text, (assumed,)) for ask, each, assumed in answers if (text := " ".join(each)))
+
+
+def _searches(population: Population) -> str:
+    """How many searches of each case converged, and how long they were."""
+    told = []
+    for case, worn in population.asked["worn"].items():
+        each = [one.search for (key, _), one in population.gaits.items() if key == worn]
+        done = sum(one.get("converged") == "true" for one in each)
+        if each:
+            lengths = "/".join(sorted({one.get("generations", "?") for one in each}))
+            told.append(f"{NAMES[case].partition(',')[0]} {done} of {len(each)} in {lengths} generations")
+    return f"Searches that converged: {'; '.join(told)}." if told else ""
 
 
 def _gains(population: Population) -> Iterator[str]:
@@ -268,6 +281,9 @@ def _gains(population: Population) -> Iterator[str]:
         for name, rank in deciding(population, case).items():
             more = "more" if rank > 0.0 else "less"
             yield f"The {more} {name}, the better (rank correlation {rank:+.2f}).".replace("-", "−")
+    for case in (DEVICE, SPRING):
+        if case in population.cases and case + WEEKS not in population.cases:
+            yield f"After weeks with this {case} is not known; --adapt 20 lets them adapt to it."
     for when in ("", WEEKS):
         if {DEVICE + when, SPRING + when} <= population.cases.keys():
             better, worse = (_count(population, DEVICE + when, sign, SPRING + when) for sign in (1, -1))
@@ -324,7 +340,7 @@ def _beside(population: Population, recorded: Recorded) -> Iterator[str]:
         bare = float(np.median(heights))
         found.append((recorded.without > 0.0) != (bare > 0.0))
         if found[0]:
-            steps = "the patients here: people whose foot hangs step higher, too."
+            steps = "the patients in that people whose foot hangs step higher, too; not in how high."
             believe = steps if bare > 0.0 else "the recorded walk here: its hip and knee are people's."
             clear = f"{1e3 * bare:.0f} mm".replace("-", "−")
             yield f"They contradict: without a device patients clear it by {clear}. Believe {believe}"

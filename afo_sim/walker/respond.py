@@ -39,7 +39,7 @@ FIRM = 1.96  # of a 95 % interval
 class Falls:
     """Falls in simulation among perturbed starts. They are never a patient's risk of falling."""
 
-    count: int
+    count: float  # of patients, the sum of their shares
     of: int
 
     @property

@@ -84,12 +84,16 @@ def _finite(numbers: Mapping[str, float]) -> dict[str, float | None]:
     return {name: x if math.isfinite(x) else None for name, x in numbers.items()}
 
 
-def save_table(rows: Sequence[Mapping[str, str]], folder: pathlib.Path, command: Mapping[str, Any]) -> None:
-    """Write wearers at several values as walk.csv, and walk.json; both or none."""
+def save_table(
+    rows: Sequence[Mapping[str, str]], folder: pathlib.Path, command: Mapping[str, Any], gaits: str = ""
+) -> None:
+    """Write wearers at several values as walk.csv, walk.json, and their gaits, if any; all or none."""
     kept = [{name: cell.replace("−", "-").replace('"', "'") for name, cell in row.items()} for row in rows]
     lines = [",".join(f'"{cell}"' for cell in cells) for cells in (kept[0], *(row.values() for row in kept))]
     with _written(folder, {"command": dict(command), "rows": kept}) as scratch:
         write_sealed(scratch / TABLE, "\n".join(lines) + "\n", "wearers")
+        if gaits:
+            write_sealed(scratch / GAITS, gaits, "wearers")
 
 
 def save_population(

@@ -138,7 +138,7 @@ def test_gain_and_loss_are_those_counted_by_hand(made: Callable[..., Population]
 
 
 def test_nobody_of_twenty_is_not_nobody(made: Callable[..., Population]) -> None:
-    """Nobody of n: at most 1.96² / (n + 1.96²) of people, after Wilson 1927."""
+    """Nobody of n: at most 1.96² / (n + 1.96²) of people, after Wilson 1927; of changes Newcombe 1998."""
     most = 100.0 * 1.96**2 / (20.0 + 1.96**2)
     none, every = made(without=same(20)), made(without=same(20, fell=2))
     assert share_of_falls(none, WITHOUT) == pytest.approx((0.0, 0.0, most))
@@ -146,22 +146,28 @@ def test_nobody_of_twenty_is_not_nobody(made: Callable[..., Population]) -> None
     both = made(without=same(20), device=same(20))
     assert share_of_falls(both, DEVICE, change=True) == pytest.approx((0.0, -most, most))
     better = made(without=same(20, fell=2), device=same(20))
-    assert share_of_falls(better, DEVICE, change=True) == pytest.approx((-100.0, -100.0, most - 100.0))
+    assert share_of_falls(better, DEVICE, change=True) == pytest.approx(
+        (-100.0, -100.0, math.hypot(most, most) - 100.0)
+    )
     assert (told(both, DEVICE, "falls"), told(better, DEVICE, "falls")) == ("cannot tell", "less")
 
 
 @pytest.mark.parametrize("count", [3, 5, 10, 17])
-def test_the_bootstrap_of_a_share_is_the_binomials(count: int, made: Callable[..., Population]) -> None:
+def test_the_interval_of_a_share_is_the_wider_of_the_binomials_and_wilsons(
+    count: int, made: Callable[..., Population]
+) -> None:
     """A mean of n redrawn zeros and ones is binomial; its quantile is drawn to three standard errors."""
-    from scipy.stats import binom
+    from scipy.stats import binom, binomtest
 
+    wilson = binomtest(count, 20).proportion_ci(method="wilson")
     population = made(of=1, without=[({}, int(k < count)) for k in range(20)])
     mean, low, high = share_of_falls(population, WITHOUT)
     assert mean == pytest.approx(5.0 * count)
-    for found, share in ((low, 0.025), (high, 0.975)):
+    for found, share, end, wider in ((low, 0.025, wilson.low, min), (high, 0.975, wilson.high, max)):
         apart = 3.0 * math.sqrt(share * (1.0 - share) / 2000.0)  # of the share below a drawn quantile
         ends = [5.0 * binom.ppf(share + way * apart, 20, count / 20.0) for way in (-1.0, 1.0)]
-        assert ends[0] <= found <= ends[1]
+        least, most = (wider(each, 100.0 * end) for each in ends)
+        assert least - 1e-3 <= found <= most + 1e-3  # 1.96 is of three digits
 
 
 @pytest.mark.parametrize(
