@@ -3,7 +3,7 @@
 import functools
 import os
 import shutil
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -157,16 +157,16 @@ def _walk(walk: _Walk, condition: str | None, key: str, values: list[Any]) -> No
         options["threads"] = walk.threads or os.cpu_count() or 1
         searches = folder / "walk.searches"
         for one, its in zip(sets, each, strict=True):
-            options |= {own: its, "kept": searches / str(len(found) + 1) if alone else searches}
+            options |= {own: its, "kept": searches / str(len(found) + 1)}
+            options |= {} if alone or not found else {"known": found[-1].gaits}
             found.append(run(walk.scenario, one, progress=moved, **options))
         report(0, 0, "drawing")
         pairs = zip(values, found, strict=True)
         rows = [({key: str(x)} if key else {}) | row for x, one in pairs for row in walker.in_lines(one)]
         table = list(rows[0]), [list(row.values()) for row in rows]
         if key:
-            gaits = {} if alone else {which: one for each in found for which, one in each.gaits.items()}
-            text = walker.gaits_table(replace(found[0], gaits=gaits)) if gaits else ""
-            walker.save_table(rows, folder, command, text)
+            gaits = "" if alone or not found[-1].gaits else walker.gaits_table(found[-1])
+            walker.save_table(rows, folder, command, gaits)
             show.draw_doses(key, values, [show.doses_of(one) for one in found], folder / "walk.png")
         elif alone:
             draw = functools.partial(show.write_pictures, rrd=rrd)

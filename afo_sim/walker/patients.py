@@ -98,6 +98,7 @@ def populate(
     patients: str | os.PathLike[str],
     spring: float | None = None,
     gaits: str | os.PathLike[str] | None = None,
+    known: Mapping[tuple[str, int], Adapted] | None = None,
     duration: float = 10.0,
     starts: int = 2,
     push: float = 50.0,
@@ -110,8 +111,8 @@ def populate(
 ) -> Population:
     """Let a condition's patients walk without a device, with it on the first day, and after weeks.
 
-    `gaits` is by default the file beside the condition's; `others` are drawn about each patient and keep the
-    gait; the result does not depend on `threads`; searches go on in `kept` after a kill.
+    `gaits` is by default the file beside the condition's, `known` goes beyond it; `others` are drawn about
+    each patient and keep the gait; the result does not depend on `threads`; searches go on in `kept`.
     """
     condition = read_condition(patients)
     if own := next((key for key in sets or {} if key.partition(".")[0] == "patient"), None):
@@ -136,7 +137,8 @@ def populate(
         worn[SPRING] = f"spring of {spring:g} N*m/rad {foot}"
     who = Who(described, condition, condition.draw(), spring or 0.0)
     beside = condition.file.with_suffix(".csv")
-    known = read_gaits(gaits or beside, who.drawn) if gaits or beside.is_file() else {}
+    read = read_gaits(gaits or beside, who.drawn) if gaits or beside.is_file() else {}
+    known = read | dict(known or {})
     if generations:
         optional("cma")  # before anybody walks
         how = {"generations": generations, "seed": seed, "threads": threads}

@@ -246,7 +246,7 @@ def replies(population: Population, recorded: Recorded) -> tuple[Reply, ...]:
     condition = population.condition
     ranges = "; ".join(f"{name}: {each.source}" for name, each in condition.ranges.items())
     who = f"Patients are drawn (seed {condition.seed}); none is a person. {ranges[:1].upper()}{ranges[1:]}. "
-    who += f"Gains and losses after weeks hold what a longer search would find. {_searches(population)}"
+    who += f"After weeks a search has gone on, which alone may gain, too. {_searches(population)}"
     bottle = "The recorded walk's bottle, by the air of a stride; leaks and pauses are not in it."
     answers = (
         ("Who gains, and who loses?", _gains(population), who),

@@ -255,6 +255,17 @@ def test_a_device_is_known_by_all_that_it_does_and_a_patient_by_nothing_of_it() 
 
 
 @pytest.mark.slow
+def test_whose_gait_is_known_does_not_search_again(
+    adapted: Population, condition: pathlib.Path, tmp_path: pathlib.Path
+) -> None:
+    """As at the next value of what is varied: without a device all stays as it is."""
+    bare = {key: gait for key, gait in adapted.gaits.items() if key[0].startswith("nothing")}
+    asked: dict[str, Any] = {"patients": condition, "known": bare, "generations": 1, **BRIEF}
+    found = populate(SCENARIO, {"orthosis": "none", "start": None, "phases": None}, kept=tmp_path, **asked)
+    assert found.gaits == bare and not list(tmp_path.iterdir()) and found.asked["unadapted"] == 0
+
+
+@pytest.mark.slow
 def test_gaits_of_after_weeks_are_those_of_this_device(
     adapted: Population, condition: pathlib.Path, tmp_path: pathlib.Path
 ) -> None:
