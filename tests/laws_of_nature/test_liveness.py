@@ -63,6 +63,7 @@ LEFT_OUT = (
     # test_walking_liveness.py moves these
     *("leg.toes*", "leg.body_mass", "leg.body_height", "orthosis.outsole*", "orthosis.interface.*"),
     "limits.*",
+    "worn_on",  # of the responding walker: tests/walker
     *("*_ramp", "*.threshold", "*.hold_*", "*_by_flow", "*_inertia", "*.port_volume"),  # tests/air
     *("*.friction", "*.damper"),
     *("*.path", "*.wrap_friction"),  # straight here; test_path_and_its_friction_act moves those of guided

@@ -114,6 +114,7 @@ LEFT_OUT = (
     "leg.*_length",  # of a refit, not of a run
     *("leg.directions", "leg.toes.body"),
     "controller",  # none here
+    *("worn_on", "ground.slope", "ground.uneven", "ground.seed"),  # of the responding walker: tests/walker
     *("limits.drawn_trips", "orthosis.outsole"),
     *(*SITTING, *REFUSED, *CHOICES, *(key for key, *_ in HELD), *JUDGED),
 )
