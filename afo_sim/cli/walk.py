@@ -30,9 +30,7 @@ class _Walk:
             "by default those that are shipped for the scenario's patient",
         ),
     ] = None
-    spring: Annotated[str | None, Option(help='a passive orthosis beside it, as "30 N*m/rad" (patients)')] = (
-        None
-    )
+    spring: Annotated[str | None, Option(help='passive orthosis beside it: "30 N*m/rad" (patients)')] = None
     gait: Annotated[str, Option(help="healthy gait: a shipped name, or a file (one)")] = "natural"
     strength: Annotated[
         list[str] | None,
@@ -124,7 +122,7 @@ def _options(
         own, starts = "spring", 2
         options = {"patients": condition, "gaits": walk.adapted, "others": walk.draws}
         springs = [str(value) if key == "spring" else walk.spring for value in values]
-        read = functools.partial(common.quantity, "--spring", unit="N*m/rad", above=0.0, at_most=1000.0)
+        read = functools.partial(common.quantity, "--spring", unit="N*m/rad", above=0.0, at_most=500.0)
         each = [None if spring is None else read(spring) for spring in springs]
     options |= common.picked(walk, *names) | {"starts": starts if walk.starts is None else walk.starts}
     options |= {"duration": common.quantity("--duration", walk.duration or duration, "s")}

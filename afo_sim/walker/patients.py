@@ -34,7 +34,7 @@ TIMESTEP = {"timestep": "1 ms"}
 HEALTHY = "natural"  # the gait that everybody had
 OTHERS = 10**6  # seed of those who are drawn to judge, beyond that of any search
 LEVEL = {"ground.slope": "0 deg", "ground.uneven": "0 mm"}
-STIFFEST = 1000.0  # spring about the ankle [N·m/rad]
+STIFFEST = 500.0  # spring about the ankle [N·m/rad]: 8.7 N·m/deg, the stiffest of Waterval et al. 2023
 OWN = "patients.csv of a walk of the same patients"
 DIGITS = 7  # of a gait's numbers, in memory as in a file
 # Of a scenario, what tells one device from another; and how what is worn is written in a file.
@@ -113,6 +113,7 @@ def populate(
 
     `gaits` is by default the file beside the condition's, `known` goes beyond it; `others` are drawn about
     each patient and keep the gait; the result does not depend on `threads`; searches go on in `kept`.
+    `spring` [N·m/rad], `duration` [s], `push` [N]; `generations` of searches, of 16 walks each.
     """
     condition = read_condition(patients)
     if own := next((key for key in sets or {} if key.partition(".")[0] == "patient"), None):

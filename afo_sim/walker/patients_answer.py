@@ -29,7 +29,8 @@ _RECORDED = (
 )
 _DAYS = (
     "On the first day a patient walks with the device by the gait of before; after weeks by the gait that a "
-    "search found with it, for little effort and few falls. A person may adapt otherwise. The spring has no "
+    "search found with it, for little effort, few falls and speed, not for toe clearance. A person may adapt "
+    "otherwise. The spring has no "
     "mass, rests at a right angle, and is as stiff both ways; the device weighs what its parts weigh."
 )
 Rows = tuple[list[str], list[list[str]]]  # header and rows of text
@@ -274,6 +275,12 @@ def _gains(population: Population) -> Iterator[str]:
     if count := population.asked["unadapted"]:
         whom = f"{count} of {len(population.drawn)} have not adapted, and"
         yield f"{whom} walk by the healthy gait, as on first steps with weak muscles."
+    each = [
+        (population.values(c, "fell") == 0.0) & np.isnan(population.values(c, "speed"))
+        for c in population.cases
+    ]
+    if short := int(np.sum(each)):
+        yield f"{short} walks are too short for strides: there falls alone tell who gains (--duration)."
     for case in list(population.cases)[1:]:
         gain, lose, rest = (_count(population, case, sign) for sign in (1, -1, 0))
         whom = f"{gain} of {len(population.drawn)} gain, {lose} lose, {rest} cannot be told"
@@ -288,7 +295,7 @@ def _gains(population: Population) -> Iterator[str]:
         if {DEVICE + when, SPRING + when} <= population.cases.keys():
             better, worse = (_count(population, DEVICE + when, sign, SPRING + when) for sign in (1, -1))
             whom = f"{better} of {len(population.drawn)} walk better, {worse} worse"
-            yield f"{NAMES[DEVICE + when].capitalize()}, against the spring: {whom}, the rest cannot be told."
+            yield f"{NAMES[DEVICE + when].capitalize()}, against the spring (without mass): {whom}."
 
 
 def _falls(population: Population) -> Iterator[str]:
@@ -330,7 +337,7 @@ def _beside(population: Population, recorded: Recorded) -> Iterator[str]:
         return
     lift, found = recorded.worn - recorded.without, list[bool]()  # whether they contradict
     device = f", {1e3 * recorded.worn:.0f} mm with the device" if math.isfinite(lift) else ""
-    words = f"The middle patient: the toe clears the floor by {1e3 * recorded.without:.0f} mm bare{device}."
+    words = f"The middle patient's toe clears the floor by {1e3 * recorded.without:.0f} mm without{device}."
     yield words.replace("-", "−")
     heights = population.values(WITHOUT, "right/clearance")
     heights = heights[np.isfinite(heights)]
