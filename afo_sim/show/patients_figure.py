@@ -63,6 +63,8 @@ def draw_patients(population: Population, path: pathlib.Path) -> None:
             axis.set_xticks(range(len(cases)), [_TICKS[case] for case in cases])
             axis.tick_params(axis="x", labelsize="x-small")
             axis.set(ylabel=label, xlim=(-0.4, len(cases) - 0.6))
+            if name == "falls":
+                axis.set_ylim(-3.0, 103.0)
         words = f"{len(population.drawn)} patients, {population.condition.name}. Thin: each patient; thick: "
-        words += f"median (of falls the mean); grey: norm at {_SPEED} m/s, Bovi et al. 2011"
+        words += f"median (of falls the mean); grey: norm on bare feet, {_SPEED} m/s, Bovi et al. 2011"
         figure.suptitle(words, fontsize="small", x=0.01, ha="left")
