@@ -1,11 +1,17 @@
-"""Build hook: machine code of the kernels is compiled, for a wheel and for an editable install alike.
+"""Build hook: the kernels become a library, for a wheel and for an editable install alike.
 
-A wheel carries it, models/ and gait_data/ inside the package; an editable install reads the checkout.
+numba compiles them, the C of `afo_sim/native/library` makes them a plugin of MuJoCo's and an FMU, and a C
+compiler links both: the machine's own, or else that of the package ziglang. A wheel carries the library,
+models/ and gait_data/ inside the package; an editable install reads the checkout.
 """
 
+import base64
+import hashlib
+import json
 import os
 import pathlib
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -17,20 +23,29 @@ IMPORTS = {"lazy-loader", "mujoco", "numba", "numpy", "pydantic"}  # of the core
 PROGRAM = """
 import sys
 sys.path.insert(0, sys.argv[1])  # pip takes folders of editable installs out of PYTHONPATH
-from afo_sim.metrics import kernel
 from afo_sim.model import contact, muscle_weakness
-from afo_sim.native import between_strides, compiled, sensing
+from afo_sim.common import machine_code
+from afo_sim.metrics import kernel
+from afo_sim.native import between_strides, compiled, sensing, slots, struct_layout
 from afo_sim.physics import curves, energy, in_series, jitable
 from afo_sim.simulation import settle
 loads = compiled.callbacks, compiled.planar_steps, kernel.compiled, *jitable.KERNELS
 for load in loads[:1] if sys.argv[2] == "callbacks" else loads[1:]:  # each takes about half of the time
     load()
+if sys.argv[2] == "callbacks":
+    print(machine_code.LIBRARY)
+    print(struct_layout.c_header(slots.N_USER, slots.MARK))
 """
+# Code for whatever processor, in a library that is loaded without changes to its text.
+ANY_PROCESSOR = {"NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": ""}
+LINK = "-std=c11 -O2 -Wall -Wextra -Werror -fPIC -fvisibility=hidden -shared".split()
+LINUX = ["-Wl,-z,defs", "-Wl,-z,text", "-Wl,-z,noexecstack", "-Wl,-Bsymbolic", "-lm", "-ldl"]
 
 
 class DataFolders(BuildHookInterface):
     def dependencies(self) -> list[str]:
-        return [each for each in self.metadata.core.dependencies if re.split(r"[<>=]", each)[0] in IMPORTS]
+        own = [each for each in self.metadata.core.dependencies if re.split(r"[<>=]", each)[0] in IMPORTS]
+        return own if compiler() else [*own, "ziglang>=0.13"]
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
         root = pathlib.Path(self.root)
@@ -40,28 +55,59 @@ class DataFolders(BuildHookInterface):
             self.app.display_warning(f"{error}: no machine code is shipped; the first run compiles its own")
         if version != "standard":
             return
+        build_data["pure_python"], build_data["infer_tag"] = False, True
         for name in ("models", "gait_data", "machine_code"):
             for path in sorted((root / name).rglob("*")):
                 if path.is_file() and path.suffix != ".png":  # pictures are the documents'
                     build_data["force_include"][str(path)] = f"afo_sim/{path.relative_to(root).as_posix()}"
 
 
-def compile_kernels(root: pathlib.Path) -> None:
-    """Machine code in a checkout's folder `machine_code`; what is there of these sources stays.
+def compiler() -> list[str]:
+    """The command of this machine's C compiler; none where it has none."""
+    names = [os.environ.get("CC", "cc"), "gcc", "clang"]
+    return next(([found] for name in names if (found := shutil.which(name))), [])
 
-    Whoever reads it knows by its digest whether it is whole, and of the sources that are then there.
+
+def compile_kernels(root: pathlib.Path) -> None:
+    """The library in a checkout's folder `machine_code`, with what it holds.
+
+    Whoever loads it knows by its digest whether it is whole, and by the keys whether it is of the sources that
+    are then there.
     """
-    with tempfile.TemporaryDirectory() as cache:
+    with tempfile.TemporaryDirectory() as scratch:
         there = {name: value for name, value in os.environ.items() if not name.startswith("NUMBA_")}
         started = []
         for part in ("callbacks", "others"):  # side by side, in folders of their own: one locks its folder
-            own = pathlib.Path(cache, part)
+            own = pathlib.Path(scratch, part)
             own.mkdir(mode=0o700)
             command = [sys.executable, "-P", "-c", PROGRAM, str(root), part]
-            environment = {**there, "AFO_SIM_CACHE": str(own)}
-            started.append(subprocess.Popen(command, cwd=cache, env=environment))
-        if failed := [process.args for process in started if process.wait()]:
+            environment = there | ANY_PROCESSOR | {"AFO_SIM_CACHE": str(own)}
+            process = subprocess.Popen(command, cwd=scratch, env=environment, stdout=subprocess.PIPE, text=True)
+            started.append((process, command))
+        printed = [process.communicate()[0] for process, _ in started]
+        if failed := [process.args for process, _ in started if process.returncode]:
             raise subprocess.CalledProcessError(1, failed[0])
-        (root / "machine_code").mkdir(exist_ok=True)
-        for made in pathlib.Path(cache).glob("*/*-*"):  # KIND-KEY
-            (root / "machine_code" / made.name.partition("-")[0]).write_bytes(made.read_bytes())
+        link(root, pathlib.Path(scratch), *printed[0].split("\n", 1))
+
+
+def link(root: pathlib.Path, scratch: pathlib.Path, name: str, header: str) -> None:
+    """Link what was compiled in a folder with the C around it, and write what the library holds."""
+    objects, kinds = [], {}
+    for made in sorted(scratch.glob("*/*-*")):  # KIND-KEY: a digest, then symbol, object file, needs of each
+        kind, key = made.name.split("-")
+        codes = json.loads(made.read_bytes()[hashlib.sha256().digest_size :])
+        kinds[kind] = [key, len(codes)]
+        for symbol, text, _ in codes:
+            objects.append(scratch / f"{symbol}.o")
+            objects[-1].write_bytes(base64.b64decode(text))
+    (scratch / "places.h").write_text(header)
+    sources = sorted((root / "afo_sim/native/library").glob("*.c"))
+    command = compiler() or [sys.executable, "-m", "ziglang", "cc"]
+    extra = LINUX if sys.platform == "linux" else []
+    subprocess.run([*command, *LINK, f"-I{scratch}", *sources, *objects, *extra, "-o", scratch / name], check=True)
+    content = {"sha256": hashlib.sha256((scratch / name).read_bytes()).hexdigest(), "kinds": kinds}
+    (root / "machine_code").mkdir(exist_ok=True)
+    for old in (root / "machine_code").iterdir():
+        old.unlink()
+    shutil.copyfile(scratch / name, root / "machine_code" / name)
+    (root / "machine_code" / "content.json").write_text(json.dumps(content))

@@ -44,10 +44,9 @@ from .extras import MissingExtra as MissingExtra
 from .extras import installed as installed
 from .extras import missing_extra as missing_extra
 from .extras import optional as optional
-from .machine_code import Compiled as Compiled
+from .machine_code import Code as Code
 from .machine_code import address as address
 from .machine_code import functions as functions
-from .machine_code import start as start
 from .magnitude import magnitudes as magnitudes
 from .magnitude import plausible as plausible
 from .notice import Notice as Notice

@@ -1,137 +1,64 @@
 """From Python to machine code, by numba.
 
-numba's own C callbacks print what a function raises, and go on; for that they call functions of numba, and
-code that calls them cannot be loaded without it. Here a function says itself what becomes of an exception.
-
-By itself numba optimises each function and makes machine code of it, and does both again in every function
-that calls it. Here a called function stays what numba wrote of it, until all that calls it is linked: it is
-optimised with its last caller alone.
+numba's C callback prints what its function raises, and goes on; for that it calls functions of Python and numba,
+and code that calls them cannot be loaded without them. Here a function gives another result instead.
 
 Code is made for any processor of the platform, not for this one: it is kept, and shipped. numba allows LLVM
-neither to fuse nor to reorder sums and products, so every processor computes the same bits.
+neither to fuse nor to reorder sums and products, so every processor computes the same bits. It finds what is
+outside it relative to itself, so that a library of it is loaded without changes to its text.
 """
 
 import gc
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import llvmlite.binding as llvm
-from llvmlite import ir
-from numba.core import compiler
-from numba.core.codegen import JITCodeLibrary, JITCPUCodegen
-from numba.core.compiler_lock import global_compiler_lock
-from numba.core.registry import cpu_target
+import numba
+from numba.extending import register_jitable
 
-from afo_sim.common.machine_code import Code, Compiled, start_numba
+from afo_sim.common.machine_code import Code, start, symbol
 
-
-class AnyProcessor(JITCPUCodegen):
-    """The maker of machine code that uses what all processors of the platform have."""
-
-    def _get_host_cpu_name(self) -> str:
-        return "generic"
-
-    def _get_host_cpu_features(self) -> str:
-        return ""
+_OF_THIS_PROCESS = "numba.dynamic.globals"  # names of addresses in it: nobody else has such a symbol
 
 
-class CalledLibrary(JITCodeLibrary):
-    """LLVM's code of a function that only compiled functions call."""
+def compile_all(
+    kind: str, functions: Sequence[Callable[..., Any]], signature: Any, raised: Callable[..., Any]
+) -> list[Code]:
+    """Machine code of each function of a kind, as a C function of one signature.
 
-    def add_linking_library(self, library: Any) -> None:
-        """Note a called function's library; it is linked when this one is, and not optimised before."""
-        self._linking_libraries.append(library)
-
-    def get_pointer_to_function(self, name: str) -> int:
-        """0: no machine code."""
-        return 0
-
-    def _optimize_functions(self, module: Any) -> None:
-        module.data_layout = self._codegen._data_layout
-
-    def _optimize_final_module(self) -> None:
-        pass
-
-    def _finalize_specific(self) -> None:
-        pass
-
-
-class CalledCodegen(JITCPUCodegen):
-    """The maker of `CalledLibrary`."""
-
-    _library_class = CalledLibrary
-
-    def _add_module(self, module: Any) -> None:
-        pass
-
-    def set_env(self, env_name: str, env: Any) -> None:
-        """Nothing: it would be written into machine code."""
-
-
-@contextmanager
-def only_called(context: Any) -> Iterator[None]:
-    """A block in which numba compiles called functions alone; who calls them brings a library."""
-    own = context._internal_codegen
-    context._internal_codegen = CalledCodegen("called functions")
-    try:
-        yield
-    finally:
-        context._internal_codegen = own
-
-
-_Raised = Callable[[Any, Any], None]  # (builder, arguments): writes what is done after an exception
-
-
-@global_compiler_lock
-def compile_all(functions: Sequence[Callable[..., Any]], signature: Any, raised: _Raised) -> Compiled:
-    """Compile functions of one signature."""
-    start_numba()
+    After an exception the result is that of `raised` of the same arguments, which compiled code may call.
+    """
+    start()
     collects = gc.isenabled()
     gc.disable()  # Python's collector would search numba's objects again and again
     try:
-        compiled = [_compile(function, signature, raised) for function in functions]
+        guarded = [_guarded(function, raised, len(signature.args)) for function in functions]
+        return [_compile(symbol(kind, k), function, signature) for k, function in enumerate(guarded)]
     finally:
         if collects:
             gc.enable()
-    return [_code(*each) for each in compiled], any(library.has_dynamic_globals for _, library in compiled)
 
 
-def _compile(function: Callable[..., Any], signature: Any, raised: _Raised) -> tuple[str, Any]:
-    """Symbol and library of a function as a C function."""
-    flags = compiler.Flags()
-    cpu_target.options.parse_as_flags(flags, {"nopython": True, "error_model": "numpy"})
-    flags.no_cpython_wrapper = flags.no_cfunc_wrapper = True
-    flags.no_compile = True  # before `_c_function` is there
-    context = cpu_target.target_context
-    library = AnyProcessor("machine code").create_library(function.__qualname__)
-    library.enable_object_caching()
-    with only_called(context):
-        types, kinds = cpu_target.typing_context, (signature.args, signature.return_type)
-        found = compiler.compile_extra(types, context, function, *kinds, flags, {}, library)
-        library.add_ir_module(_c_function(context, found.fndesc, raised))
-        library.finalize()
-    return found.fndesc.llvm_cfunc_wrapper_name, library
+def _guarded(function: Callable[..., Any], raised: Callable[..., Any], count: int) -> Callable[..., Any]:
+    """A function of so many arguments that raises nothing; numba compiles no callback of `*arguments`."""
+    names = {"function": register_jitable(function), "raised": register_jitable(raised)}
+    told = ", ".join(f"a{k}" for k in range(count))
+    text = f"def guarded({told}):\n try:\n  return function({told})\n except Exception:\n  return raised({told})"
+    exec(text, names)
+    return names["guarded"]
 
 
-def _c_function(context: Any, described: Any, raised: _Raised) -> Any:
-    """A module with a C function that calls a compiled one."""
-    module = context.create_module("callback")
-    convention, signature = context.call_conv, (described.restype, described.argtypes)
-    compiled = ir.Function(module, convention.get_function_type(*signature), described.llvm_func_name)
-    arguments = [context.get_value_type(kind) for kind in described.argtypes]
-    form = ir.FunctionType(context.get_value_type(described.restype), arguments)
-    function = ir.Function(module, form, described.llvm_cfunc_wrapper_name)
-    builder = ir.IRBuilder(function.append_basic_block("entry"))
-    status, found = convention.call_function(builder, compiled, *signature, function.args)
-    with builder.if_then(status.is_error, likely=False):
-        raised(builder, function.args)
-    builder.ret(found)
-    return module
-
-
-def _code(symbol: str, library: Any) -> Code:
-    _, _, (binary, bitcode) = library.serialize_using_object_code()
-    module = llvm.parse_bitcode(bitcode)
-    outside = [v.name for v in (*module.functions, *module.global_variables) if v.is_declaration]
-    return Code(symbol, binary, tuple(name for name in outside if not name.startswith("llvm.")))
+def _compile(symbol: str, function: Callable[..., Any], signature: Any) -> Code:
+    callback = numba.cfunc(signature, nopython=True, error_model="numpy")(function)
+    module = llvm.parse_assembly(callback.inspect_llvm())
+    own, needs = [], []
+    for each in (*module.functions, *module.global_variables):
+        (needs if each.is_declaration or each.name.startswith(_OF_THIS_PROCESS) else own).append(each)
+    for each in own:
+        each.linkage = "internal"
+    entry = module.get_function(callback.native_name)
+    entry.linkage, entry.name = "external", symbol
+    target = llvm.Target.from_triple(llvm.get_process_triple())
+    any_processor = target.create_target_machine(opt=3, reloc="pic")
+    outside = tuple(each.name for each in needs if not each.name.startswith("llvm."))
+    return Code(symbol, any_processor.emit_object(module), outside)

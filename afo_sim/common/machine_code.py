@@ -1,10 +1,11 @@
-"""Compiled functions as machine code: compiled when the package is built, or once and kept for the user.
+"""Compiled functions as machine code: a library that the package brings, or compiled once and kept for the user.
 
 Compiling takes seconds, and loading what was compiled takes milliseconds. The code runs on every processor of
 its platform, and knows nothing of the process that compiled it; what it calls are symbols, which each process
-resolves for itself. It is loaded into an engine of its own, so that its names cannot meet those of functions
-that numba compiles later. Where one symbol is unknown, LLVM leaves all calls of an object file at address 0,
-without a word: the symbols that the code needs stand beside it, and are looked up before.
+resolves for itself. What was compiled for the user is loaded into an engine of its own, so that its names
+cannot meet those of functions that numba compiles later. Where one symbol is unknown, LLVM leaves all calls of
+an object file at address 0, without a word: the symbols that the code needs stand beside it, and are looked up
+before.
 
 Code is found by what it follows from: the sources, the platform, numba's settings, and what the caller adds.
 Compilers are not among it: versions of Python, numba and LLVM compile the same numbers.
@@ -12,15 +13,16 @@ Compilers are not among it: versions of Python, numba and LLVM compile the same 
 
 import base64
 import ctypes
+import functools
 import hashlib
 import json
 import os
 import pathlib
-from collections.abc import Callable, Sequence
+import platform
+import sys
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from typing import Any, NamedTuple
-
-import llvmlite.binding as llvm
 
 from afo_sim.common import user_cache
 
@@ -33,37 +35,73 @@ class Code(NamedTuple):
     needs: tuple[str, ...]  # symbols outside it
 
 
-Compiled = tuple[list[Code], bool]  # whether the code holds addresses that are good in this process alone
-_WITHOUT_EFFECT = ("NUMBA_NUM_THREADS", "NUMBA_CACHE_DIR")  # on code
+# Without effect on code that is made for any processor.
+_WITHOUT_EFFECT = ("NUMBA_NUM_THREADS", "NUMBA_CACHE_DIR", "NUMBA_CPU_NAME", "NUMBA_CPU_FEATURES")
+
+
+def symbol(kind: str, number: int) -> str:
+    """The name of a kind's function."""
+    return f"afo_sim_{kind}_{number}"
 
 
 def functions(
-    kind: str, prototype: Any, follows: Sequence[Any], compile_: Callable[[], Compiled]
-) -> list[Any]:
-    """C function pointers, shipped, from the cache or compiled now."""
-    start()
+    kind: str, prototype: Any, follows: Sequence[Any], compile_: Callable[[], list[Code]],
+    outside: Callable[[], Mapping[str, int]] = dict,
+) -> list[Any]:  # fmt: skip
+    """C function pointers, of the package's library, from the cache or compiled now.
+
+    `outside` gives addresses of symbols that compiled code needs and no library of the process has.
+    """
     key = fingerprint(*follows)
-    codes = _stored(kind, key)
+    if key and (library := shipped(kind, key)):
+        return [prototype((symbol(kind, k), library)) for k in range(_brought()["kinds"][kind][1])]
+    start(outside())
+    codes = _kept(kind, key)
     if not codes:
         with user_cache.locked():  # whoever has waited finds what the first has compiled
-            codes = _stored(kind, key) or _compile(kind, key, compile_)
+            codes = _kept(kind, key) or _compile(kind, key, compile_)
     return [_loaded(code, prototype) for code in codes]
 
 
-def start() -> None:
-    """Make LLVM ready for machine code, once or again."""
+def shipped(kind: str, key: str) -> ctypes.CDLL | None:
+    """The package's library where it has a kind's code of this key."""
+    return library() if _brought()["kinds"].get(kind, [None])[0] == key else None
+
+
+@functools.cache
+def library() -> ctypes.CDLL | None:
+    """The package's library; None where it is missing, or this process cannot load it."""
+    with suppress(OSError, KeyError):
+        return ctypes.CDLL(str(_brought()["folder"] / LIBRARY))
+    return None
+
+
+# A plugin of MuJoCo's is found by these endings.
+LIBRARY = "afo_sim" + {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
+CONTENT = "content.json"  # beside it: its digest; of each kind key and number of functions
+
+
+@functools.cache
+def _brought() -> dict[str, Any]:
+    """What the package's library holds; nothing where it is missing or damaged."""
+    for folder in user_cache.BROUGHT:
+        with suppress(OSError, ValueError):
+            content = json.loads((folder / CONTENT).read_text(encoding="utf-8"))
+            if hashlib.sha256((folder / LIBRARY).read_bytes()).hexdigest() == content["sha256"]:
+                return content | {"folder": folder}
+    return {"kinds": {}}
+
+
+def start(outside: Mapping[str, int] | None = None) -> None:
+    """Make LLVM ready for machine code, once or again, and some symbols known to it."""
+    import llvmlite.binding as llvm
+
     with suppress(RuntimeError):  # LLVM that is ready by itself
         llvm.initialize()
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()
-
-
-def start_numba() -> None:
-    """Make the symbols of numba known, which compiled code may call."""
-    from numba.core.registry import cpu_target  # large: not where the code is there already
-    from numba.core.runtime import rtsys
-
-    rtsys.initialize(cpu_target.target_context)
+    for name, address in (outside or {}).items():
+        llvm.add_symbol(name, address)
 
 
 def address(library: ctypes.CDLL, function: str) -> int:
@@ -79,41 +117,36 @@ def fingerprint(*follows: Any) -> str | None:
     settings = sorted((name, value) for name, value in own.items() if name.startswith("NUMBA_"))
     with suppress(OSError):  # which numba reads in the current folder
         settings.append(("", pathlib.Path(".numba_config.yaml").read_bytes().hex()))
-    target = llvm.get_process_triple().rstrip("0123456789.")  # macOS adds its version
+    target = f"{sys.platform}-{platform.machine()}"
     return hashlib.sha256(repr((user_cache.checksum(), target, follows, settings)).encode()).hexdigest()
 
 
-def _stored(kind: str, key: str | None) -> list[Code]:
-    """Code that is shipped or in the cache; none where it is missing, or cannot run in this process."""
-    for read in (user_cache.shipped, user_cache.read):
-        texts = json.loads((read(kind, key) if key else None) or b"[]")
-        codes = [Code(symbol, base64.b64decode(text), tuple(needs)) for symbol, text, needs in texts]
-        names = {name for code in codes for name in code.needs}
-        if not all(map(_find, names)):
-            start_numba()  # it brings symbols with it, such as those of Intel's mathematics
-        if codes and all(map(llvm.address_of_symbol, names)):
-            return codes
-    return []
+def _kept(kind: str, key: str | None) -> list[Code]:
+    """Code that is in the cache; none where it is missing, or cannot run in this process."""
+    import llvmlite.binding as llvm
+
+    texts = json.loads((user_cache.read(kind, key) if key else None) or b"[]")
+    codes = [Code(symbol, base64.b64decode(text), tuple(needs)) for symbol, text, needs in texts]
+    names = {name for code in codes for name in code.needs}
+    for name in names:
+        if not llvm.address_of_symbol(name):
+            with suppress(AttributeError, OSError, TypeError):  # not there, or on Windows no library of all
+                llvm.add_symbol(name, address(ctypes.CDLL(None), name))
+    return codes if all(map(llvm.address_of_symbol, names)) else []
 
 
-def _find(name: str) -> bool:
-    """Whether a symbol is known; those of the C library and its mathematics are looked up in this process."""
-    if not llvm.address_of_symbol(name):
-        with suppress(AttributeError, OSError, TypeError):  # not there, or on Windows no library of all
-            llvm.add_symbol(name, address(ctypes.CDLL(None), name))
-    return bool(llvm.address_of_symbol(name))
-
-
-def _compile(kind: str, key: str | None, compile_: Callable[[], Compiled]) -> list[Code]:
+def _compile(kind: str, key: str | None, compile_: Callable[[], list[Code]]) -> list[Code]:
     """Compile, and store the code for later processes."""
-    codes, of_this_process = compile_()
-    if key and not of_this_process:
+    codes = compile_()
+    if key:
         texts = [(code.symbol, base64.b64encode(code.binary).decode(), code.needs) for code in codes]
         user_cache.write(kind, key, json.dumps(texts).encode())
     return codes
 
 
 def _loaded(code: Code, prototype: Any) -> Any:
+    import llvmlite.binding as llvm
+
     machine = llvm.Target.from_triple(llvm.get_process_triple()).create_target_machine(jit=True)
     engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), machine)
     engine.add_object_file(llvm.ObjectFileRef.from_data(code.binary))

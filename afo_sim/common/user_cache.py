@@ -24,6 +24,7 @@ from afo_sim.common.writing import write_bytes
 
 ROOMS = ("common", "physics", "native")  # whose code is compiled, or makes what is
 _PACKAGE = pathlib.Path(__file__).resolve().parents[1]
+BROUGHT = (_PACKAGE / "machine_code", _PACKAGE.parent / "machine_code")  # of a wheel, of a checkout
 
 
 @functools.cache
@@ -72,14 +73,6 @@ def read(kind: str, key: str) -> bytes | None:
     with contextlib.suppress(OSError):
         os.utime(path)  # in use: it stays
     return _content(path, path.name)
-
-
-def shipped(kind: str, key: str) -> bytes | None:
-    """What `write` stored when the package was built; None where it is missing, damaged or another key's."""
-    roots = (_PACKAGE, _PACKAGE.parent)  # in a wheel, in a checkout
-    return next(
-        filter(None, (_content(root / "machine_code" / kind, f"{kind}-{key}") for root in roots)), None
-    )
 
 
 def _content(path: pathlib.Path, name: str) -> bytes | None:

@@ -5,7 +5,6 @@ import functools
 import pathlib
 from typing import Any
 
-import llvmlite.binding as llvm
 import mujoco
 
 from afo_sim.common import CallbackError, machine_code
@@ -18,23 +17,33 @@ _MJF_ACT = ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p, c
 _PLANAR = ctypes.CFUNCTYPE(ctypes.c_int64, *[ctypes.c_void_p] * 5, *[ctypes.c_int64] * 3)
 
 
+@functools.cache
 def callbacks() -> tuple[Any, Any]:
     """C function pointers for MuJoCo: act_bias, act_dyn."""
-    machine_code.start()
-    mju_error = machine_code.address(ctypes.CDLL(str(mujoco_library())), "mju_error")
-    llvm.add_symbol(MJU_ERROR, mju_error)
-    llvm.add_symbol(PLACES, ctypes.addressof(places()))
-    bias, dyn = machine_code.functions(KIND, _MJF_ACT, follows(), _compile)
+    bias, dyn = machine_code.functions(KIND, _MJF_ACT, follows(), _compile, _outside)
+    _tell_library()
     return bias, dyn
 
 
 @functools.cache
 def planar_steps() -> Any:
     """The steps of a planar walker as a C function (`planar.walk_on`)."""
-    machine_code.start()
-    llvm.add_symbol(PLACES, ctypes.addressof(places()))
-    (steps,) = machine_code.functions("planar", _PLANAR, follows(), _compile_planar)
+    (steps,) = machine_code.functions("planar", _PLANAR, follows(), _compile_planar, _outside)
+    _tell_library()
     return steps
+
+
+def _outside() -> dict[str, int]:
+    """Addresses of what code of the cache calls and reads."""
+    mju_error = machine_code.address(ctypes.CDLL(str(mujoco_library())), "mju_error")
+    return {MJU_ERROR: mju_error, PLACES: ctypes.addressof(places())}
+
+
+@functools.cache
+def _tell_library() -> None:
+    """Tell the package's library where the installed MuJoCo's fields stand."""
+    if (library := machine_code.library()) is not None:
+        ctypes.memmove(type(places()).in_dll(library, PLACES), places(), ctypes.sizeof(places()))
 
 
 def follows() -> tuple[Any, ...]:
@@ -42,13 +51,13 @@ def follows() -> tuple[Any, ...]:
     return tuple(kinds())
 
 
-def _compile() -> machine_code.Compiled:
+def _compile() -> list[machine_code.Code]:
     import afo_sim.native.compiling as compiling  # which imports numba
 
-    return compiling.compile_all()
+    return compiling.compile_callbacks()
 
 
-def _compile_planar() -> machine_code.Compiled:
+def _compile_planar() -> list[machine_code.Code]:
     import afo_sim.native.compiling as compiling
 
     return compiling.compile_planar()

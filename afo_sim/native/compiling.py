@@ -7,13 +7,19 @@ from llvmlite import ir
 from mujoco.introspect.ast_nodes import ArrayType, PointerType
 from numba import types
 from numba.core import cgutils
-from numba.core.datamodel import models, register_default
-from numba.core.imputils import lower_getattr_generic, lower_setattr_generic
 from numba.core.typing.ctypes_utils import from_ctypes
 from numba.core.typing.templates import AttributeTemplate
-from numba.extending import infer_getattr, intrinsic, overload
+from numba.extending import (
+    infer_getattr,
+    intrinsic,
+    lower_getattr_generic,
+    lower_setattr_generic,
+    models,
+    overload,
+    register_model,
+)
 
-from afo_sim.common import Compiled, compiling
+from afo_sim.common import Code, compiling
 from afo_sim.native.air_block import BLOCK, block
 from afo_sim.native.callbacks import define
 from afo_sim.native.error_codes import COMPLAINTS, MJU_ERROR, RAISED
@@ -31,7 +37,7 @@ class StructPointer(types.Opaque):
         super().__init__(name=f"{name}*")
 
 
-register_default(StructPointer)(models.OpaqueModel)
+register_model(StructPointer)(models.OpaqueModel)
 
 
 def _field(struct: str, name: str) -> tuple[int, bool, Any] | None:
@@ -88,21 +94,23 @@ SIGNATURE = types.float64(_MODEL, _DATA, types.int32)
 PLANAR = types.int64(_MODEL, _DATA, _NUMBERS, _NUMBERS, _NUMBERS, types.int64, types.int64, types.int64)
 
 
-def compile_all() -> Compiled:
+def compile_callbacks() -> list[Code]:
     """Machine code of act_bias and act_dyn."""
     kernels = [marked_only(kernel, _fail) for kernel in define(_fail)]
     register_all()
-    return compiling.compile_all(kernels, SIGNATURE, _raised)
+    return compiling.compile_all("callbacks", kernels, SIGNATURE, _raised)
 
 
-def compile_planar() -> Compiled:
+def compile_planar() -> list[Code]:
     """Machine code of the steps of a planar walker."""
     register_all()
-    return compiling.compile_all([walk_on], PLANAR, lambda builder, arguments: None)
+    return compiling.compile_all("planar", [walk_on], PLANAR, lambda *arguments: -2 - RAISED)
 
 
-def _raised(builder: Any, arguments: Any) -> None:
-    _complain(builder, ir.Constant(ir.IntType(64), RAISED), arguments[2])
+def _raised(m: Any, d: Any, i: int) -> float:
+    """What a callback gives after an exception, as in a law of one's own: a complaint."""
+    _fail(RAISED, i)
+    return 0.0
 
 
 @overload(block, inline="always")

@@ -6,6 +6,8 @@ hand-counted. `verify` compares the result with the bindings' own pointers.
 
 import ctypes
 import functools
+import json
+import pathlib
 from typing import Any
 
 import mujoco
@@ -62,12 +64,13 @@ def declarations(name: str) -> dict[str, Any]:
     return {field.name: field for field in structs.STRUCTS[name].fields}
 
 
-# What compiled code reads. It finds the places in a table, and so serves every layout with these types.
+# What compiled code reads, and the library in C around it. They find the places in a table, and so serve every
+# layout with these types.
 _READ = {
     "mjModel": "actuator_actadr actuator_trnid actuator_user body_subtreemass dof_bodyid dof_damping "
-    "dof_parentid geom_bodyid nuser_actuator nv opt signature site_bodyid tendon_adr wrap_objid wrap_type",
-    "mjData": "act act_dot actuator_force actuator_length actuator_velocity ctrl qfrc_bias qpos qvel "
-    "subtree_com ten_velocity ten_wrapadr ten_wrapnum time userdata wrap_obj wrap_xpos xanchor xaxis xipos",
+    "dof_parentid geom_bodyid key_act nkey nuser_actuator nv opt signature site_bodyid tendon_adr wrap_objid wrap_type",
+    "mjData": "act act_dot actuator_force actuator_length actuator_velocity ctrl qfrc_applied qfrc_bias qpos "
+    "qvel subtree_com ten_velocity ten_wrapadr ten_wrapnum time userdata wrap_obj wrap_xpos xanchor xaxis xipos",
     "mjOption": "timestep",
 }
 READ = [(struct, name) for struct, names in _READ.items() for name in names.split()]
@@ -76,14 +79,35 @@ PLACES = "afo_sim_places"  # symbol of the table, by which compiled code finds i
 
 @functools.cache
 def places() -> Any:
-    """The table: the offset of each field of READ."""
-    return (ctypes.c_int64 * len(READ))(*(getattr(c_struct(struct), name).offset for struct, name in READ))
+    """The table: the offset of each field of READ; behind them, what a whole state is to MuJoCo."""
+    offsets = (getattr(c_struct(struct), name).offset for struct, name in READ)
+    return (ctypes.c_int64 * (len(READ) + 1))(*offsets, mujoco.mjtState.mjSTATE_INTEGRATION.value)
 
 
 def kinds() -> list[str]:
     """The declared type of each field of READ, and the size of MuJoCo's numbers [bytes]."""
     size = ctypes.sizeof(_C_TYPES["mjtNum"])
     return [f"mjtNum: {size}", *(f"{at}.{name}: {declarations(at)[name].type}" for at, name in READ)]
+
+
+LAYOUTS = pathlib.Path(__file__).with_name("layouts.json")  # tables of MuJoCo's versions, by their numbers
+
+
+def c_header(row: int, layout: float) -> str:
+    """What the library in C knows of rows and of MuJoCo's versions, the installed one among them."""
+    known = json.loads(LAYOUTS.read_text()) | {str(mujoco.mj_version()): list(places())}
+    names = [f"{struct}_{name}" for struct, name in READ]
+    tables = (f"{{{number}, {{{', '.join(map(str, table))}}}}}" for number, table in known.items())
+    words = ", ".join(f"{int(n) // 10**6}.{int(n) // 1000 % 1000}.{int(n) % 1000}" for n in known)
+    return f"""#include <stdint.h>
+enum {{ {", ".join(names)}, AFO_STATE, AFO_PLACES, AFO_LAYOUTS = {len(known)}, AFO_ROW = {row},
+       AFO_ACTUATOR = {mujoco.mjtObj.mjOBJ_ACTUATOR.value} }};
+#define AFO_ROWS_LAYOUT {layout}
+#define AFO_KNOWN "{words}"
+static const struct {{ int version; int64_t places[AFO_PLACES]; }} AFO_LAYOUT[] = {{
+  {f",{chr(10)}  ".join(tables)}
+}};
+"""
 
 
 @functools.cache

@@ -7,6 +7,7 @@ function is what it was.
 
 import ctypes
 import functools
+import math
 from collections.abc import Callable
 from typing import Any, TypeVar
 
@@ -68,11 +69,11 @@ def compiled_functions(
     known = {Any: ctypes.c_void_p, float: ctypes.c_double, int: ctypes.c_int64}
     *arguments, result = (known[each] for each in functions[0].__annotations__.values())
     prototype = ctypes.CFUNCTYPE(result, *arguments)
-    return machine_code.functions(kind, prototype, follows, lambda: code_of(*functions))
+    return machine_code.functions(kind, prototype, follows, lambda: code_of(kind, *functions))
 
 
-def code_of(*functions: Callable[..., float]) -> Any:
-    """Machine code of functions, as `compiled_functions` takes them."""
+def code_of(kind: str, *functions: Callable[..., float]) -> Any:
+    """Machine code of functions of a kind, as `compiled_functions` takes them."""
     from numba import types  # large: only to compile
 
     from afo_sim.common import compiling
@@ -80,4 +81,4 @@ def code_of(*functions: Callable[..., float]) -> Any:
     known = {Any: types.CPointer(types.float64), float: types.float64, int: types.int64}
     register_all()
     *arguments, result = (known[each] for each in functions[0].__annotations__.values())
-    return compiling.compile_all(functions, result(*arguments), lambda builder, arguments: None)
+    return compiling.compile_all(kind, functions, result(*arguments), lambda *arguments: math.nan)
