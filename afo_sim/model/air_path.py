@@ -161,9 +161,6 @@ def least_volume(orthosis: Orthosis, name: str) -> float:
     return volume
 
 
-KINDS = {"bang_bang": native.BANG_BANG, "pwm": native.PWM, "regulator": native.REGULATOR}
-
-
 def own_supply(scenario: Scenario) -> Supply | None:
     """The supply that is a part of the circuit; None where it is an input."""
     supply = scenario.supply
@@ -251,7 +248,7 @@ def _alike(name: str, group: MuscleGroup, inverts: bool) -> list[tuple[str, ...]
 def drive_of(drive: Drive, shortest: float = 0.0) -> native.CircuitDrive:
     """A described drive of valves that answer no pulse below the shortest [s], as the circuit takes it."""
     row = {
-        "kind": KINDS[drive.kind],
+        "kind": native.DriveKind[drive.kind.upper()],
         "dead_band": drive.dead_band,
         "release": drive.releases_at,
         "period": drive.period,

@@ -162,7 +162,7 @@ def _built(scenario: Scenario) -> Built:
         fill_walking(model, index.walking, scenario, foot)
     tissue = own_tissue(scenario)
     model.actuator_user[index.passive] = native.row(
-        native.KIND_PASSIVE,
+        native.Kind.PASSIVE,
         scale=tissue.scale,
         offset=tissue.offset,
         load=scenario.load_moment,

@@ -87,13 +87,13 @@ def walking_actuators(model: mujoco.MjModel) -> dict[str, int]:
 
 def fill_walking(model: mujoco.MjModel, actuators: dict[str, int], scenario: Scenario, foot: Foot) -> None:
     """Their rows."""
-    model.actuator_user[list(actuators.values())] = native.row(native.KIND_MOTOR, gain=0.0)
-    model.actuator_user[actuators[SPASTIC]] = native.row(native.KIND_SPASTIC, gain=reflex_gain(scenario))
+    model.actuator_user[list(actuators.values())] = native.row(native.Kind.MOTOR, gain=0.0)
+    model.actuator_user[actuators[SPASTIC]] = native.row(native.Kind.SPASTIC, gain=reflex_gain(scenario))
     if in_contact(scenario):
         ground = ground_of(scenario, Size.of(scenario))
         brakes = float(model.dof_damping[int(model.joint(SINK).dofadr[0])])
-        model.actuator_user[actuators[SUPPORT]] = native.row(native.KIND_MOTOR, gain=brakes)
+        model.actuator_user[actuators[SUPPORT]] = native.row(native.Kind.MOTOR, gain=brakes)
         for point, stiff in pad_stiffness(ground, foot).items():
             model.actuator_user[actuators[f"pad_{point}"]] = native.row(
-                native.KIND_PAD, stiffness=stiff, damping=ground.damping
+                native.Kind.PAD, stiffness=stiff, damping=ground.damping
             )

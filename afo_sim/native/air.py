@@ -30,13 +30,12 @@ from afo_sim.native.slots import (
     CHAMBER_ACT,
     CHAMBER_DATA,
     EDGE_ROW,
-    KIND_CHAMBER,
-    KIND_STORE,
-    KIND_VALVE,
     RESTRICTION_ACT,
     STORE_ACT,
     VALVE_ROW,
     VOLUME_ROW,
+    Kind,
+    kind_of,
 )
 from afo_sim.physics import (
     COMPRESSOR,
@@ -78,18 +77,18 @@ def take_nodes(m: Any, d: Any, j: int, s: Any) -> int:
     n, actuator = FIRST_BLOCK, int(u[j + AIR_ROW.first_node])
     while actuator >= 0:
         q, adr = m.nuser_actuator * actuator, m.actuator_actadr[actuator]
-        kind, place = u[q + 1], int(u[q + AIR_ROW.userdata])
+        kind, place = kind_of(u, q), int(u[q + AIR_ROW.userdata])
         s[n + NODE.actuator] = float(actuator)
         s[n + NODE.wall], s[n + NODE.steepness] = u[q + AIR_ROW.wall_conductance], u[q + AIR_ROW.steepness]
         s[n + NODE.wall_by_flow] = u[q + AIR_ROW.wall_conductance_by_flow]
         s[n + NODE.mass], s[n + NODE.sigma] = act[adr + CHAMBER_ACT.mass], act[adr + CHAMBER_ACT.sigma]
-        s[n + NODE.kind] = OF_STORE if kind == KIND_STORE else OF_VOLUME
+        s[n + NODE.kind] = OF_STORE if kind == Kind.STORE else OF_VOLUME
         s[n + NODE.volume_change] = s[n + NODE.power] = 0.0
-        if kind == KIND_STORE:  # slow: its pressure stays over the step, and the line warms what it gives
+        if kind == Kind.STORE:  # slow: its pressure stays over the step, and the line warms what it gives
             mass, temperature = act[adr + STORE_ACT.mass], act[adr + STORE_ACT.temperature]
             s[n + NODE.pressure] = store_pressure(mass, temperature, u[q + AIR_ROW.volume], gas_in(u, q))
             s[n + NODE.temperature], s[n + NODE.sigma_rate] = AMBIENT_TEMPERATURE, 0.0
-        elif kind == KIND_CHAMBER:
+        elif kind == Kind.CHAMBER:
             s[n + NODE.volume] = data[place + CHAMBER_DATA.volume]
             s[n + NODE.pressure] = data[place + CHAMBER_DATA.pressure]
             change = data[place + CHAMBER_DATA.volume] - act[adr + CHAMBER_ACT.last_volume]
@@ -129,7 +128,7 @@ def take_edges(m: Any, d: Any, j: int, s: Any) -> tuple[int, float]:
         if follows > 0:  # the other way of a three-way valve; the slot holds one more
             opening, first, second = seat_of(m, d, follows - 1)[:3]
             opening = 1.0 - opening
-        elif u[q + 1] == KIND_VALVE:
+        elif kind_of(u, q) == Kind.VALVE:
             opening, first, second = seat_of(m, d, actuator)[:3]
         elif law == COMPRESSOR:
             opening = act[m.actuator_actadr[actuator] + RESTRICTION_ACT.state]

@@ -11,7 +11,7 @@ from afo_sim.native.air_block import AMBIENT, FIRST_NODE, SUPPLY
 from afo_sim.native.state import Air, chain, read_air, read_volume, room_of
 from afo_sim.physics import COMPRESSOR, PILOTED
 
-_AIR = (slots.KIND_CHAMBER, slots.KIND_VOLUME, slots.KIND_STORE)
+_AIR = (slots.Kind.CHAMBER, slots.Kind.VOLUME, slots.Kind.STORE)
 TO_AMBIENT, TO_SUPPLY, NOWHERE = -1, -2, -3  # instead of an actuator
 
 
@@ -36,7 +36,7 @@ def ways_of(model: mujoco.MjModel) -> list[Way]:
     rows = model.actuator_user[:, : slots.EDGE_ROW.tank + 1].tolist()
     found, flow = [], slots.EDGE_ROW
     for leader, own in enumerate(rows):
-        if own[0] != slots.MARK or own[1] not in _AIR or not own[slots.AIR_ROW.leads] > 0.0:
+        if slots.kind_of(own, 0) not in _AIR or not own[slots.AIR_ROW.leads] > 0.0:
             continue
         nodes = {AMBIENT: TO_AMBIENT, SUPPLY: TO_SUPPLY}
         joined = chain(rows, leader, slots.AIR_ROW.first_node, slots.AIR_ROW.following)
@@ -49,7 +49,8 @@ def ways_of(model: mujoco.MjModel) -> list[Way]:
             law, numbers = int(row[flow.law]), tuple(row[flow.parameters : flow.tank])
             opens = row[slots.VALVE_ROW.conductance], row[slots.VALVE_ROW.critical_ratio]
             pilot = nodes[int(numbers[0])] if law in PILOTED else NOWHERE
-            found.append(Way(edge, *ends, row[1] == slots.KIND_VALVE, law, *opens, numbers, pilot, upstream))
+            valve = slots.kind_of(row, 0) == slots.Kind.VALVE
+            found.append(Way(edge, *ends, valve, law, *opens, numbers, pilot, upstream))
     return found
 
 
@@ -99,7 +100,7 @@ def read_running(model: mujoco.MjModel, act: np.ndarray, compressor: int) -> np.
 
 def read_node(model: mujoco.MjModel, act: np.ndarray, userdata: np.ndarray, node: int) -> Air:
     """What is in the actuator of a chamber, a volume or a store, from `act` (…, na) and `userdata`."""
-    if model.actuator_user[node, 1] == slots.KIND_CHAMBER:
+    if model.actuator_user[node, slots.KIND] == slots.Kind.CHAMBER:
         return read_air(model, act, userdata, node)
     mass = act[..., model.actuator_actadr[node]]  # the first state of each
     volume = np.full_like(mass, room_of(model, node))

@@ -31,12 +31,12 @@ from afo_sim.native.slots import (
     CHAMBER_ACT,
     CHAMBER_DATA,
     EDGE_ROW,
-    KIND_CHAMBER,
-    KIND_STORE,
     RESTRICTION_ACT,
     STORE_ACT,
     STORE_ROW,
     VOLUME_DATA,
+    Kind,
+    kind_of,
 )
 from afo_sim.physics import (
     INERTIAL,
@@ -70,10 +70,10 @@ def air_dyn(m: Any, d: Any, j: int) -> None:
     edges, until = take_edges(m, d, j, s)
     evaluate(s, nodes, edges, 0.0, True, gas, gamma)
     step = m.opt.timestep
-    if u[j + 1] != KIND_CHAMBER:  # the last node leads, and chambers come first
+    if kind_of(u, j) != Kind.CHAMBER:  # the last node leads, and chambers come first
         for n in range(FIRST_BLOCK, nodes, NODE_NUMBERS):
             q = m.nuser_actuator * int(s[n + NODE.actuator])
-            if u[q + 1] != KIND_CHAMBER:
+            if kind_of(u, q) != Kind.CHAMBER:
                 d.userdata[int(u[q + AIR_ROW.userdata]) + VOLUME_DATA.pressure] = s[n + NODE.pressure]
     if until > 1.0 - RESTING and calm(s, nodes, step, gas, gamma):
         if one_midpoint(s, nodes, edges, step, gas, gamma):
@@ -373,7 +373,8 @@ def write_rates(m: Any, d: Any, nodes: int, s: Any, plain: bool) -> None:
     for n in range(FIRST_BLOCK, nodes, NODE_NUMBERS):
         actuator = int(s[n + NODE.actuator])
         adr, q = m.actuator_actadr[actuator], m.nuser_actuator * actuator
-        if u[q + 1] == KIND_STORE:
+        kind = kind_of(u, q)
+        if kind == Kind.STORE:
             outflow = (act[adr + STORE_ACT.mass] - s[n + NODE.mass]) / step
             act_dot[adr + STORE_ACT.mass] = -outflow
             act_dot[adr + STORE_ACT.temperature] = store_temperature_rate(
@@ -387,7 +388,7 @@ def write_rates(m: Any, d: Any, nodes: int, s: Any, plain: bool) -> None:
         else:
             act_dot[adr + CHAMBER_ACT.mass] = (s[n + NODE.mass] - act[adr + CHAMBER_ACT.mass]) / step
             act_dot[adr + CHAMBER_ACT.sigma] = (s[n + NODE.sigma] - act[adr + CHAMBER_ACT.sigma]) / step
-        if u[q + 1] == KIND_CHAMBER:
+        if kind == Kind.CHAMBER:
             place = int(u[q + AIR_ROW.userdata])
             grown = data[place + CHAMBER_DATA.volume] - act[adr + CHAMBER_ACT.last_volume]
             risen = data[place + CHAMBER_DATA.pressure] - act[adr + CHAMBER_ACT.last_pressure]

@@ -1,7 +1,7 @@
 """Muscles, chambers, valves and the passive ankle as MuJoCo actuator callbacks.
 
-Every actuator of this project carries its parameters in `actuator_user`, behind a mark and a kind;
-its states are in `act`, its input in `ctrl`:
+Every actuator of this project carries its parameters in `actuator_user`, behind the number of their layout
+and a kind; its states are in `act`, its input in `ctrl`:
 
     kind     transmission     ctrl                    act
     network  a joint, no force  1 for at rest           own lengths of muscles, displacements of anchors
@@ -19,7 +19,7 @@ its states are in `act`, its input in `ctrl`:
     leg muscle  tendon          –                       activation, fibre, energy
     motor    joint              MuJoCo's own            –
 
-The callbacks are process-global in MuJoCo. They act only on marked actuators, refuse all others, are
+The callbacks are process-global in MuJoCo. They act only on actuators of this layout, refuse all others, are
 installed and restored by `installed`, and never displace somebody else's. The same two functions run
 compiled (function pointers, which `mujoco.batch` requires) or as plain Python.
 
@@ -60,30 +60,30 @@ from afo_sim.physics import passive_moment, register_jitable, spastic_moment
 def force_of(m: Any, d: Any, i: int) -> tuple[int, float]:
     """Force of the actuator i beside its gain: (complaint, force)."""
     u, j = m.actuator_user, m.nuser_actuator * i
-    kind, force = u[j + 1], 0.0
-    if kind == slots.KIND_MUSCLE:
+    kind, force = slots.kind_of(u, j), 0.0
+    if kind == slots.Kind.MUSCLE:
         leader = m.nuser_actuator * int(u[j + slots.MUSCLE_ROW.leader])
         tension = d.userdata[int(u[leader + slots.MUSCLE_ROW.userdata]) + slots.LEADER_DATA.tension]
         if tension == tension and u[j + slots.MUSCLE_ROW.wrap_friction] > 0.0:
             tension, _ = behind_guides(m, d, i, j, tension)
         force = 0.0 - tension
-    elif kind == slots.KIND_PASSIVE:
+    elif kind == slots.Kind.PASSIVE:
         scale, offset = u[j + slots.PASSIVE_ROW.scale], u[j + slots.PASSIVE_ROW.offset]
         force = passive_moment(d.actuator_length[i], d.ctrl[i], scale, offset)
         force -= u[j + slots.PASSIVE_ROW.load]
         force -= u[j + slots.PASSIVE_ROW.damping] * d.actuator_velocity[i]
-    elif kind == slots.KIND_SPASTIC:
+    elif kind == slots.Kind.SPASTIC:
         moment = spastic_moment(d.actuator_velocity[i], u[j + slots.SPASTIC_ROW.gain])
         force = beside_gain(m, d, i, m.actuator_actadr[i], moment)
-    elif kind == slots.KIND_PAD:
+    elif kind == slots.Kind.PAD:
         force = beside_gain(m, d, i, m.actuator_actadr[i], sole_pad_force(m, d, i, j)[0])
-    elif kind == slots.KIND_LEG_MUSCLE:
+    elif kind == slots.Kind.LEG_MUSCLE:
         force = 0.0 - d.userdata[int(u[j + slots.LEG_MUSCLE_ROW.userdata]) + slots.LEG_MUSCLE_DATA.tension]
-    elif kind == slots.KIND_REFLEX:
+    elif kind == slots.Kind.REFLEX:
         force = toe_moment(m, d, i, j)
-    elif kind == slots.KIND_GRIP:
+    elif kind == slots.Kind.GRIP:
         force = grip_bias(m, d, i, j)
-    elif kind == slots.KIND_MOTOR:
+    elif kind == slots.Kind.MOTOR:
         force = 0.0 - u[j + slots.SPASTIC_ROW.gain] * d.actuator_velocity[i]
     return FINE if force == force else NO_NUMBER, force
 
@@ -92,28 +92,28 @@ def force_of(m: Any, d: Any, i: int) -> tuple[int, float]:
 def rate_of(m: Any, d: Any, i: int) -> tuple[int, int, float]:
     """Rates of the actuator i: (complaint, actuator that it is of, rate of the only state of one)."""
     u, j = m.actuator_user, m.nuser_actuator * i
-    kind, complaint, actuator, rate = u[j + 1], FINE, i, 0.0
-    if kind == slots.KIND_NETWORK:
+    kind, complaint, actuator, rate = slots.kind_of(u, j), FINE, i, 0.0
+    if kind == slots.Kind.NETWORK:
         complaint, actuator = network_dyn(m, d, i, j)
-    elif kind in (slots.KIND_CHAMBER, slots.KIND_VOLUME, slots.KIND_STORE):
+    elif kind in (slots.Kind.CHAMBER, slots.Kind.VOLUME, slots.Kind.STORE):
         air_dyn(m, d, j)
-    elif kind == slots.KIND_RESTRICTION:
+    elif kind == slots.Kind.RESTRICTION:
         restriction_dyn(m, d, i, j)
-    elif kind == slots.KIND_DRIVE:
+    elif kind == slots.Kind.DRIVE:
         complaint = drive_dyn(m, d, i, j)
-    elif kind == slots.KIND_VALVE:
+    elif kind == slots.Kind.VALVE:
         valve_dyn(m, d, i, j)
-    elif kind == slots.KIND_FRICTION:
+    elif kind == slots.Kind.FRICTION:
         rate = friction_dyn(m, d, i, j)
-    elif kind == slots.KIND_REFLEX:
+    elif kind == slots.Kind.REFLEX:
         reflex_dyn(m, d, i, j)
-    elif kind == slots.KIND_LEG_MUSCLE:
+    elif kind == slots.Kind.LEG_MUSCLE:
         leg_muscle_dyn(m, d, i, j)
-    elif kind == slots.KIND_GRIP:
+    elif kind == slots.Kind.GRIP:
         grip_dyn(m, d, i, j)
-    elif kind == slots.KIND_PAD:
+    elif kind == slots.Kind.PAD:
         rate = (sole_pad_force(m, d, i, j)[1] - d.act[m.actuator_actadr[i]]) / m.opt.timestep
-    elif kind == slots.KIND_SPASTIC:
+    elif kind == slots.Kind.SPASTIC:
         gain = u[j + slots.SPASTIC_ROW.gain]
         damping = 0.5 * gain if spastic_moment(d.actuator_velocity[i], gain) < 0.0 else 0.0
         rate = (damping - d.act[m.actuator_actadr[i]]) / m.opt.timestep

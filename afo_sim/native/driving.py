@@ -7,18 +7,17 @@ from afo_sim.common import AMBIENT_PRESSURE
 from afo_sim.native.error_codes import FINE, NO_TARGET
 from afo_sim.native.slots import (
     AIR_ROW,
-    BANG_BANG,
     CHAMBER_DATA,
     CHAMBER_ROW,
     DRIVE_ACT,
     DRIVE_DATA,
     DRIVE_ROW,
-    KIND_CHAMBER,
-    PWM,
-    REGULATOR,
     VALVE_ACT,
     VALVE_ROW,
     VOLUME_DATA,
+    DriveKind,
+    Kind,
+    kind_of,
 )
 from afo_sim.physics import (
     NEVER,
@@ -65,7 +64,7 @@ def hold(m: Any, d: Any, j: int) -> float:
     if before < 0 or not u[j + VALVE_ROW.hold_decay] > 0.0:
         return 0.0
     q = m.nuser_actuator * before
-    pressure = CHAMBER_DATA.pressure if u[q + 1] == KIND_CHAMBER else VOLUME_DATA.pressure
+    pressure = CHAMBER_DATA.pressure if kind_of(u, q) == Kind.CHAMBER else VOLUME_DATA.pressure
     gauge = max(d.userdata[int(u[q + AIR_ROW.userdata]) + pressure] - AMBIENT_PRESSURE, 1.0)
     return u[j + VALVE_ROW.hold_decay] * max(math.log(u[j + VALVE_ROW.hold_pressure] / gauge), 0.0)
 
@@ -99,7 +98,7 @@ def drive_dyn(m: Any, d: Any, i: int, j: int) -> int:
     a, place, target = m.actuator_actadr[i], int(u[j + DRIVE_ROW.userdata]), d.ctrl[i]
     if target != target:
         return NO_TARGET
-    chamber = m.nuser_actuator * int(u[j + DRIVE_ROW.chamber])
+    kind, chamber = int(u[j + DRIVE_ROW.kind]), m.nuser_actuator * int(u[j + DRIVE_ROW.chamber])
     pressure = d.userdata[int(u[chamber + AIR_ROW.userdata]) + CHAMBER_DATA.pressure] - AMBIENT_PRESSURE
     stage = act[a + DRIVE_ACT.stage]
     inlet_last, outlet_last = act[a + DRIVE_ACT.inlet_last], act[a + DRIVE_ACT.outlet_last]
@@ -114,7 +113,7 @@ def drive_dyn(m: Any, d: Any, i: int, j: int) -> int:
         given, clock = act[a + DRIVE_ACT.given], act[a + DRIVE_ACT.clock]
         if stage < ON - 0.5:  # it was off
             integral, given, clock = 0.0, 0.0, u[j + DRIVE_ROW.least_off]
-            if u[j + DRIVE_ROW.kind] == PWM:  # the first pulse comes at once, and goes on where a coil is on
+            if kind == DriveKind.PWM:  # the first pulse comes at once, and goes on where a coil is on
                 clock = u[j + DRIVE_ROW.period]
                 given = clock if inlet_last > 0.5 else (-clock if outlet_last > 0.5 else 0.0)
         was, then = given, clock
@@ -123,11 +122,11 @@ def drive_dyn(m: Any, d: Any, i: int, j: int) -> int:
         )
         inlet_on, outlet_on = inlet > 0.0, outlet > 0.0
         inlet_rises, outlet_rises = inlet_on and inlet_last < 0.5, outlet_on and outlet_last < 0.5
-        if u[j + DRIVE_ROW.kind] == PWM:
+        if kind == DriveKind.PWM:
             period, anew = u[j + DRIVE_ROW.period], clock < then + 0.5 * step
             inlet_rises, inlet_on = pulse_edges(was, given, clock, anew, period)
             outlet_rises, outlet_on = pulse_edges(-was, -given, clock, anew, period)
-        if u[j + DRIVE_ROW.kind] == REGULATOR:
+        if kind == DriveKind.REGULATOR:
             inlet_on = still_open(m, d, int(u[chamber + CHAMBER_ROW.inlet]), inlet, inlet_last)
             outlet_on = still_open(m, d, int(u[chamber + CHAMBER_ROW.outlet]), outlet, outlet_last)
     act_dot[a + DRIVE_ACT.reading] = (reading - act[a + DRIVE_ACT.reading]) / step
@@ -154,8 +153,9 @@ def driven(
     u: Any, j: int, integral: float, given: float, clock: float, error: float, rate: float, step: float
 ) -> tuple[float, float, float, float, float]:
     """Coils of inlet and outlet [-], and integral, given side or pulse, and clock after the step."""
-    kind, least_on, least_off = u[j + DRIVE_ROW.kind], u[j + DRIVE_ROW.least_on], u[j + DRIVE_ROW.least_off]
-    if kind == BANG_BANG:
+    kind = int(u[j + DRIVE_ROW.kind])
+    least_on, least_off = u[j + DRIVE_ROW.least_on], u[j + DRIVE_ROW.least_off]
+    if kind == DriveKind.BANG_BANG:
         side = two_point(
             error, given, clock, u[j + DRIVE_ROW.dead_band], u[j + DRIVE_ROW.release], least_on, least_off
         )
@@ -165,7 +165,7 @@ def driven(
         error, rate, integral, u[j + DRIVE_ROW.full_at], u[j + DRIVE_ROW.integral_rate],
         u[j + DRIVE_ROW.derivative_time], u[j + DRIVE_ROW.dead_band], step,
     )  # fmt: skip
-    if kind != PWM:
+    if kind != DriveKind.PWM:
         return max(output, 0.0), max(-output, 0.0), integral, output, clock
     coming = pulse_width(output, u[j + DRIVE_ROW.period], least_on, least_off)
     inlet, outlet, clock, given = pulses(clock, given, u[j + DRIVE_ROW.period], coming, step)

@@ -1,6 +1,5 @@
 """Parameters of a circuit into a compiled model, its first air, and whether its muscles pull."""
 
-import functools
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import astuple
@@ -22,7 +21,7 @@ from afo_sim.native.circuit import (
     circuit_ids,
 )
 from afo_sim.native.install import assert_live, assert_rows
-from afo_sim.native.rows import muscle_row, row
+from afo_sim.native.rows import muscle_row, of_kind, row
 from afo_sim.native.scratch_data import jacobian, scratch
 from afo_sim.native.state import air_at, gas_of, read_flows, write_air, write_rest
 from afo_sim.physics import INERTIAL, laminar_slope
@@ -90,7 +89,7 @@ def fill_air_path(
     user, gamma = model.actuator_user[:, : slots.N_USER], circuit.heat_capacity_ratio
     for volume in circuit.volumes:
         user[ids.volumes[volume.name]] = row(
-            slots.KIND_VOLUME, start=volume.start,
+            slots.Kind.VOLUME, start=volume.start,
             start_as=ids.chambers[volume.start_as] if volume.start_as else -1, power=volume.volume**-gamma,
             volume=volume.volume, wall_conductance=volume.wall_conductance,
             wall_conductance_by_flow=volume.wall_conductance_by_flow, userdata=data, **nodes[volume.name],
@@ -98,7 +97,7 @@ def fill_air_path(
         data += len(slots.VOLUME_DATA)
     for store in circuit.stores:
         values = {**store.row, **nodes[store.name]}
-        user[ids.stores[store.name]] = row(slots.KIND_STORE, content=store.content, userdata=data, **values)
+        user[ids.stores[store.name]] = row(slots.Kind.STORE, content=store.content, userdata=data, **values)
         data += len(slots.VOLUME_DATA)
     numbers = {AMBIENT_NAME: AMBIENT, SUPPLY_NAME: SUPPLY}
     numbers |= {name: int(node["number"]) for name, node in nodes.items()}
@@ -108,24 +107,22 @@ def fill_air_path(
         edge["tank"] = ids.volumes.get(each.end, -1)
         if each.valve is not None:
             values = {**each.valve, **edge}
-            user[ids.valves[each.name]] = row(slots.KIND_VALVE, parameters=parameters, **values)
+            user[ids.valves[each.name]] = row(slots.Kind.VALVE, parameters=parameters, **values)
         else:
             values = {"conductance": each.conductance, "critical_ratio": each.critical_ratio, **edge}
-            user[ids.restrictions[each.name]] = row(slots.KIND_RESTRICTION, parameters=parameters, **values)
+            user[ids.restrictions[each.name]] = row(slots.Kind.RESTRICTION, parameters=parameters, **values)
         data += slots.EDGE_DATA
 
 
 def start_air_path(model: mujoco.MjModel, data: mujoco.MjData, gauge: Mapping[int, float]) -> None:
     """Put the first air into volumes; fill stores at ambient temperature, before `model/start.py` takes."""
     rows = model.actuator_user
-    if rows.shape[1] < slots.N_USER:  # none of this project's
-        return
-    for store in _of_kind(model, slots.KIND_STORE):
+    for store in of_kind(model, slots.Kind.STORE):
         write_content(model, data.act, store, float(rows[store, slots.STORE_ROW.content]))
-    for i in _of_kind(model, slots.KIND_RESTRICTION):
+    for i in of_kind(model, slots.Kind.RESTRICTION):
         if rows[i, slots.EDGE_ROW.law] == INERTIAL:  # its air is at rest
             data.act[model.actuator_actadr[i] + slots.RESTRICTION_ACT.state] = 0.0
-    for i in _of_kind(model, slots.KIND_VOLUME):
+    for i in of_kind(model, slots.Kind.VOLUME):
         at, gas = model.actuator_actadr[i], gas_of(model, i)
         as_chamber = int(rows[i, slots.VOLUME_ROW.start_as])
         pressure = gauge[as_chamber] if as_chamber >= 0 else float(rows[i, slots.VOLUME_ROW.start])
@@ -162,7 +159,7 @@ def fill_circuit(
             problem = f"a network has {len(network.anchors)} anchors; there is room for {slots.MAX_ANCHORS}"
             raise ValueError(problem)
         user[actuator] = row(
-            slots.KIND_NETWORK,
+            slots.Kind.NETWORK,
             first_chamber=ids.chambers[network.chambers[0]],
             state=state,
             userdata=data,
@@ -176,7 +173,7 @@ def fill_circuit(
     fill_air_path(model, circuit, ids, nodes, edges, data)
     for muscle in circuit.muscles:
         if muscle.name in ids.frictions:
-            user[ids.frictions[muscle.name]] = row(slots.KIND_FRICTION, muscle=ids.muscles[muscle.tendons[0]])
+            user[ids.frictions[muscle.name]] = row(slots.Kind.FRICTION, muscle=ids.muscles[muscle.tendons[0]])
     fill_inverse_masses(model)
     return ids
 
@@ -186,7 +183,7 @@ def fill_inverse_masses(model: mujoco.MjModel) -> None:
     data = scratch(model)
     mujoco.mj_fwdPosition(model, data)
     arms, moved = jacobian(model, data), np.zeros((1, model.nv))
-    for muscle in _of_kind(model, slots.KIND_MUSCLE):
+    for muscle in of_kind(model, slots.Kind.MUSCLE):
         mujoco.mj_solveM(model, data, moved, arms[muscle : muscle + 1])
         model.actuator_user[muscle, slots.MUSCLE_ROW.inverse_mass] = float(moved[0] @ arms[muscle])
 
@@ -198,7 +195,7 @@ def _fill_chamber(
     """The rows of a chamber and its valves."""
     user = _rows(model)
     user[ids.chambers[chamber.name]] = row(
-        slots.KIND_CHAMBER, first_muscle=first_muscle, next=next_chamber,
+        slots.Kind.CHAMBER, first_muscle=first_muscle, next=next_chamber,
         inlet=ids.valves[f"{chamber.name}_inlet"], outlet=ids.valves[f"{chamber.name}_outlet"],
         volume=chamber.tube_volume, wall_conductance=chamber.wall_conductance,
         wall_conductance_by_flow=chamber.wall_conductance_by_flow, userdata=data, **nodes[chamber.name],
@@ -211,14 +208,14 @@ def _fill_chamber(
         key, own = f"{chamber.name}_{side}", valve.row
         slope = laminar_slope(own["conductance"], own["critical_ratio"])
         values = {**own, **edges[key], "place": data + place, "steepness": slope, "follows": follows}
-        user[ids.valves[key]] = row(slots.KIND_VALVE, **values)
+        user[ids.valves[key]] = row(slots.Kind.VALVE, **values)
 
 
 def _fill_drive(model: mujoco.MjModel, ids: CircuitIds, chamber: CircuitChamber, data: int) -> None:
     """The rows of a drive, and of the valves that take their coils from it."""
     user, name, drive = _rows(model), chamber.name, chamber.drive
     assert drive is not None
-    user[ids.drives[name]] = row(slots.KIND_DRIVE, chamber=ids.chambers[name], userdata=data, **drive.row)
+    user[ids.drives[name]] = row(slots.Kind.DRIVE, chamber=ids.chambers[name], userdata=data, **drive.row)
     for side, place in (("inlet", slots.DRIVE_DATA.inlet_coil), ("outlet", slots.DRIVE_DATA.outlet_coil)):
         actuator = ids.valves[f"{name}_{side}"]
         user[actuator, slots.VALVE_ROW.coil] = data + place + 1.0
@@ -241,7 +238,7 @@ def _fill_muscle(
 
 def fill_chambers(model: mujoco.MjModel, data: mujoco.MjData, pressure: float | Mapping[int, float]) -> None:
     """Set chambers to gauge pressures at ambient temperature, and muscles and anchors at rest with them."""
-    chambers, networks = _of_kind(model, slots.KIND_CHAMBER), _of_kind(model, slots.KIND_NETWORK)
+    chambers, networks = of_kind(model, slots.Kind.CHAMBER), of_kind(model, slots.Kind.NETWORK)
     gauge = {c: pressure.get(c, 0.0) if isinstance(pressure, Mapping) else pressure for c in chambers}
     for chamber in chambers:
         of_any_volume = air_at(gauge[chamber], 1e-3, gas_of(model, chamber))
@@ -257,7 +254,7 @@ def fill_chambers(model: mujoco.MjModel, data: mujoco.MjData, pressure: float | 
 
 def volume_at_rest(model: mujoco.MjModel, data: mujoco.MjData, chamber: int) -> Callable[[float], float]:
     """The volume of a chamber with its muscles at rest [m³], by its absolute pressure [Pa]; others stay."""
-    networks = _of_kind(model, slots.KIND_NETWORK)
+    networks = of_kind(model, slots.Kind.NETWORK)
     at = model.actuator_actadr[chamber] + slots.CHAMBER_ACT.last_pressure
 
     def volume(pressure: float) -> float:
@@ -279,11 +276,11 @@ def _solve_at_rest(model: mujoco.MjModel, data: mujoco.MjData, networks: list[in
 def step_back(model: mujoco.MjModel, data: mujoco.MjData) -> None:
     """Give muscles, anchors and volumes the past that the present velocity implies, for a start in motion."""
     here = data.qpos.copy()
-    networks = _of_kind(model, slots.KIND_NETWORK)
+    networks = of_kind(model, slots.Kind.NETWORK)
     mujoco.mj_integratePos(model, data.qpos, data.qvel, -model.opt.timestep)
     _solve_at_rest(model, data, networks)
     data.qpos[:] = here
-    for chamber in _of_kind(model, slots.KIND_CHAMBER):
+    for chamber in of_kind(model, slots.Kind.CHAMBER):
         last = float(read_flows(model, data.userdata, chamber).volume)
         data.act[model.actuator_actadr[chamber] + slots.CHAMBER_ACT.last_volume] = last
     for network in networks:
@@ -297,13 +294,13 @@ def assert_muscles_pull(model: mujoco.MjModel, state: np.ndarray) -> None:
     mujoco.mj_setState(model, data, state, mujoco.mjtState.mjSTATE_INTEGRATION)
     fill_chambers(model, data, LIVE_PRESSURE)
     mujoco.mj_forward(model, data)
-    assert_live(model, data, _of_kind(model, slots.KIND_MUSCLE))
+    assert_live(model, data, of_kind(model, slots.Kind.MUSCLE))
 
 
 def muscle_rows(model: mujoco.MjModel) -> bytes:
     """Sizes of a model, and what its muscles, their air and anchors are: all that those carry at rest."""
-    kinds = slots.KIND_MUSCLE, slots.KIND_CHAMBER, slots.KIND_NETWORK, slots.KIND_VOLUME, slots.KIND_STORE
-    muscles, *others = (_of_kind(model, kind) for kind in kinds)
+    kinds = slots.Kind.MUSCLE, slots.Kind.CHAMBER, slots.Kind.NETWORK, slots.Kind.VOLUME, slots.Kind.STORE
+    muscles, *others = (of_kind(model, kind) for kind in kinds)
     rows = model.actuator_user[muscles]
     rows[:, slots.MUSCLE_ROW.inverse_mass] = 0.0  # of whom they move, which no muscle at rest asks
     rest = model.actuator_user[[i for found in others for i in found]]
@@ -313,17 +310,3 @@ def muscle_rows(model: mujoco.MjModel) -> bytes:
 def _rows(model: mujoco.MjModel) -> np.ndarray:
     """The actuators' parameters, written in place; somebody else's may be wider (nu, slots.N_USER)."""
     return model.actuator_user[:, : slots.N_USER]
-
-
-def _of_kind(model: mujoco.MjModel, kind: float) -> list[int]:
-    """Ids of this project's actuators of one kind."""
-    return _kinds(model.actuator_user[:, :2].tobytes()).get(kind, [])
-
-
-@functools.lru_cache(maxsize=16)  # models of one layout have the same
-def _kinds(marks: bytes) -> dict[float, list[int]]:
-    found: dict[float, list[int]] = {}
-    for i, (mark, kind) in enumerate(np.frombuffer(marks).reshape(-1, 2).tolist()):
-        if mark == slots.MARK:
-            found.setdefault(kind, []).append(i)
-    return found

@@ -20,6 +20,7 @@ from afo_sim.native.error_codes import COMPLAINTS, FINE
 from afo_sim.native.guides import behind_guides
 from afo_sim.native.network import network_dyn
 from afo_sim.native.refuse import marked_only
+from afo_sim.native.rows import of_kind
 from afo_sim.native.struct_layout import verify
 
 Mode = Literal["native", "python"]
@@ -193,41 +194,41 @@ def asks_for_callback(model: mujoco.MjModel) -> np.ndarray:
 
 
 # Places of a row that name other actuators: of what kind, and whether −1, none, will do.
-REFERENCES: dict[float, dict[int, tuple[float, bool]]] = {kind: {} for kind in slots.ROWS} | {
-    slots.KIND_MUSCLE: {
-        slots.MUSCLE_ROW.leader: (slots.KIND_MUSCLE, False),
-        slots.MUSCLE_ROW.chamber: (slots.KIND_CHAMBER, False),
-        slots.MUSCLE_ROW.next: (slots.KIND_MUSCLE, True),
-        slots.MUSCLE_ROW.friction_states: (slots.KIND_FRICTION, True),
+REFERENCES: dict[slots.Kind, dict[int, tuple[slots.Kind, bool]]] = {kind: {} for kind in slots.ROWS} | {
+    slots.Kind.MUSCLE: {
+        slots.MUSCLE_ROW.leader: (slots.Kind.MUSCLE, False),
+        slots.MUSCLE_ROW.chamber: (slots.Kind.CHAMBER, False),
+        slots.MUSCLE_ROW.next: (slots.Kind.MUSCLE, True),
+        slots.MUSCLE_ROW.friction_states: (slots.Kind.FRICTION, True),
     },
-    slots.KIND_CHAMBER: {
-        slots.CHAMBER_ROW.first_muscle: (slots.KIND_MUSCLE, True),
-        slots.CHAMBER_ROW.next: (slots.KIND_CHAMBER, True),
-        slots.CHAMBER_ROW.inlet: (slots.KIND_VALVE, False),
-        slots.CHAMBER_ROW.outlet: (slots.KIND_VALVE, False),
+    slots.Kind.CHAMBER: {
+        slots.CHAMBER_ROW.first_muscle: (slots.Kind.MUSCLE, True),
+        slots.CHAMBER_ROW.next: (slots.Kind.CHAMBER, True),
+        slots.CHAMBER_ROW.inlet: (slots.Kind.VALVE, False),
+        slots.CHAMBER_ROW.outlet: (slots.Kind.VALVE, False),
     },
-    slots.KIND_DRIVE: {slots.DRIVE_ROW.chamber: (slots.KIND_CHAMBER, False)},
-    slots.KIND_FRICTION: {slots.FRICTION_ROW.muscle: (slots.KIND_MUSCLE, False)},
-    slots.KIND_GRIP: {slots.GRIP_ROW.pad: (slots.KIND_PAD, False)},
-    slots.KIND_REFLEX: {
-        slots.REFLEX_ROW.other: (slots.KIND_REFLEX, False),
-        slots.REFLEX_ROW.muscle: (slots.KIND_LEG_MUSCLE, False),
-        slots.REFLEX_ROW.pad: (slots.KIND_PAD, False),
-        slots.REFLEX_ROW.tissue: (slots.KIND_PASSIVE, False),
+    slots.Kind.DRIVE: {slots.DRIVE_ROW.chamber: (slots.Kind.CHAMBER, False)},
+    slots.Kind.FRICTION: {slots.FRICTION_ROW.muscle: (slots.Kind.MUSCLE, False)},
+    slots.Kind.GRIP: {slots.GRIP_ROW.pad: (slots.Kind.PAD, False)},
+    slots.Kind.REFLEX: {
+        slots.REFLEX_ROW.other: (slots.Kind.REFLEX, False),
+        slots.REFLEX_ROW.muscle: (slots.Kind.LEG_MUSCLE, False),
+        slots.REFLEX_ROW.pad: (slots.Kind.PAD, False),
+        slots.REFLEX_ROW.tissue: (slots.Kind.PASSIVE, False),
     },
-    slots.KIND_NETWORK: {slots.NETWORK_ROW.first_chamber: (slots.KIND_CHAMBER, False)},
+    slots.Kind.NETWORK: {slots.NETWORK_ROW.first_chamber: (slots.Kind.CHAMBER, False)},
 }
 
 
 def assert_rows(model: mujoco.MjModel) -> None:
     """Check that this project's actuators, and all that ask for a callback, name actuators that exist."""
-    rows, nu = model.actuator_user, model.nu
-    lost, (i, slot, kind, optional) = _references(rows[:, :2].tobytes(), asks_for_callback(model).tobytes())
+    rows, nu, asks = model.actuator_user, model.nu, asks_for_callback(model).tobytes()
+    lost, (i, slot, kind, optional) = _references(rows[:, : slots.FIRST].tobytes(), asks)
     if lost is not None:
         raise CallbackError(f"actuator {model.actuator(lost).name!r} has lost its parameters")
     other = rows[i, slot]
     there = (other >= 0.0) & (other < nu) & (other == np.floor(other))
-    there &= rows[np.where(there, other, 0.0).astype(int), 1] == kind
+    there &= rows[np.where(there, other, 0.0).astype(int), slots.KIND] == kind
     wrong = np.flatnonzero(~(there | (optional & (other == -1.0))))
     if len(wrong):
         name = model.actuator(int(i[wrong[0]])).name
@@ -235,15 +236,15 @@ def assert_rows(model: mujoco.MjModel) -> None:
 
 
 @functools.lru_cache(maxsize=16)  # models of one layout have the same
-def _references(marks: bytes, asks: bytes) -> tuple[int | None, tuple[np.ndarray, ...]]:
+def _references(heads: bytes, asks: bytes) -> tuple[int | None, tuple[np.ndarray, ...]]:
     """First actuator without parameters; row, place, wanted kind of each reference, whether none will do."""
     found: list[tuple[int, int, float, bool]] = []
-    pairs = np.frombuffer(marks).reshape(-1, 2).tolist()
-    for i, ((mark, kind), asked) in enumerate(zip(pairs, np.frombuffer(asks, bool), strict=True)):
-        if (asked or mark == slots.MARK) and (mark != slots.MARK or kind not in REFERENCES):
+    pairs = np.frombuffer(heads).reshape(-1, slots.FIRST).tolist()
+    for i, (head, asked) in enumerate(zip(pairs, np.frombuffer(asks, bool), strict=True)):
+        if kind := slots.kind_of(head, 0):
+            found += [(i, slot, *wanted) for slot, wanted in REFERENCES[slots.Kind(kind)].items()]
+        elif asked or head[slots.LAYOUT] == slots.THIS_LAYOUT:
             return i, (np.empty(0, int),) * 4
-        if mark == slots.MARK:
-            found += [(i, slot, *wanted) for slot, wanted in REFERENCES[kind].items()]
     rows, places, kinds, optional = np.array(found, float).reshape(-1, 4).T
     return None, (rows.astype(int), places.astype(int), kinds, optional > 0.0)
 
@@ -252,8 +253,7 @@ def assert_live(model: mujoco.MjModel, data: mujoco.MjData, muscles: Sequence[in
     """Check, against the kernels run as plain Python, that every muscle really pulls."""
     plain, flat, found = _flat(model), _FlatData(data), data.userdata.copy()
     data.userdata[:] = 0.0
-    ours = model.actuator_user[:, 0] == slots.MARK
-    for network in map(int, np.flatnonzero(ours & (model.actuator_user[:, 1] == slots.KIND_NETWORK))):
+    for network in of_kind(model, slots.Kind.NETWORK):
         complaint, actuator = network_dyn(plain, flat, network, model.nuser_actuator * network)
         if complaint != FINE:
             raise CallbackError(f"{COMPLAINTS[complaint]} {actuator}")

@@ -18,10 +18,11 @@ from afo_sim.native.error_codes import FINE
 from afo_sim.native.muscle import sole_pad_force
 from afo_sim.native.slots import (
     GRIP_ACT,
-    KIND_LEG_MUSCLE,
     LEG_MUSCLE_DATA,
     LEG_MUSCLE_ROW,
     REFLEX_ROW,
+    Kind,
+    kind_of,
     places,
 )
 from afo_sim.native.walker import floor_at, held_by_floor, leg_muscle_dyn, rate_now, reflexes_of, toe_moment
@@ -245,7 +246,7 @@ def paths(m: Any, d: Any, p: Any, s: Any, pulling: bool) -> None:
         a = PATH_PLANS + k * len(PATH)
         i = int(p[a + PATH.actuator])
         row = rows * i
-        own = u[row + 1] == KIND_LEG_MUSCLE
+        own = kind_of(u, row) == Kind.LEG_MUSCLE
         if own and pulling:
             continue
         if p[a + PATH.first] > 0.0:

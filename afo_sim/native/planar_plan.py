@@ -16,7 +16,7 @@ from afo_sim.native.planar import (
     SegmentPlan,
     before,
 )
-from afo_sim.native.slots import KIND_GRIP, KIND_MUSCLE, KIND_REFLEX, MUSCLE_ROW
+from afo_sim.native.slots import KIND, MUSCLE_ROW, Kind
 
 SITE = int(mujoco.mjtWrap.mjWRAP_SITE)
 # what a leg's file may ask of MuJoCo's steps that these do not know
@@ -50,7 +50,7 @@ def plan_of(model: mujoco.MjModel, pads: np.ndarray, trunk: int, feet: tuple[int
 def _planar(model: mujoco.MjModel) -> bool:
     """Whether all joints and paths are such as the steps know."""
     slides, hinges = np.split(model.jnt_axis, [2])
-    muscles = model.actuator_user[model.actuator_user[:, 1] == KIND_MUSCLE]
+    muscles = model.actuator_user[model.actuator_user[:, KIND] == Kind.MUSCLE]
     kinds = [mujoco.mjtJoint.mjJNT_SLIDE] * 2 + [mujoco.mjtJoint.mjJNT_HINGE] * SEGMENTS
     return bool(
         model.nv == DOFS
@@ -100,7 +100,7 @@ def _points(
         k = segments[model.site_bodyid[site]]
         x, _, z = data.site_xpos[site] - hinges[k]
         alike = np.flatnonzero(model.actuator_trnid[:, 0] == site)
-        (grip,) = (i for i in alike if model.actuator_user[i, 1] == KIND_GRIP)
+        (grip,) = (i for i in alike if model.actuator_user[i, KIND] == Kind.GRIP)
         yield PointPlan._make((k, x, z, pad, grip))
 
 
@@ -131,7 +131,7 @@ def _others(model: mujoco.MjModel) -> Iterator[OtherPlan]:
     """What acts at a joint, in the order of the actuators, but the reflexes, which come first."""
     early = model.actuator_actearly
     for i in np.flatnonzero(model.actuator_trntype == mujoco.mjtTrn.mjTRN_JOINT):
-        if model.actuator_user[i, 1] != KIND_REFLEX:
+        if model.actuator_user[i, KIND] != Kind.REFLEX:
             state = model.actuator_actadr[i] if model.actuator_actnum[i] == 1 else -1
             gear = model.actuator_gear[i, 0]
             yield OtherPlan._make((i, model.actuator_trnid[i, 0], gear, state, early[i]))

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from typing import Any
 
 from afo_sim.native.error_codes import NO_MARK
-from afo_sim.native.slots import MARK, N_USER
+from afo_sim.native.slots import N_USER, kind_of
 from afo_sim.physics import register_jitable
 
 Kernel = Callable[[Any, Any, int], float]
@@ -22,7 +22,7 @@ def marked_only(kernel: Kernel, fail: Callable[[int, int], None]) -> Kernel:
     known = register_jitable(kernel)
 
     def callback(m: Any, d: Any, i: int) -> float:
-        if m.nuser_actuator < N_USER or m.actuator_user[m.nuser_actuator * i] != MARK:
+        if m.nuser_actuator < N_USER or not kind_of(m.actuator_user, m.nuser_actuator * i):
             if m.signature != 0 or d.time != 0.0:
                 fail(NO_MARK, i)
             return 0.0

@@ -1,8 +1,9 @@
-"""Rows of `actuator_user`, written by the names of their numbers."""
+"""Rows of `actuator_user`, written by the names of their numbers, found by their kinds."""
 
 from collections.abc import Sequence
 from typing import Any
 
+import mujoco
 import numpy as np
 
 from afo_sim.native import slots
@@ -16,12 +17,12 @@ _TIMES = {"closing_delay", "closing_ramp", "opening_delay", "opening_ramp"}
 _TIMES |= {"threshold", "hold_decay", "hold_pressure"}
 _SOME = {"bandwidth", "coil", "dead_band", "follows", "law", "parameters", *_TIMES}
 MAY_LACK = {
-    slots.KIND_MUSCLE: {"inverse_mass", "law_volume", "return_stiffness", "returning", *_LOSSES, *_RUBBER},
-    slots.KIND_CHAMBER: {"real_gas"},
-    slots.KIND_VOLUME: {"real_gas"},
-    slots.KIND_STORE: {"wall_conductance_by_flow"},
-    slots.KIND_VALVE: _SOME,
-    slots.KIND_RESTRICTION: _SOME,
+    slots.Kind.MUSCLE: {"inverse_mass", "law_volume", "return_stiffness", "returning", *_LOSSES, *_RUBBER},
+    slots.Kind.CHAMBER: {"real_gas"},
+    slots.Kind.VOLUME: {"real_gas"},
+    slots.Kind.STORE: {"wall_conductance_by_flow"},
+    slots.Kind.VALVE: _SOME,
+    slots.Kind.RESTRICTION: _SOME,
 }
 _PLACES = {
     kind: {name: getattr(table, name) for table in tables for name in table._fields}
@@ -30,12 +31,12 @@ _PLACES = {
 _NEEDED = {kind: found.keys() - MAY_LACK.get(kind, set()) for kind, found in _PLACES.items()}
 
 
-def row(kind: float, /, **values: float | Sequence[float]) -> np.ndarray:
+def row(kind: slots.Kind, /, **values: float | Sequence[float]) -> np.ndarray:
     """`actuator_user` of an actuator, its numbers by the names of its kind's tables."""
     found, own = np.zeros(slots.N_USER), _PLACES[kind]
     if missing := _NEEDED[kind] - values.keys():
-        raise TypeError(f"a row of kind {kind:g} lacks {', '.join(sorted(missing))}")
-    found[: slots.FIRST] = slots.MARK, kind
+        raise TypeError(f"a row of kind {kind.name} lacks {', '.join(sorted(missing))}")
+    found[: slots.FIRST] = slots.THIS_LAYOUT, kind
     for name, value in values.items():
         if hasattr(value, "__len__"):
             found[own[name] : own[name] + len(value)] = value
@@ -47,7 +48,15 @@ def row(kind: float, /, **values: float | Sequence[float]) -> np.ndarray:
 def muscle_row(*, law: str, braid: Braid, contraction_scale: float = 1.0, **values: Any) -> np.ndarray:
     """`actuator_user` of a muscle, but for its `inverse_mass`, which the compiled model gives."""
     return row(
-        slots.KIND_MUSCLE, law=LAWS[law].native_id, braids=float(LAWS[law].braids),
+        slots.Kind.MUSCLE, law=LAWS[law].native_id, braids=float(LAWS[law].braids),
         nominal_length=braid.nominal_length, nominal_radius=braid.nominal_radius, b=braid.b, lock=braid.lock,
         contraction_scale=contraction_scale, **values,
     )  # fmt: skip
+
+
+def of_kind(model: mujoco.MjModel, kind: slots.Kind) -> list[int]:
+    """Ids of this project's actuators of one kind."""
+    heads = model.actuator_user[:, : slots.FIRST]
+    if model.nuser_actuator < slots.N_USER:
+        return []
+    return list(np.flatnonzero((heads == (slots.THIS_LAYOUT, kind)).all(axis=1)).tolist())

@@ -1,6 +1,6 @@
 """Where the callbacks' numbers stand: rows of `actuator_user`, states in `act`, results in `userdata`.
 
-    row        an actuator's parameters, behind a mark and a kind; `ROWS` says which tables a kind's row has
+    row        an actuator's parameters, behind the layout's number and a kind; `ROWS` has a kind's tables
     act        states, from the actuator's own address on
     userdata   results of the step, from a place on that the row holds
 
@@ -27,6 +27,7 @@ A "last" state, and all states of a network, belong to the posture one step back
 posture is solved anew in each step and stands in `userdata`.
 """
 
+from enum import IntEnum
 from itertools import accumulate
 from typing import Any, NamedTuple
 
@@ -45,18 +46,36 @@ from afo_sim.physics import (
     LAW_VOLUME,
     MAX_COEFFICIENTS,
     MAX_FRICTION_COEFFICIENTS,
+    register_jitable,
 )
 
 RIGID = 1e6  # stiffness of a cable that is called rigid [N/m]: 0.5 mm at 500 N
-MARK = 2840.0  # tells this project's actuators from anybody else's; another number where the places move
-
-KIND_MUSCLE, KIND_CHAMBER, KIND_VALVE, KIND_PASSIVE, KIND_FRICTION = 1.0, 2.0, 3.0, 4.0, 5.0
-KIND_MOTOR, KIND_SPASTIC, KIND_PAD, KIND_NETWORK, KIND_DRIVE = 6.0, 7.0, 8.0, 9.0, 10.0
-KIND_VOLUME, KIND_STORE, KIND_RESTRICTION = 11.0, 12.0, 13.0
-KIND_LEG_MUSCLE, KIND_REFLEX, KIND_GRIP = 14.0, 15.0, 16.0
-BANG_BANG, PWM, REGULATOR = 1.0, 2.0, 3.0  # kinds of a drive
+LAYOUT, KIND, FIRST = 0, 1, 2  # places in every row: the number of its layout, its kind, the first of its own
+THIS_LAYOUT = 2840  # tells this project's rows from anybody else's; another number where the places move
 MAX_ANCHORS = 4  # anchors that the muscles of a network pull on, in series
 LAW_PARAMETERS = 4  # of a flow law
+
+
+class Kind(IntEnum):
+    """Of an actuator."""
+
+    MUSCLE, CHAMBER, VALVE, PASSIVE, FRICTION, MOTOR = 1, 2, 3, 4, 5, 6
+    SPASTIC, PAD, NETWORK, DRIVE, VOLUME, STORE = 7, 8, 9, 10, 11, 12
+    RESTRICTION, LEG_MUSCLE, REFLEX, GRIP = 13, 14, 15, 16
+
+
+class DriveKind(IntEnum):
+    """Of a pressure drive."""
+
+    BANG_BANG, PWM, REGULATOR = 1, 2, 3
+
+
+@register_jitable
+def kind_of(u: Any, j: int) -> int:
+    """Kind of the actuator whose row starts at j; 0 where it is none of this project's."""
+    kind = u[j + KIND]
+    ours = u[j + LAYOUT] == THIS_LAYOUT and 1 <= kind <= KINDS  # which no NaN is: of that `int` is undefined
+    return int(kind) if ours and kind == int(kind) else 0
 
 
 def places(table: Any, first: int = 0, **widths: int) -> Any:
@@ -241,7 +260,6 @@ class PadRow(NamedTuple):
     damping: int
 
 
-FIRST = 2  # place in a row behind the mark and the kind
 MUSCLE_ROW: MuscleRow = places(
     MuscleRow,
     FIRST,
@@ -265,14 +283,15 @@ PAD_ROW: PadRow = places(PadRow, FIRST)
 LEG_MUSCLE_ROW: LegMuscleRow = places(LegMuscleRow, FIRST)
 REFLEX_ROW: ReflexRow = places(ReflexRow, FIRST, gains=len(GAINS))
 GRIP_ROW: GripRow = places(GripRow, FIRST)
+KINDS = len(Kind)
 N_USER = MUSCLE_ROW.coefficients + MAX_COEFFICIENTS  # numbers of a row
-ROWS: dict[float, tuple[Any, ...]] = {
-    KIND_MUSCLE: (MUSCLE_ROW,), KIND_CHAMBER: (CHAMBER_ROW, AIR_ROW), KIND_VOLUME: (VOLUME_ROW, AIR_ROW),
-    KIND_STORE: (STORE_ROW, AIR_ROW), KIND_NETWORK: (NETWORK_ROW,), KIND_VALVE: (VALVE_ROW, EDGE_ROW),
-    KIND_RESTRICTION: (VALVE_ROW, EDGE_ROW), KIND_DRIVE: (DRIVE_ROW,), KIND_PASSIVE: (PASSIVE_ROW,),
-    KIND_FRICTION: (FRICTION_ROW,), KIND_SPASTIC: (SPASTIC_ROW,), KIND_PAD: (PAD_ROW,),
-    KIND_MOTOR: (SPASTIC_ROW,), KIND_LEG_MUSCLE: (LEG_MUSCLE_ROW,), KIND_REFLEX: (REFLEX_ROW,),
-    KIND_GRIP: (GRIP_ROW,),
+ROWS: dict[Kind, tuple[Any, ...]] = {
+    Kind.MUSCLE: (MUSCLE_ROW,), Kind.CHAMBER: (CHAMBER_ROW, AIR_ROW), Kind.VOLUME: (VOLUME_ROW, AIR_ROW),
+    Kind.STORE: (STORE_ROW, AIR_ROW), Kind.NETWORK: (NETWORK_ROW,), Kind.VALVE: (VALVE_ROW, EDGE_ROW),
+    Kind.RESTRICTION: (VALVE_ROW, EDGE_ROW), Kind.DRIVE: (DRIVE_ROW,), Kind.PASSIVE: (PASSIVE_ROW,),
+    Kind.FRICTION: (FRICTION_ROW,), Kind.SPASTIC: (SPASTIC_ROW,), Kind.PAD: (PAD_ROW,),
+    Kind.MOTOR: (SPASTIC_ROW,), Kind.LEG_MUSCLE: (LEG_MUSCLE_ROW,), Kind.REFLEX: (REFLEX_ROW,),
+    Kind.GRIP: (GRIP_ROW,),
 }  # fmt: skip
 # what other rooms read of a muscle
 MUSCLE_CHAMBER, MUSCLE_NOMINAL_LENGTH = MUSCLE_ROW.chamber, MUSCLE_ROW.nominal_length

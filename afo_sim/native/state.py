@@ -88,7 +88,7 @@ def write_held(model: mujoco.MjModel, act: np.ndarray, chamber: int, held: np.nd
     """Set mass [kg] and σ (2,) of the actuator of a chamber or volume in `act` (na,); its room stays."""
     at, gamma = model.actuator_actadr[chamber], gas_of(model, chamber).heat_capacity_ratio
     act[at + slots.CHAMBER_ACT.mass : at + slots.CHAMBER_ACT.sigma + 1] = held
-    if model.actuator_user[chamber, 1] != slots.KIND_VOLUME:
+    if model.actuator_user[chamber, slots.KIND] != slots.Kind.VOLUME:
         act[at + slots.CHAMBER_ACT.last_pressure] = held[1] / act[at + slots.CHAMBER_ACT.last_volume] ** gamma
 
 

@@ -268,7 +268,7 @@ def _fill_leg(body: Body, k: int, strength: dict[str, float]) -> None:
     knee, pitch = model.joint(f"{side}{KNEE}"), model.joint(PITCH)
     model.joint(f"{side}{TOE}").damping *= 0.5  # the reflex takes the other half
     rows[body.reflexes[k]] = native.row(
-        native.KIND_REFLEX,
+        native.Kind.REFLEX,
         other=body.reflexes[1 - k],
         muscle=body.muscles[k, 0],
         pad=body.pads[k, 0],
@@ -294,9 +294,9 @@ def _fill_floor(body: Body, k: int) -> None:
     rows, side, size, named = body.model.actuator_user, SIDES[k], body.size, _named(body.model)
     ground, stiffer = ground_of(body.scenario, Size.of(body.scenario)), size.heavier / size.taller
     for pad, point in zip(body.pads[k], POINTS, strict=True):
-        rows[pad] = native.row(native.KIND_PAD, stiffness=ground.stiffness, damping=ground.damping)
+        rows[pad] = native.row(native.Kind.PAD, stiffness=ground.stiffness, damping=ground.damping)
         rows[named(f"{side}grip_{point}")] = native.row(
-            native.KIND_GRIP,
+            native.Kind.GRIP,
             pad=pad,
             stiffness=GRIP_STIFFNESS * stiffer,
             damping=GRIP_DAMPING * stiffer * size.slower,
@@ -309,14 +309,14 @@ def _fill_tissue(body: Body, k: int) -> None:
     rows, side, scenario, named = body.model.actuator_user, SIDES[k], body.scenario, _named(body.model)
     tissue = own_tissue(scenario) if side == "" else healthy_tissue(scenario)
     rows[named(f"{side}{TISSUE}")] = native.row(
-        native.KIND_PASSIVE, scale=tissue.scale, offset=tissue.offset, load=0.0, damping=0.5 * tissue.damping
+        native.Kind.PASSIVE, scale=tissue.scale, offset=tissue.offset, load=0.0, damping=0.5 * tissue.damping
     )
     rows[named(f"{side}{SPASM}")] = native.row(
-        native.KIND_SPASTIC, gain=reflex_gain(scenario) if side == "" else 0.0
+        native.Kind.SPASTIC, gain=reflex_gain(scenario) if side == "" else 0.0
     )
     for name in STOPS:
         rows[named(f"{side}{name}")] = native.row(
-            native.KIND_PAD,
+            native.Kind.PAD,
             stiffness=STOP_STIFFNESS * body.size.springy,
             damping=STOP_DAMPING * body.size.slower,
         )
@@ -331,7 +331,7 @@ def muscle_row(muscle: Muscle, size: Size, strength: float, place: int) -> np.nd
     """`actuator_user` of a leg's own muscle in a body of a size: force by mass, lengths by height."""
     force, optimal = muscle.force * size.heavier, muscle.optimal * size.taller
     return native.row(
-        native.KIND_LEG_MUSCLE,
+        native.Kind.LEG_MUSCLE,
         strength=strength,
         force=force,
         optimal=optimal,

@@ -85,7 +85,7 @@ def start(body: Body, vector: Vector, noise: Sequence[float] | np.ndarray = ()) 
         data.ctrl[[model.actuator(f"{side}{name}").id for side in SIDES]] = begins
     for side in range(2):
         _rest(body, data, side)
-    for grip in np.flatnonzero(model.actuator_user[:, 1] == native.KIND_GRIP):
+    for grip in np.flatnonzero(model.actuator_user[:, native.KIND] == native.Kind.GRIP):
         data.act[model.actuator_actadr[grip]] = data.actuator_length[grip]
     return data
 

@@ -234,7 +234,7 @@ class _Recorder:
         self.tibialis = first + native.LEG_MUSCLE_ACT.activation  # of each leg
         self.sites = [model.site(f"{side}{SOLE}{point}").id for side in SIDES for point in POINTS]
         self.device = sorted(body.ids.muscles.values()) if body.ids is not None else []
-        floor = np.isin(model.actuator_user[:, 1], (native.KIND_PAD, native.KIND_GRIP))
+        floor = np.isin(model.actuator_user[:, native.KIND], (native.Kind.PAD, native.Kind.GRIP))
         self.inner = np.flatnonzero(~floor | (model.actuator_trntype == mujoco.mjtTrn.mjTRN_JOINT))
         self.rows = np.zeros((rows, native.ROW.act + model.na + model.nu))
 

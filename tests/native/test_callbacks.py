@@ -66,9 +66,9 @@ def test_limp_muscle_is_noticed() -> None:
 def test_network_stands_before_what_it_solves() -> None:
     """MuJoCo calls the actuators in their order: a chamber before its network would read the last step."""
     model = hanging_mass(3.0)
-    kinds = model.actuator_user[:, 1].tolist()
-    assert kinds.index(slots.KIND_NETWORK) < min(
-        kinds.index(slots.KIND_MUSCLE), kinds.index(slots.KIND_CHAMBER)
+    kinds = model.actuator_user[:, slots.KIND].tolist()
+    assert kinds.index(slots.Kind.NETWORK) < min(
+        kinds.index(slots.Kind.MUSCLE), kinds.index(slots.Kind.CHAMBER)
     )
 
 
@@ -102,7 +102,7 @@ def test_what_is_carried_over_is_the_laws_force_beyond_the_tension() -> None:
 
 def test_a_motor_brakes_against_its_velocity() -> None:
     row = np.zeros(slots.N_USER)
-    row[:2], row[slots.SPASTIC_ROW.gain] = (slots.MARK, slots.KIND_MOTOR), 2.5
+    row[: slots.FIRST], row[slots.SPASTIC_ROW.gain] = (slots.THIS_LAYOUT, slots.Kind.MOTOR), 2.5
     model = SimpleNamespace(actuator_user=row, nuser_actuator=len(row))
     bias, _ = define(lambda complaint, actuator: None)
     assert bias(model, SimpleNamespace(actuator_velocity=[0.3]), 0) == -0.75

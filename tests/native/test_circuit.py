@@ -196,8 +196,8 @@ def test_chambers_whose_muscles_share_anchors_are_one_network() -> None:
 
 def test_a_row_that_lacks_a_number_or_has_a_strange_one_is_refused() -> None:
     full = {"gain": 1.0}
-    assert native.row(slots.KIND_SPASTIC, **full)[slots.FIRST :].max() == 1.0
+    assert native.row(slots.Kind.SPASTIC, **full)[slots.FIRST :].max() == 1.0
     with pytest.raises(TypeError, match="lacks gain"):
-        native.row(slots.KIND_SPASTIC)
+        native.row(slots.Kind.SPASTIC)
     with pytest.raises(KeyError, match="gian"):
-        native.row(slots.KIND_SPASTIC, gian=1.0, **full)
+        native.row(slots.Kind.SPASTIC, gian=1.0, **full)

@@ -187,7 +187,7 @@ def at_random(rig: Ankle, seed: int) -> tuple[Any, mujoco.MjData]:
 def places(model: Any) -> list[int]:
     """Of the leaders' contractions in `userdata`."""
     rows = model.actuator_user.reshape(-1, model.nuser_actuator)
-    of_leaders = (rows[:, 1] == slots.KIND_MUSCLE) & (
+    of_leaders = (rows[:, slots.KIND] == slots.Kind.MUSCLE) & (
         rows[:, slots.MUSCLE_ROW.leader] == np.arange(len(rows))
     )
     return [int(at) + slots.LEADER_DATA.contraction for at in rows[of_leaders, slots.MUSCLE_ROW.userdata]]
@@ -240,7 +240,9 @@ def test_a_leaders_force_falls_with_its_contraction(rig: Ankle) -> None:
     for seed in range(3):
         model, data = at_random(rig, seed)
         chamber = next(
-            i for i in range(99) if model.actuator_user[model.nuser_actuator * i + 1] == slots.KIND_CHAMBER
+            i
+            for i in range(99)
+            if model.actuator_user[model.nuser_actuator * i + slots.KIND] == slots.Kind.CHAMBER
         )
         leader = int(model.actuator_user[model.nuser_actuator * chamber + slots.CHAMBER_ROW.first_muscle])
         grid = np.linspace(-0.075, 0.5, 400)
@@ -273,7 +275,7 @@ def test_friction_of_a_dead_band_never_drives(name: str) -> None:
     model, data = at_random(Ankle(friction=rubbing(name, BRAID)), 1)
     user = model.actuator_user
     k = model.nuser_actuator * next(
-        i for i in range(9) if user[model.nuser_actuator * i + 1] == slots.KIND_MUSCLE
+        i for i in range(9) if user[model.nuser_actuator * i + slots.KIND] == slots.Kind.MUSCLE
     )
     dead_band, falling = user[k + slots.MUSCLE_ROW.friction_coefficients], 0
     for kappa, pressure in itertools.product(np.linspace(-0.07, 0.9, 40), (-1e4, 0.0, 1e4, 1e5, 5e5)):

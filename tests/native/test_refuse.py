@@ -7,6 +7,8 @@ from rig import charged, hanging_mass
 
 import afo_sim
 from afo_sim import native
+from afo_sim.common import CallbackError
+from afo_sim.native import slots
 
 FAILURES = (mujoco.FatalError, native.KernelFailure)
 MODES = pytest.mark.parametrize("mode", ["native", "python"])
@@ -69,6 +71,22 @@ def test_a_muscle_that_loses_its_mark_is_refused_at_once(mode: native.Mode) -> N
         with pytest.raises(FAILURES, match="actuator 0"):
             mujoco.mj_step(model, data)
     assert before != 0.0
+
+
+@MODES
+@pytest.mark.parametrize("place", [slots.LAYOUT, slots.KIND])
+@pytest.mark.parametrize("value", [np.nan, np.inf, 0.0, 1.5, len(slots.Kind) + 1.0])
+def test_a_row_of_no_layout_or_kind_is_refused_at_once(mode: native.Mode, place: int, value: float) -> None:
+    """Of a network, a muscle, a chamber, valves; `int` of no number is undefined in compiled code."""
+    for actuator in range(hanging_mass(3.0).nu):
+        model = hanging_mass(3.0)
+        with native.installed(mode):
+            data = charged(model, 3e5)
+            model.actuator_user[actuator, place] = value
+            with pytest.raises(FAILURES, match=rf"parameters are missing.* in actuator {actuator}$"):
+                mujoco.mj_step(model, data)
+        with pytest.raises(CallbackError, match="lost its parameters"):
+            native.assert_rows(model)
 
 
 def test_models_are_compiled_inside_the_block() -> None:
