@@ -72,8 +72,13 @@ def shipped(kind: str, key: str) -> ctypes.CDLL | None:
 def library() -> ctypes.CDLL | None:
     """The package's library; None where it is missing, or this process cannot load it."""
     with suppress(OSError, KeyError):
-        return ctypes.CDLL(str(_brought()["folder"] / LIBRARY))
+        return ctypes.CDLL(str(library_path()))
     return None
+
+
+def library_path() -> pathlib.Path:
+    """Where the package's library stands (KeyError where it is missing)."""
+    return pathlib.Path(_brought()["folder"]) / LIBRARY
 
 
 # A plugin of MuJoCo's is found by these endings.

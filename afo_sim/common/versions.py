@@ -11,6 +11,7 @@ from collections.abc import Iterable
 CORE = ("common", "physics", "gait", "description", "native", "control", "metrics", "model", "simulation")
 # The rooms that results depend on; who only fits, validates, shows or asks changes no row of a study.
 COMPUTING = (*CORE, "study")
+SOURCES = ("*.py", "*.c", "*.h", "*.json")
 PACKAGE = pathlib.Path(__file__).resolve().parents[1]
 
 
@@ -21,8 +22,8 @@ def code_fingerprint(package: pathlib.Path = PACKAGE) -> str:
 
 
 def digest_of_sources(package: pathlib.Path, rooms: Iterable[str]) -> str:
-    """SHA-256 of the Python files of rooms; OSError where there are none, or one cannot be read."""
-    found, files = hashlib.sha256(), sorted(p for room in rooms for p in (package / room).rglob("*.py"))
+    """SHA-256 of the sources in Python and C of rooms; OSError where there are none, or one cannot be read."""
+    found, files = hashlib.sha256(), sorted(p for room in rooms for end in SOURCES for p in (package / room).rglob(end))
     if not files:
         raise FileNotFoundError(errno.ENOENT, "no sources", str(package))
     for path in files:

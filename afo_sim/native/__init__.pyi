@@ -24,6 +24,7 @@ from .circuit import add_circuit as add_circuit
 from .circuit import add_muscles as add_muscles
 from .circuit import add_states as add_states
 from .circuit import circuit_ids as circuit_ids
+from .compiled import library_file as library_file
 from .compiled import mujoco_library as mujoco_library
 from .compiled import planar_steps as planar_steps
 from .engine_clock import without_clock as without_clock

@@ -46,6 +46,17 @@ def _tell_library() -> None:
         ctypes.memmove(type(places()).in_dll(library, PLACES), places(), ctypes.sizeof(places()))
 
 
+def library_file() -> pathlib.Path:
+    """The package's library, if it is of these sources (CallbackError where it is not)."""
+    key = machine_code.fingerprint(*follows())
+    if key is None or machine_code.shipped(KIND, key) is None:
+        raise CallbackError(
+            "this installation has no library of its muscles, or one of other sources than are there now; "
+            "pip install makes it (pip install -e . in a clone)"
+        )
+    return machine_code.library_path()
+
+
 def follows() -> tuple[Any, ...]:
     """What the callbacks' code follows from beside sources, compilers and processor."""
     return tuple(kinds())

@@ -64,13 +64,15 @@ def declarations(name: str) -> dict[str, Any]:
     return {field.name: field for field in structs.STRUCTS[name].fields}
 
 
-# What compiled code reads, and the library in C around it. They find the places in a table, and so serve every
-# layout with these types.
+# What compiled code reads, and the library around it. They find the places in a table, and so serve every layout
+# with these types.
 _READ = {
     "mjModel": "actuator_actadr actuator_trnid actuator_user body_subtreemass dof_bodyid dof_damping "
-    "dof_parentid geom_bodyid key_act nkey nuser_actuator nv opt signature site_bodyid tendon_adr wrap_objid wrap_type",
-    "mjData": "act act_dot actuator_force actuator_length actuator_velocity ctrl qfrc_applied qfrc_bias qpos "
-    "qvel subtree_com ten_velocity ten_wrapadr ten_wrapnum time userdata wrap_obj wrap_xpos xanchor xaxis xipos",
+    "dof_parentid geom_bodyid key_act nkey nuser_actuator nv opt signature site_bodyid tendon_adr wrap_objid "
+    "wrap_type",
+    "mjData": "act act_dot actuator_force actuator_length actuator_velocity ctrl qfrc_actuator qfrc_applied "
+    "qfrc_bias qpos qvel subtree_com ten_velocity ten_wrapadr ten_wrapnum time userdata wrap_obj wrap_xpos "
+    "xanchor xaxis xipos",
     "mjOption": "timestep",
 }
 READ = [(struct, name) for struct, names in _READ.items() for name in names.split()]
