@@ -1,13 +1,10 @@
 """A model with orthoses as files: MJCF with all its digits, its meshes, and a sidecar with the parameters."""
 
-import ctypes
 import dataclasses
 import pathlib
 import shutil
-import threading
 import tomllib
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from typing import Any
 from xml.sax.saxutils import quoteattr
 
@@ -33,11 +30,9 @@ from afo_sim.legs.attached_spec import compiled, own_spec
 from afo_sim.legs.attaching import completed
 from afo_sim.legs.finding import Found
 from afo_sim.legs.mjcf import files_of
-from afo_sim.model import circuit_of, endless
-from afo_sim.native import mujoco_library
+from afo_sim.model import circuit_of, endless, exact_xml
 
 VERSION = 2  # of the sidecar
-DIGITS = 17  # with which a number reads again as it was
 ARRAYS = ("centre", "axes")
 HEAD = """
   {name}: with the orthosis {devices}, added by afo-sim.
@@ -46,8 +41,6 @@ HEAD = """
       with leg.callbacks(): step leg.model and data as ever
   Loaded by MuJoCo alone its muscles carry no force (they are limp), and nothing says so.
 """
-
-_lock = threading.Lock()
 
 
 def write_attached(
@@ -63,9 +56,7 @@ def write_attached(
         if (there := path.parent / name).exists():
             raise InputError("is there already", field="out", value=str(there), allowed="--force")
     with together(path.parent) as scratch:
-        with _lock, _digits(DIGITS):
-            text = str(attached.spec.to_xml())
-        text = _with_files(attached.spec, text, path.stem, scratch)
+        text = _with_files(attached.spec, exact_xml(attached.spec), path.stem, scratch)
         worn = [f"{leg.orthosis.name} on {next(iter(leg.bodies.values()))}" for leg in attached.legs.values()]
         facts = {"name": attached.spec.modelname, "sidecar": names[1], "file": path.name}
         head = HEAD.format(devices=", ".join(worn), **facts).replace("--", "- -")
@@ -182,21 +173,3 @@ def _with_files(spec: mujoco.MjSpec, text: str, stem: str, scratch: pathlib.Path
         for side in ("right", "left", "up", "down", "front", "back"):
             text = text.replace(f"file{side}={quoteattr(file)}", f"file{side}={quoteattr(name)}")
     return text
-
-
-@contextmanager
-def _digits(count: int) -> Iterator[None]:
-    """Let MuJoCo write numbers with so many digits; a library without the setting keeps its six."""
-    library = ctypes.CDLL(str(mujoco_library()))
-    try:
-        get, put = library._mjPRIVATE__get_xml_precision, library._mjPRIVATE__set_xml_precision
-    except AttributeError:
-        yield
-        return
-    get.restype, put.argtypes, put.restype = ctypes.c_int, [ctypes.c_int], None
-    before = get()
-    put(count)
-    try:
-        yield
-    finally:
-        put(before)
