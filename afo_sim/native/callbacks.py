@@ -52,6 +52,7 @@ from afo_sim.native.error_codes import FINE, NO_NUMBER
 from afo_sim.native.guides import behind_guides
 from afo_sim.native.muscle import beside_gain, friction_dyn, sole_pad_force
 from afo_sim.native.network import network_dyn
+from afo_sim.native.refuse import tried
 from afo_sim.native.walker import grip_bias, grip_dyn, leg_muscle_dyn, reflex_dyn, toe_moment
 from afo_sim.physics import passive_moment, register_jitable, spastic_moment
 
@@ -125,13 +126,13 @@ def define(fail: Callable[[int, int], None]) -> tuple[Any, Any]:
 
     def bias(m: Any, d: Any, i: int) -> float:
         complaint, force = force_of(m, d, i)
-        if complaint != FINE:
+        if complaint != FINE and not tried(m, d):
             fail(complaint, i)
-        return force
+        return force if complaint == FINE else 0.0
 
     def dyn(m: Any, d: Any, i: int) -> float:
         complaint, actuator, rate = rate_of(m, d, i)
-        if complaint != FINE:
+        if complaint != FINE and not tried(m, d):
             fail(complaint, actuator)
         return rate
 
