@@ -21,6 +21,7 @@ from afo_sim.model.air_checks import check_air_path
 from afo_sim.model.air_path import circuit_of, own_supply
 from afo_sim.model.assemble import Geometry, assemble, compiled, geometry_of
 from afo_sim.model.contact import Contact, check_sole, register
+from afo_sim.model.exact_xml import exact_xml
 from afo_sim.model.foot import Foot, fill_hinge
 from afo_sim.model.inversion import SideArms
 from afo_sim.model.leg import leg_spec
@@ -91,12 +92,14 @@ class Built(Shown):
         spec = assemble(leg_spec(self.scenario, size), self.scenario, _circuit(self.scenario), size)
         model = compiled(spec, self.scenario)
         model.actuator_user[:] = self.model.actuator_user
+        for actuator in spec.actuators:
+            actuator.userdata = model.actuator_user[actuator.id]
         return model, spec
 
     @functools.cached_property
     def xml(self) -> str:
-        """The full model as self-contained MJCF."""
-        return self.spec.to_xml()
+        """The full model as MJCF, which reads again as the same; files of meshes stay beside the leg's."""
+        return exact_xml(self.spec)
 
     @functools.cached_property
     def person(self) -> Person:
@@ -122,7 +125,7 @@ def build(
     Returns
     -------
     Built: `model` (MuJoCo's MjModel, without shapes that only pictures need), `full_model`, `spec` and `xml`
-    (self-contained MJCF) with all of them, `scenario`, `warnings`. Its muscles pull only while this package's
+    (MJCF) with all of them, `scenario`, `warnings`. Its muscles pull only while this package's
     callbacks are installed; `run` sees to that.
 
     Raises

@@ -7,8 +7,8 @@ COMPLAINTS = (
     "the air mass is not positive in actuator",
     "the supply's absolute pressure is not positive in actuator",
     "no length of its muscles balances their forces in actuator",
-    "afo_sim's parameters are missing (take a run's model from afo_sim.read_recording(folder).model(), "
-    "never from model.xml) in actuator",
+    "afo_sim's parameters are missing (of an older run, whose model.xml has none, take "
+    "afo_sim.read_recording(folder).model()) in actuator",
     "the callback has raised an exception in actuator",
     "the pressure that is asked for is not a number in actuator",
 )

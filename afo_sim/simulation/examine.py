@@ -34,7 +34,7 @@ from afo_sim.model import Built, air_before, fills, steps_of_stride, with_person
 from afo_sim.simulation.columns import columns_of
 from afo_sim.simulation.energy_balance import Columns, balance_metrics, with_static_forces
 from afo_sim.simulation.facts import facts_of, gas_of
-from afo_sim.simulation.files import labelled, parameters_of, to_binary
+from afo_sim.simulation.files import LABEL, parameters_of, to_binary
 from afo_sim.simulation.recording import Later, Recording
 from afo_sim.simulation.rollout import Rollout
 from afo_sim.simulation.sensed import sensor_columns
@@ -126,7 +126,7 @@ def recording_of(
         **found,
         status=status,
         scenario=later(lambda: with_person(scenario).resolved()),
-        model_xml=later(lambda: labelled(built().xml)),
+        model_xml=later(lambda: LABEL + built().xml),
         model_binary=later(lambda: to_binary(built().full_model)),
         versions=versions(),
         parameters=later(lambda: parameters_of(built().model)),

@@ -6,6 +6,7 @@ import json
 import math
 import os
 import pathlib
+import re
 import warnings
 import zlib
 from collections.abc import Callable
@@ -74,7 +75,7 @@ def write_run(recording: Run, folder: pathlib.Path, picture: Write | None) -> pa
     check_writable(folder)
     with together(folder, (PARQUET, SUMMARY, MODEL, RERUN, REPORT)) as scratch:
         write_parquet(recording, scratch / PARQUET)
-        write_text(scratch / MODEL, labelled(recording.model_xml))
+        write_text(scratch / MODEL, recording.model_xml)
         if picture is not None:
             picture(scratch / RERUN)
         beside = (scratch / name for name in (MODEL, RERUN))  # the recording has its own
@@ -211,19 +212,14 @@ def read_undamaged(folder: str | os.PathLike[str]) -> dict[str, Any]:
 
 
 LABEL = (
-    "<!-- Written by afo_sim, to look at: its numbers have six digits, and its muscles, valves and passive "
-    "joint act only with afo_sim's callbacks. To simulate, take afo_sim.read_recording(FOLDER).model() and "
-    "step it inside afo_sim.native.installed(). -->\n"
-)
+    "<!-- Written by afo_sim: muscles, valves and passive joint, whose parameters stand in the actuators' "
+    "user data, act only with afo_sim's callbacks: step it inside afo_sim.native.installed(). -->\n"
+)  # of model.xml
 LARGEST = 32 * 2**20  # of a kept model as text; the Parquet format allows 100 MB [bytes]
 UNPACKED = 8 * LARGEST  # of a kept model [bytes]
+ROUNDING = 1e-12  # up to which a number in MJCF counts as zero; MuJoCo with six digits writes 0
 _HEADER = 5 * 4  # of a binary: what it is, its floating point, MuJoCo's version and layout [bytes]
 _NAME = "model.mjb"
-
-
-def labelled(xml: str) -> str:
-    """MJCF whose first line says that it is not the model that ran."""
-    return xml if not xml or xml.startswith(LABEL) else LABEL + xml
 
 
 def to_binary(model: mujoco.MjModel) -> bytes:
@@ -289,19 +285,26 @@ def _built_anew(run: Run) -> mujoco.MjModel:
 
 
 def _change(built: Built, run: Run) -> str:
-    """What is not the same: a parameter to the last digit, the rest to the six digits of MJCF; or ""."""
+    """What is not the same: a parameter to the last digit, the rest to six digits; or ""."""
     rows = json.loads(json_text(parameters_of(built.model)))
     before = json.loads(json_text(run.parameters))
     for name in {**before, **rows}:
         if rows.get(name) != before.get(name):
             return f"actuator {name!r} has other parameters"
-    if labelled(built.xml) == labelled(run.model_xml):
+    now, then = _six_digits(built.xml), _six_digits(run.model_xml)
+    if now == then:
         return ""
     with suppress(ValueError):  # perhaps another version of MuJoCo wrote the one model
-        now, then = (mujoco.MjModel.from_xml_string(xml) for xml in (built.xml, run.model_xml))
-        if to_binary(now) == to_binary(then):
+        if to_binary(mujoco.MjModel.from_xml_string(now)) == to_binary(mujoco.MjModel.from_xml_string(then)):
             return ""
     return "a body, a joint or a path is another one"
+
+
+def _six_digits(xml: str) -> str:
+    """MJCF without its label and parameters, and with six digits: as earlier versions wrote it."""
+    bare = re.sub(r' user="[^"]*"', "", xml[xml.find("<mujoco ") :])
+    number = r'(?<=[" ])-?\d+(\.\d+)?(e[+-]?\d+)?(?=[" ])'
+    return re.sub(number, lambda found: f"{x:g}" if abs(x := float(found[0])) > ROUNDING else "0", bare)
 
 
 def parameters_of(model: mujoco.MjModel) -> dict[str, list[float]]:

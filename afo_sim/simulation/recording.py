@@ -247,8 +247,8 @@ class Recording(Shown):
     def model(self) -> "mujoco.MjModel":
         """The model that ran, to the last bit: from the same state, the same inputs give the same steps.
 
-        Its muscles pull inside `afo_sim.native.installed()` only. `model_xml` is to look at: its numbers are
-        cut to six digits. A run that holds no model, or that of another MuJoCo, has its scenario built
+        Its muscles pull inside `afo_sim.native.installed()` only. `model_xml` is its MJCF; of older runs it
+        has limp muscles. A run that holds no model, or that of another MuJoCo, has its scenario built
         anew, which must give the same parameters; an installed MuJoCo other than the run's is warned of.
 
         Returns

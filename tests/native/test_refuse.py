@@ -1,5 +1,8 @@
 """Inside `installed()` no user actuator is limp in silence: without this project's mark it is refused."""
 
+import re
+from typing import Any
+
 import mujoco
 import numpy as np
 import pytest
@@ -52,10 +55,15 @@ def test_without_the_callbacks_a_foreign_actuator_is_its_owners() -> None:
     assert data.actuator_force[1] == 0.0
 
 
+def limp() -> mujoco.MjModel:
+    """Read from its text as an earlier version wrote it, with neither mark nor parameters of an actuator."""
+    return mujoco.MjModel.from_xml_string(re.sub(r' user="[^"]*"', "", afo_sim.build("seated").xml))
+
+
 @MODES
-def test_model_read_from_its_text_is_refused(mode: native.Mode) -> None:
-    """MJCF keeps neither mark nor parameters of an actuator: inside the block it cannot run limp."""
-    model = mujoco.MjModel.from_xml_string(afo_sim.build("seated").xml)
+def test_model_without_parameters_is_refused(mode: native.Mode) -> None:
+    """Inside the block it cannot run limp."""
+    model = limp()
     with native.installed(mode), pytest.raises(FAILURES, match=r"model\.xml"):
         mujoco.mj_forward(model, mujoco.MjData(model))
 
@@ -96,11 +104,39 @@ def test_models_are_compiled_inside_the_block() -> None:
         assert mujoco.MjModel.from_xml_string(built.xml).nu == built.model.nu
 
 
+TUBE = {
+    "orthosis.chamber.dorsiflexor.tube": "pun_4x2_5",
+    "orthosis.chamber.dorsiflexor.tube_length": "2 m",
+    "orthosis.chamber.dorsiflexor.tube_volume": "0 ml",
+}
+AIR: dict[str, dict[str, Any]] = {
+    "tube": TUBE,
+    "guides": {"orthosis": "guided"},
+    "regulator": {"supply.source": "bottle_0_5l", "supply.regulator": "droop_tenth"},
+    "carbon dioxide": {"supply.source": "co2_16g"},
+    "drive": {"drive.dorsiflexor": {"kind": "regulator", "integral_time": "0.5 s"}},
+}
+
+
+@pytest.mark.parametrize("sets", AIR)
+def test_model_with_parameters_is_tried_without_air_and_then_refused_until_it_has_some(sets: str) -> None:
+    built = afo_sim.build("walk-dropfoot-afo", AIR[sets] | {"duration": "0.1 s"})
+    with native.installed():
+        model = mujoco.MjModel.from_xml_string(built.xml)
+        data = mujoco.MjData(model)
+        with pytest.raises(FAILURES, match="not positive"):
+            mujoco.mj_step(model, data)
+        mujoco.mj_resetData(model, data)
+        native.fill_chambers(model, data, 0.0)
+        mujoco.mj_step(model, data)
+    assert np.isfinite([*data.qpos, *data.act, *data.userdata]).all()
+
+
 def test_limp_model_from_a_binary_is_refused_in_its_second_step() -> None:
     """It has no signature, as a model that is being compiled: only its time tells."""
-    limp = mujoco.MjModel.from_xml_string(afo_sim.build("seated").xml)
-    binary = np.empty(mujoco.mj_sizeModel(limp), np.uint8)
-    mujoco.mj_saveModel(limp, None, binary)
+    text = limp()
+    binary = np.empty(mujoco.mj_sizeModel(text), np.uint8)
+    mujoco.mj_saveModel(text, None, binary)
     model = mujoco.MjModel.from_binary_path("limp.mjb", {"limp.mjb": binary.tobytes()})
     data = mujoco.MjData(model)
     with native.installed():
