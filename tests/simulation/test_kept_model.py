@@ -1,8 +1,9 @@
-"""The model that ran comes back from its folder and steps to the same bits; its MJCF says what it is."""
+"""The model that ran comes back from its folder, and from its MJCF, and steps to the same bits."""
 
 import dataclasses
 import json
 import pathlib
+import re
 import warnings
 from xml.etree import ElementTree
 
@@ -14,9 +15,16 @@ from changed_leg import changed_leg
 
 import afo_sim
 from afo_sim import native
-from afo_sim.common import AMBIENT_PRESSURE, InputError, parquet_writer
-from afo_sim.model import Built, as_run, equilibrium, two_strides, walking_start
-from afo_sim.model.build import build
+from afo_sim.common import AMBIENT_PRESSURE, InputError, assets, parquet_writer
+from afo_sim.model import (
+    Built,
+    as_run,
+    equilibrium,
+    get_state,
+    two_strides,
+    walking_start,
+)
+from afo_sim.model.build import build, portable_xml
 from afo_sim.model.supply_and_timer import controls
 from afo_sim.simulation import Recording, fixed, read_recording, to_binary
 from afo_sim.simulation import files as kept_model
@@ -74,18 +82,23 @@ def same_as_recorded(run: Recording, built: Built, start: np.ndarray, inputs: np
         assert np.array_equal(opening, run[f"valve/{name}/opening"]), name
 
 
-def test_seated_steps_to_the_same_bits(folder: pathlib.Path) -> None:
-    """Inputs are the recorded columns; the start is the kept model's own rest."""
-    run = read_recording(folder)
-    built = dataclasses.replace(afo_sim.build(run.scenario), model=run.model())
-    model = built.model
+def recorded_inputs(run: Recording, built: Built) -> np.ndarray:
+    """Of a fixed shank, from the recorded columns."""
     assert built.scenario.record_stride == 1
-    inputs = np.zeros((len(run["time"]), model.nu))
+    inputs = np.zeros((len(run["time"]), built.model.nu))
     for name in run.scenario["orthosis"]["chamber"]:
         inputs[:, built.index.chambers[name]] = run["supply/pressure"]
         for side in ("inlet", "outlet"):
             inputs[:, built.index.valves[f"{name}_{side}"]] = run[f"valve/{name}_{side}/coil"]
     inputs[:, built.index.passive] = built.scenario.shank.knee_angle or 0.0
+    return inputs
+
+
+def test_seated_steps_to_the_same_bits(folder: pathlib.Path) -> None:
+    """Inputs are the recorded columns; the start is the kept model's own rest."""
+    run = read_recording(folder)
+    built = dataclasses.replace(afo_sim.build(run.scenario), model=run.model())
+    inputs = recorded_inputs(run, built)
     with native.installed():
         start = equilibrium(built, inputs[0])
     same_as_recorded(run, built, start, inputs)
@@ -107,6 +120,39 @@ def test_walking_steps_to_the_same_bits(settled: str, tmp_path: pathlib.Path) ->
         run = dataclasses.replace(run, columns={name: run[name][walked] for name in run.columns})
     same_as_recorded(run, built, start, controls(built))
     assert run["ankle/moment/orthosis"].max() > 1.0
+
+
+def of_walked(run: Recording) -> Recording:
+    """Without the settled strides that were solved for."""
+    if "gait/solved" not in run.columns:
+        return run
+    walked = run["gait/solved"] == 0.0
+    return dataclasses.replace(run, columns={name: run[name][walked] for name in run.columns})
+
+
+WHOLE = set(assets.names("scenario"))
+
+
+@pytest.mark.parametrize(
+    ("name", "sets"),
+    [
+        ("seated", SHORT),
+        ("walk-dropfoot-afo", {"duration": "1 s", "gait.settled": "walked"}),
+        *(pytest.param(name, {}, marks=pytest.mark.slow) for name in sorted(WHOLE)),
+    ],
+)
+def test_written_model_steps_from_its_key_to_the_same_bits(name: str, sets: dict[str, str]) -> None:
+    """Nothing but the text, the callbacks, and the scenario's inputs; those of a controller as recorded."""
+    run = of_walked(afo_sim.run(name, sets))
+    built = build(as_run(afo_sim.load("scenario", name, sets)))
+    inputs = controls(built) if built.scenario.controller is None else recorded_inputs(run, built)
+    with native.installed():
+        begin = equilibrium if built.walk is None else walking_start
+        state = begin(built, inputs[0])
+    model = mujoco.MjModel.from_xml_string(portable_xml(built, state))
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, model.key("start").id)
+    same_as_recorded(run, dataclasses.replace(built, model=model), get_state(model, data), inputs)
 
 
 @pytest.mark.parametrize("name", ["arm", "walk-dropfoot-afo", "walk-healthy"])
@@ -143,18 +189,54 @@ def test_mjcf_says_in_its_first_line_what_it_is(folder: pathlib.Path, seated_sho
     first, rest = text.split("\n", 1)
     assert first.startswith("<!-- ") and first.endswith(" -->")
     assert "--" not in first[4:-3]  # XML allows none in a comment
-    assert all(word in first for word in ("six digits", "callbacks", "read_recording", ".model()"))
+    assert all(word in first for word in ("user data", "callbacks", "afo_sim.native.installed()"))
     assert not rest.startswith("<!--")
     assert ElementTree.fromstring(text).tag == "mujoco"
     assert seated_short.model_xml == text == read_recording(folder).model_xml
     model = mujoco.MjModel.from_xml_path(str(folder / "model.xml"))
-    assert model.nu == seated_short.model().nu
+    assert np.array_equal(model.actuator_user, seated_short.model().actuator_user)
 
 
-def test_mjcf_cannot_run_limp(folder: pathlib.Path) -> None:
-    model = mujoco.MjModel.from_xml_path(str(folder / "model.xml"))
+def as_formerly(run: Recording) -> str:
+    """MJCF of an earlier version: under its label MuJoCo's own six digits, and no parameters."""
+    spec = mujoco.MjSpec.from_string(run.model_xml)
+    for actuator in spec.actuators:
+        actuator.userdata = [0.0] * native.N_USER
+    spec.compile()
+    return f"<!-- Written by afo_sim, to look at: its numbers have six digits. -->\n{spec.to_xml()}"
+
+
+def test_former_mjcf_cannot_run_limp(seated_short: Recording) -> None:
+    model = mujoco.MjModel.from_xml_string(as_formerly(seated_short))
     with native.installed(), pytest.raises(mujoco.FatalError, match=r"read_recording\(folder\)\.model"):
         mujoco.mj_step(model, mujoco.MjData(model))
+
+
+@pytest.mark.parametrize("name", ["seated", "walk-dropfoot-afo", "arm"])
+def test_former_run_is_built_anew_where_only_its_digits_are_fewer(name: str, tmp_path: pathlib.Path) -> None:
+    run = afo_sim.run(name, {"duration": "0.02 s"})
+    former = dataclasses.replace(of_mujoco(run, "3.1.0"), model_xml=as_formerly(run))
+    assert len(former.model_xml) < 0.6 * len(run.model_xml)
+    former.save(tmp_path, rrd=False)
+    assert (tmp_path / "model.xml").read_text() == former.model_xml
+    with pytest.warns(UserWarning, match="built anew"):
+        assert to_binary(read_recording(tmp_path).model()) == run.model_binary
+
+
+@pytest.mark.parametrize("fewer", [True, False])
+def test_another_library_may_have_computed_other_last_digits(fewer: bool, seated_short: Recording) -> None:
+    """But no other sixth one."""
+    run = of_mujoco(seated_short, "3.1.0")
+    text = as_formerly(run) if fewer else run.model_xml
+    place = re.search(r'diaginertia="([\d.]+)', text)
+    assert place is not None
+    for more, same in ((1e-13, True), (1e-4, False)):
+        inertia = float(place[1]) * (1.0 + more)
+        other = text[: place.start(1)] + repr(inertia) + text[place.end(1) :]
+        changed = dataclasses.replace(run, model_xml=other)
+        said = pytest.warns(UserWarning, match="built anew") if same else pytest.raises(InputError)
+        with said:
+            assert to_binary(changed.model()) == seated_short.model_binary
 
 
 def of_mujoco(run: Recording, version: str) -> Recording:
@@ -202,7 +284,7 @@ def test_model_built_anew_must_be_the_same(seated_short: Recording) -> None:
 
 
 def test_run_saved_before_models_were_kept_is_read(folder: pathlib.Path, tmp_path: pathlib.Path) -> None:
-    """Its file has no such key, and its model.xml no label."""
+    """Its file has no such key, and its model.xml no label, of which it stays without."""
     table = pq.read_table(folder / "recording.parquet")
     run = json.loads(table.schema.metadata[b"afo_sim"])
     run["model_xml"] = run["model_xml"].removeprefix(LABEL)
@@ -216,7 +298,7 @@ def test_run_saved_before_models_were_kept_is_read(folder: pathlib.Path, tmp_pat
         warnings.simplefilter("error")
         assert to_binary(read.model()) == before.model_binary
     read.save(tmp_path / "again", rrd=False)
-    assert (tmp_path / "again" / "model.xml").read_text().startswith(LABEL)
+    assert (tmp_path / "again" / "model.xml").read_text() == run["model_xml"]
 
 
 def test_model_of_another_layout_of_parameters_is_refused(seated_short: Recording) -> None:
