@@ -38,7 +38,16 @@ if sys.argv[2] == "callbacks":
 """
 # Code for whatever processor, in a library that is loaded without changes to its text.
 ANY_PROCESSOR = {"NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": ""}
-LINK = "-std=c11 -O2 -Wall -Wextra -Wno-unused-parameter -fPIC -fvisibility=hidden -shared".split()
+LINK = [
+    "-std=c11",
+    "-O2",
+    "-Wall",
+    "-Wextra",
+    "-Wno-unused-parameter",
+    "-fPIC",
+    "-fvisibility=hidden",
+    "-shared",
+]
 LINUX = ["-Wl,-z,defs", "-Wl,-z,text", "-Wl,-z,noexecstack", "-Wl,-Bsymbolic", "-lm", "-ldl"]
 
 
@@ -71,8 +80,7 @@ def compiler() -> list[str]:
 def compile_kernels(root: pathlib.Path) -> None:
     """The library in a checkout's folder `machine_code`, with what it holds.
 
-    Whoever loads it knows by its digest whether it is whole, and by the keys whether it is of the sources that
-    are then there.
+    Whoever loads it knows by its digest whether it is whole, and by the keys whether it is of these sources.
     """
     with tempfile.TemporaryDirectory() as scratch:
         there = {name: value for name, value in os.environ.items() if not name.startswith("NUMBA_")}
@@ -81,11 +89,13 @@ def compile_kernels(root: pathlib.Path) -> None:
             own = pathlib.Path(scratch, part)
             own.mkdir(mode=0o700)
             command = [sys.executable, "-P", "-c", PROGRAM, str(root), part]
-            environment = there | ANY_PROCESSOR | {"AFO_SIM_CACHE": str(own)}
-            process = subprocess.Popen(command, cwd=scratch, env=environment, stdout=subprocess.PIPE, text=True)
-            started.append((process, command))
-        printed = [process.communicate()[0] for process, _ in started]
-        if failed := [process.args for process, _ in started if process.returncode]:
+            told: dict[str, Any] = {
+                "env": there | ANY_PROCESSOR | {"AFO_SIM_CACHE": str(own)},
+                "cwd": scratch,
+            }
+            started.append(subprocess.Popen(command, stdout=subprocess.PIPE, text=True, **told))
+        printed = [process.communicate()[0] for process in started]
+        if failed := [process.args for process in started if process.returncode]:
             raise subprocess.CalledProcessError(1, failed[0])
         link(root, pathlib.Path(scratch), *printed[0].split("\n", 1))
 
@@ -104,7 +114,8 @@ def link(root: pathlib.Path, scratch: pathlib.Path, name: str, header: str) -> N
     sources = sorted((root / "afo_sim/native/library").glob("*.c"))
     command = compiler() or [sys.executable, "-m", "ziglang", "cc"]
     extra = LINUX if sys.platform == "linux" else []
-    subprocess.run([*command, *LINK, f"-I{scratch}", *sources, *objects, *extra, "-o", scratch / name], check=True)
+    command += [*LINK, f"-I{scratch}", *map(str, (*sources, *objects)), *extra, "-o", str(scratch / name)]
+    subprocess.run(command, check=True)
     content = {"sha256": hashlib.sha256((scratch / name).read_bytes()).hexdigest(), "kinds": kinds}
     (root / "machine_code").mkdir(exist_ok=True)
     for old in (root / "machine_code").iterdir():

@@ -8,10 +8,11 @@ from typing import Annotated
 
 from typer import Argument, Option
 
-from afo_sim.cli.common import Rate, app, hertz_of, progress, quantity
+from afo_sim.cli.common import Rate, Sets, app, hertz_of, progress, quantity, read_sets
 from afo_sim.cli.overwriting import KNOWN_BY, check_folder
 from afo_sim.common import InputError, unknown
 
+_FORMATS = "sto|mot|csv|mat|mjb|plugin|c|fmu"
 _STUDIES = {
     "sweep": "a run's folder: afo-sim replay DIR CASE makes one of a case; results.parquet has all",
     "search": "a run's folder: afo-sim run DIR/best.toml makes one of the best design",
@@ -255,41 +256,64 @@ def draw(
 
 @app.command("export")
 def export_command(
-    folder: Annotated[Path, Argument(help="a run's folder, or its recording.parquet")],
-    to: Annotated[str | None, Option(help="sto|mot|csv|mat|mjb; that of --out by default")] = None,
+    what: Annotated[
+        str,
+        Argument(
+            metavar="RUN|SCENARIO", help="a run's folder or recording.parquet; of a scenario: plugin, c, fmu"
+        ),
+    ],
+    to: Annotated[str | None, Option(help=f"{_FORMATS}; that of --out by default")] = None,
     out: Annotated[
-        Path | None, Option(help="file to write; recording.FORMAT beside the run by default")
+        Path | None,
+        Option(help="file or folder to write; by default recording.FORMAT beside the run, or NAME_FORMAT"),
     ] = None,
     rate: Annotated[str | None, Option(help='rows a second, "200 Hz"; all by default')] = None,
     column: Annotated[
         list[str] | None,
         Option(metavar="NAME", help='a column, or several as "ankle/*" (sto, csv, mat); all by default'),
     ] = None,
+    sets: Sets = None,
     force: Annotated[bool, Option("--force", help="replace files that are there")] = False,
 ) -> None:
-    """A run for OpenSim (sto, mot), spreadsheets (csv), MATLAB and Octave (mat), or MuJoCo (mjb)."""
+    """A run for OpenSim, spreadsheets, MATLAB; a scenario to run elsewhere: MuJoCo (plugin), C, FMI (fmu)."""
     hertz = None if rate is None else hertz_of(rate)
     if to is None and out is None:
-        raise InputError("is needed", field="--to", allowed="sto, mot, csv, mat, mjb")
-    with progress("reading the run") as report:
-        from afo_sim.export import export, format_of
+        raise InputError("is needed", field="--to", allowed=_FORMATS.replace("|", ", "))
+    folder = Path(what)
+    with progress("reading") as report:
+        from afo_sim.export import ELSEWHERE, export, export_elsewhere, format_of
         from afo_sim.simulation import read_recording
 
-        if out is None:
-            beside = folder if folder.is_dir() else folder.parent
-            out = beside / f"recording.{format_of(to or '').name}"
-        for name, kind in KNOWN_BY.items():
-            if kind in _STUDIES and (folder / name).is_file():
-                raise InputError(f"holds a {kind} ({name})", file=folder, allowed=_STUDIES[kind])
-        exported = export(
-            read_recording(folder),
-            out,
-            to,
-            rate=hertz,
-            columns=column or (),
-            force=force,
-            report=lambda done, total: report(done, total, "writing"),
-        )
+        kind = (to if to is not None else Path(str(out)).suffix).removeprefix(".").lower()
+        for name, study in KNOWN_BY.items():
+            if study in _STUDIES and (folder / name).is_file():
+                raise InputError(f"holds a {study} ({name})", file=folder, allowed=_STUDIES[study])
+        if kind in ELSEWHERE:
+            for option, value in (("--rate", rate), ("--column", column)):
+                if value:
+                    raise InputError(f"does not go with {kind}, which has no rows", field=option, value=value)
+            named = f"{folder.stem}.fmu" if kind == "fmu" else f"{folder.stem}_{kind}"
+            whole = folder.is_dir() or folder.suffix == ".parquet"
+            exported = export_elsewhere(
+                read_recording(folder) if whole else what,
+                kind,
+                out or Path(named),
+                read_sets(sets),
+                force=force,
+            )
+        else:
+            if sets:
+                raise InputError("goes with plugin, c and fmu", field="--set", value=sets)
+            exported = export(
+                read_recording(folder),
+                out
+                or (folder if folder.is_dir() else folder.parent) / f"recording.{format_of(to or '').name}",
+                to,
+                rate=hertz,
+                columns=column or (),
+                force=force,
+                report=lambda done, total: report(done, total, "writing"),
+            )
     for note in exported.notes:
         print(f"note: {note}", file=sys.stderr)
     for file in exported.files:

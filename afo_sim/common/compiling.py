@@ -1,7 +1,7 @@
 """From Python to machine code, by numba.
 
-numba's C callback prints what its function raises, and goes on; for that it calls functions of Python and numba,
-and code that calls them cannot be loaded without them. Here a function gives another result instead.
+numba's C callback prints what its function raises, and goes on; for that it calls functions of Python and
+numba, and code that calls them cannot be loaded without them. Here a function gives another result instead.
 
 Code is made for any processor of the platform, not for this one: it is kept, and shipped. numba allows LLVM
 neither to fuse nor to reorder sums and products, so every processor computes the same bits. It finds what is
@@ -43,15 +43,16 @@ def _guarded(function: Callable[..., Any], raised: Callable[..., Any], count: in
     """A function of so many arguments that raises nothing; numba compiles no callback of `*arguments`."""
     names = {"function": register_jitable(function), "raised": register_jitable(raised)}
     told = ", ".join(f"a{k}" for k in range(count))
-    text = f"def guarded({told}):\n try:\n  return function({told})\n except Exception:\n  return raised({told})"
-    exec(text, names)
+    lines = "try:", f"  return function({told})", "except Exception:", f"  return raised({told})"
+    exec("\n ".join((f"def guarded({told}):", *lines)), names)
     return names["guarded"]
 
 
 def _compile(symbol: str, function: Callable[..., Any], signature: Any) -> Code:
     callback = numba.cfunc(signature, nopython=True, error_model="numpy")(function)
     module = llvm.parse_assembly(callback.inspect_llvm())
-    own, needs = [], []
+    own: list[Any] = []
+    needs: list[Any] = []
     for each in (*module.functions, *module.global_variables):
         (needs if each.is_declaration or each.name.startswith(_OF_THIS_PROCESS) else own).append(each)
     for each in own:

@@ -1,10 +1,10 @@
-"""Compiled functions as machine code: a library that the package brings, or compiled once and kept for the user.
+"""Compiled functions as machine code: a library that the package brings, or compiled once and kept.
 
 Compiling takes seconds, and loading what was compiled takes milliseconds. The code runs on every processor of
 its platform, and knows nothing of the process that compiled it; what it calls are symbols, which each process
-resolves for itself. What was compiled for the user is loaded into an engine of its own, so that its names
-cannot meet those of functions that numba compiles later. Where one symbol is unknown, LLVM leaves all calls of
-an object file at address 0, without a word: the symbols that the code needs stand beside it, and are looked up
+resolves for itself. What was compiled for a user is loaded into an engine of its own: its names cannot meet
+those of functions that numba compiles later. Where one symbol is unknown, LLVM leaves all calls of an
+object file at address 0, without a word: the symbols that the code needs stand beside it, and are looked up
 before.
 
 Code is found by what it follows from: the sources, the platform, numba's settings, and what the caller adds.

@@ -4,6 +4,7 @@ import errno
 import functools
 import hashlib
 import importlib.metadata
+import itertools
 import pathlib
 import platform
 from collections.abc import Iterable
@@ -22,8 +23,9 @@ def code_fingerprint(package: pathlib.Path = PACKAGE) -> str:
 
 
 def digest_of_sources(package: pathlib.Path, rooms: Iterable[str]) -> str:
-    """SHA-256 of the sources in Python and C of rooms; OSError where there are none, or one cannot be read."""
-    found, files = hashlib.sha256(), sorted(p for room in rooms for end in SOURCES for p in (package / room).rglob(end))
+    """SHA-256 of the sources of rooms, in Python and C; OSError where there are none, or one is not read."""
+    ends, found = itertools.product(rooms, SOURCES), hashlib.sha256()
+    files = sorted(path for room, end in ends for path in (package / room).rglob(end))
     if not files:
         raise FileNotFoundError(errno.ENOENT, "no sources", str(package))
     for path in files:

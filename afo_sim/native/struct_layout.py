@@ -64,8 +64,8 @@ def declarations(name: str) -> dict[str, Any]:
     return {field.name: field for field in structs.STRUCTS[name].fields}
 
 
-# What compiled code reads, and the library around it. They find the places in a table, and so serve every layout
-# with these types.
+# What compiled code reads, and the library around it. They find the places in a table, and so serve every
+# layout with these types.
 _READ = {
     "mjModel": "actuator_actadr actuator_trnid actuator_user body_subtreemass dof_bodyid dof_damping "
     "dof_parentid geom_bodyid key_act nkey nuser_actuator nv opt signature site_bodyid tendon_adr wrap_objid "

@@ -66,6 +66,7 @@ from .sensed import sensor_columns as sensor_columns
 from .settle import Settled as Settled
 from .simulate import Progress as Progress
 from .simulate import Stepped as Stepped
+from .simulate import case_of as case_of
 from .simulate import simulate_together as simulate_together
 from .simulators import steps_in as steps_in
 from .step_control import STEP_STUDY as STEP_STUDY

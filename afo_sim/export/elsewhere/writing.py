@@ -1,0 +1,113 @@
+"""The files of a scenario that runs elsewhere, written together or not at all."""
+
+import importlib.metadata
+import pathlib
+import shutil
+import sys
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from afo_sim import native
+from afo_sim.common import InputError, check_writable, together, unknown, write_bytes, write_text
+from afo_sim.description import load
+from afo_sim.export.elsewhere.fmu import IDENTIFIER, binaries, description_of, zipped
+from afo_sim.export.elsewhere.variables import variables_of
+from afo_sim.export.exported import Exported
+from afo_sim.model import Built, as_run
+from afo_sim.model import supply_and_timer as schedule
+from afo_sim.model.build import build, portable_xml
+from afo_sim.simulation import Recording, case_of, fixed
+
+ELSEWHERE = {
+    "plugin": "any MuJoCo: README.md says how, in Python, in its viewer and in C",
+    "c": "a C compiler: README.md says how; host.c is a whole program",
+    "fmu": "what imports FMI 2.0 for co-simulation: Simulink, OMSimulator, fmpy simulate {name}",
+}
+MUJOCO = {"win32": "mujoco.dll", "darwin": "libmujoco.dylib"}.get(sys.platform, "libmujoco.so")
+SOURCES = pathlib.Path(native.__file__).with_name("library")
+TEXTS = pathlib.Path(__file__).with_name("texts")
+
+
+def export_elsewhere(
+    what: Any, to: str, out: pathlib.Path, sets: Mapping[str, Any] | None = None, *, force: bool = False
+) -> Exported:
+    """Write a scenario, or that of a run with the commands that the run had, as `to` of ELSEWHERE has it."""
+    if to not in ELSEWHERE:
+        raise unknown(to, ELSEWHERE, field="to", problem="is not a valid format")
+    if out.exists() and not force:
+        allowed = "`force`, which replaces it, or another name with `out`"
+        raise InputError("exists", field="out", value=str(out), allowed=allowed)
+    if to == "fmu" and out.suffix.lower() != ".fmu":
+        raise InputError("is not named as an FMU is", field="out", value=str(out), allowed="NAME.fmu")
+    check_writable(out.parent)
+    library = native.library_file()  # refused before anything is built
+    recording = what if isinstance(what, Recording) else None
+    scenario = load("scenario", what if recording is None else recording.scenario, sets)
+    built = build(as_run(scenario))
+    inputs = schedule.controls(built) if recording is None else _commanded(built, recording)
+    with native.installed():
+        case = case_of(built, fixed(inputs), inputs[0])
+    if case.failure is not None:
+        raise case.failure
+    variables = list(variables_of(built, inputs[0]))
+    with together(out.parent if to == "fmu" else out) as scratch:
+        place = scratch / "unpacked" / "resources" if to == "fmu" else scratch
+        place.mkdir(parents=True, exist_ok=True)
+        write_text(place / "model.xml", portable_xml(built, case.state, plugin=True))
+        write_bytes(place / "inputs.bin", np.ascontiguousarray(inputs, "<f8").tobytes())
+        if to != "plugin":
+            write_bytes(place / "start.bin", np.ascontiguousarray(case.state, "<f8").tobytes())
+            write_text(place / "variables.txt", "".join(f"{each.line}\n" for each in variables))
+        code = scratch / "unpacked" / binaries() if to == "fmu" else scratch
+        code.mkdir(parents=True, exist_ok=True)
+        own = code / (library.name if to != "fmu" else library.name.replace("afo_sim", IDENTIFIER))
+        shutil.copyfile(library, own)
+        if to != "plugin":
+            shutil.copyfile(native.mujoco_library(), code / MUJOCO)
+        for name, text in _licences(to).items():
+            write_text((scratch / "unpacked" / "documentation" if to == "fmu" else scratch) / name, text)
+        if to == "fmu":
+            description = description_of(
+                scenario.name, variables, scenario.timestep, len(inputs) * scenario.timestep
+            )
+            write_bytes(scratch / "unpacked" / "modelDescription.xml", description)
+            zipped(scratch / "unpacked", scratch / out.name)
+            shutil.rmtree(scratch / "unpacked")
+        else:
+            facts = {"name": scenario.name, "library": library.name, "steps": len(inputs), "mujoco": MUJOCO}
+            text = (TEXTS / f"{to}.md").read_text(encoding="utf-8")
+            for key, value in facts.items():
+                text = text.replace(f"@{key.upper()}@", str(value))
+            write_text(scratch / "README.md", text)
+        if to == "c":
+            shutil.copyfile(SOURCES / "afo_sim.h", scratch / "afo_sim.h")
+            shutil.copyfile(TEXTS / "host.c", scratch / "host.c")
+        written = sorted(file.relative_to(scratch) for file in scratch.rglob("*") if file.is_file())
+    folder = out.parent if to == "fmu" else out
+    return Exported(tuple(folder / file for file in written), ELSEWHERE[to].format(name=out.name), "", ())
+
+
+def _commanded(built: Built, recording: Recording) -> np.ndarray:
+    """Inputs of the steps of a run: the scenario's, with what a controller commanded in it."""
+    inputs, index = schedule.controls(built), built.index
+    asked = {f"chamber/{name}/target": i for name, i in index.drives.items()}
+    for name, i in index.valves.items():
+        if not native.is_driven(built.model, i) and native.first_way(built.model, i) is None:
+            asked[f"valve/{name}/coil"] = i
+    for column, i in asked.items():
+        found, stride = recording.columns[column], built.scenario.record_stride
+        rows = np.repeat(np.where(np.isnan(found), schedule.OFF, found), stride)[: len(inputs)]
+        inputs[: len(rows), i] = rows
+    return inputs
+
+
+def _licences(to: str) -> dict[str, str]:
+    """Licences of what is written, by the names of their files."""
+    brought = {"LICENSE": "afo-sim"} | ({"LICENSE-mujoco": "mujoco"} if to != "plugin" else {})
+    found = {}
+    for name, package in brought.items():
+        own = importlib.metadata.files(package) or ()
+        found[name] = next(file for file in own if file.name == "LICENSE").read_text(encoding="utf-8")
+    return found
