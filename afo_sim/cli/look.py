@@ -281,39 +281,28 @@ def export_command(
         raise InputError("is needed", field="--to", allowed=_FORMATS.replace("|", ", "))
     folder = Path(what)
     with progress("reading") as report:
-        from afo_sim.export import ELSEWHERE, export, export_elsewhere, format_of
+        from afo_sim.export import ELSEWHERE, export, format_of
         from afo_sim.simulation import read_recording
 
         kind = (to if to is not None else Path(str(out)).suffix).removeprefix(".").lower()
+        if kind in ELSEWHERE:
+            beside = Path(f"{folder.stem}.fmu" if kind == "fmu" else f"{folder.stem}_{kind}")
+        elif out is None:
+            beside = (folder if folder.is_dir() else folder.parent) / f"recording.{format_of(to or '').name}"
         for name, study in KNOWN_BY.items():
             if study in _STUDIES and (folder / name).is_file():
                 raise InputError(f"holds a {study} ({name})", file=folder, allowed=_STUDIES[study])
-        if kind in ELSEWHERE:
-            for option, value in (("--rate", rate), ("--column", column)):
-                if value:
-                    raise InputError(f"does not go with {kind}, which has no rows", field=option, value=value)
-            named = f"{folder.stem}.fmu" if kind == "fmu" else f"{folder.stem}_{kind}"
-            whole = folder.is_dir() or folder.suffix == ".parquet"
-            exported = export_elsewhere(
-                read_recording(folder) if whole else what,
-                kind,
-                out or Path(named),
-                read_sets(sets),
-                force=force,
-            )
-        else:
-            if sets:
-                raise InputError("goes with plugin, c and fmu", field="--set", value=sets)
-            exported = export(
-                read_recording(folder),
-                out
-                or (folder if folder.is_dir() else folder.parent) / f"recording.{format_of(to or '').name}",
-                to,
-                rate=hertz,
-                columns=column or (),
-                force=force,
-                report=lambda done, total: report(done, total, "writing"),
-            )
+        run = kind not in ELSEWHERE or folder.is_dir() or folder.suffix == ".parquet"
+        exported = export(
+            read_recording(folder) if run else what,
+            out or beside,
+            to,
+            rate=hertz,
+            columns=column or (),
+            sets=read_sets(sets),
+            force=force,
+            report=lambda done, total: report(done, total, "writing"),
+        )
     for note in exported.notes:
         print(f"note: {note}", file=sys.stderr)
     for file in exported.files:

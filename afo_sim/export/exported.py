@@ -4,10 +4,12 @@ import filecmp
 import os
 import pathlib
 import warnings
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from afo_sim.common import InputError, check_writable, nearest_name, together, unknown
+from afo_sim.export.elsewhere.writing import ELSEWHERE, write_elsewhere
 from afo_sim.export.formats import FORMATS, Format, Order
 from afo_sim.simulation import Recording
 
@@ -23,18 +25,29 @@ class Exported:
 
 
 def export(
-    recording: Recording,
+    recording: Recording | str | os.PathLike[str],
     out: str | os.PathLike[str],
     to: str | None = None,
     *,
     rate: float | None = None,
     columns: Iterable[str] = (),
     force: bool = False,
+    sets: Mapping[str, Any] | None = None,
     report: Callable[[int, int], object] = lambda done, total: None,
 ) -> Exported:
-    """Write a run as a file of another program; `Recording.export` describes the arguments."""
-    path, kind = _target(pathlib.Path(out), to)
-    patterns = (columns,) if isinstance(columns, str) else tuple(columns)
+    """Write a run, or a scenario, for another program; `Recording.export` describes the arguments."""
+    path, patterns = pathlib.Path(out), (columns,) if isinstance(columns, str) else tuple(columns)
+    named = (path.suffix if to is None else to).removeprefix(".").lower()
+    if named in ELSEWHERE:
+        for field, value in (("rate", rate), ("columns", patterns)):
+            if value:
+                raise InputError(f"does not go with {named}, which has no rows", field=field, value=value)
+        files = write_elsewhere(recording, named, path, sets, force=force)
+        return Exported(files, ELSEWHERE[named].format(name=path.name), "", ())
+    if not isinstance(recording, Recording) or sets:
+        allowed = f"a run's folder; of a scenario: {', '.join(ELSEWHERE)}"
+        raise InputError(f"does not go with {named}", field="scenario", value=str(recording), allowed=allowed)
+    path, kind = _target(path, to)
     if rate is not None and not kind.rows:
         problem = f"does not go with {kind.name}, which has no rows"
         raise InputError(problem, field="rate", value=f"{rate:g} Hz")
@@ -64,7 +77,7 @@ def export(
 def format_of(to: str) -> Format:
     """The format of a name."""
     if to.removeprefix(".").lower() not in FORMATS:
-        raise unknown(to, FORMATS, field="to", problem="is not a valid format")
+        raise unknown(to, {**FORMATS, **ELSEWHERE}, field="to", problem="is not a valid format")
     return FORMATS[to.removeprefix(".").lower()]
 
 

@@ -10,11 +10,10 @@ from typing import Any
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common import InputError, check_writable, together, unknown, write_bytes, write_text
+from afo_sim.common import InputError, check_writable, together, write_bytes, write_text
 from afo_sim.description import load
 from afo_sim.export.elsewhere.fmu import IDENTIFIER, binaries, description_of, zipped
 from afo_sim.export.elsewhere.variables import variables_of
-from afo_sim.export.exported import Exported
 from afo_sim.model import Built, as_run
 from afo_sim.model import supply_and_timer as schedule
 from afo_sim.model.build import build, portable_xml
@@ -30,12 +29,10 @@ SOURCES = pathlib.Path(native.__file__).with_name("library")
 TEXTS = pathlib.Path(__file__).with_name("texts")
 
 
-def export_elsewhere(
+def write_elsewhere(
     what: Any, to: str, out: pathlib.Path, sets: Mapping[str, Any] | None = None, *, force: bool = False
-) -> Exported:
+) -> tuple[pathlib.Path, ...]:
     """Write a scenario, or that of a run with the commands that the run had, as `to` of ELSEWHERE has it."""
-    if to not in ELSEWHERE:
-        raise unknown(to, ELSEWHERE, field="to", problem="is not a valid format")
     if out.exists() and not force:
         allowed = "`force`, which replaces it, or another name with `out`"
         raise InputError("exists", field="out", value=str(out), allowed=allowed)
@@ -86,7 +83,7 @@ def export_elsewhere(
             shutil.copyfile(TEXTS / "host.c", scratch / "host.c")
         written = sorted(file.relative_to(scratch) for file in scratch.rglob("*") if file.is_file())
     folder = out.parent if to == "fmu" else out
-    return Exported(tuple(folder / file for file in written), ELSEWHERE[to].format(name=out.name), "", ())
+    return tuple(folder / file for file in written)
 
 
 def _commanded(built: Built, recording: Recording) -> np.ndarray:

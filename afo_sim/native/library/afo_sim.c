@@ -55,14 +55,15 @@ static struct { /* in the order of NAMES */
   void (*forward)(const mjModel *, mjData *);
   const char *(*name_of)(const mjModel *, int, int);
   void (*error)(const char *, ...);
+  const void *(*get_plugin)(const char *, int *);
   int (*register_plugin)(const void *);
   callback *bias, *dyn;
   void (**user_error)(const char *);
 } mj;
 static const char *const NAMES[] = {
     "mj_version", "mj_loadXML", "mj_deleteModel", "mj_makeData", "mj_deleteData", "mj_resetData", "mj_stateSize",
-    "mj_getState", "mj_setState", "mj_step", "mj_forward", "mj_id2name", "mju_error", "mjp_registerPlugin",
-    "mjcb_act_bias", "mjcb_act_dyn", "mju_user_error"};
+    "mj_getState", "mj_setState", "mj_step", "mj_forward", "mj_id2name", "mju_error", "mjp_getPlugin",
+    "mjp_registerPlugin", "mjcb_act_bias", "mjcb_act_dyn", "mju_user_error"};
 enum { COUNT = sizeof NAMES / sizeof *NAMES };
 _Static_assert(sizeof mj == COUNT * sizeof(void *), "a name for each member");
 
@@ -149,6 +150,12 @@ static void leave(const char *text) {
   longjmp(guarded->jump, 1);
 }
 
+static void leave_or_end(const char *text) { /* MuJoCo's errors, which end the process where nobody else minds */
+  leave(text);
+  fprintf(stderr, "ERROR: %s\n", text);
+  exit(EXIT_FAILURE);
+}
+
 void afo_sim_mju_error(const char *format, ...) {
   char text[TEXT];
   va_list told;
@@ -182,6 +189,9 @@ static int plugin_states(const mjModel *m, int instance) { return 0; }
 static int plugin_init(const mjModel *m, mjData *d, int instance) {
   char why[TEXT];
   if (found_mujoco(why, TEXT)) mj.error("%s", why);
+  int ours = 0;
+  for (int i = 0; i < mj.state_size(m, CTRL); i++) ours += is_ours(m, i);
+  if (!ours) mj.error("the model's muscles are of another version of afo_sim than its plugin");
   lock();
   if (!in_force()) before[0] = *mj.bias, before[1] = *mj.dyn, *mj.bias = bias, *mj.dyn = dyn;
   living++;
@@ -220,8 +230,9 @@ static const struct { /* mjpPlugin, which all known versions have alike */
 
 __attribute__((constructor)) static void loaded(void) { /* of another MuJoCo's plugins no model can be made */
   char why[TEXT];
+  int slot;
   found_mujoco(why, TEXT);
-  if (mj.version) mj.register_plugin(&PLUGIN);
+  if (mj.version && !mj.get_plugin(PLUGIN.name, &slot)) mj.register_plugin(&PLUGIN); /* else a copy has done it */
 }
 
 /* ---- simulations of exported folders */
@@ -311,7 +322,7 @@ static int opened(afo_sim *sim, const char *folder, char *error, int size) {
   char path[PATH];
   size_t length, rows;
   if (found_mujoco(error, size)) return -1;
-  if (!*mj.user_error) *mj.user_error = leave; /* else MuJoCo's errors end the process */
+  if (!*mj.user_error) *mj.user_error = leave_or_end;
   snprintf(path, PATH, "%s/model.xml", folder);
   if (attempt(sim, make, path) || !sim->data) return say(error, size, "%.300s: %s", path, sim->error);
   sim->states = mj.state_size(sim->model, (int)afo_sim_places[AFO_STATE]);
