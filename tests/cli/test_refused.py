@@ -134,7 +134,7 @@ REFUSED = [
     (f"{WALK} --adapt -1", "--adapt"),
     (f"{WALK} --starts -1", "--starts"),
     (f"{WALK} --seed -1", "--seed"),
-    (f"{WALK} --duration '1 s'", "too short"),
+    (f"{WALK} --duration '1 s'", "out of range"),
     (f"{WALK} --duration 'nan s'", "--duration"),
     (f"{WALK} --push '9 kg'", "--push"),
     (f"{WALK} --set 'timestep=3 ms'", "a whole part of 10 ms"),
