@@ -36,7 +36,7 @@ def ways_of(model: mujoco.MjModel) -> list[Way]:
     rows = model.actuator_user[:, : slots.EDGE_ROW.tank + 1].tolist()
     found, flow = [], slots.EDGE_ROW
     for leader, own in enumerate(rows):
-        if slots.kind_of(own, 0) not in _AIR or not own[slots.AIR_ROW.leads] > 0.0:
+        if own[slots.KIND] not in _AIR or not own[slots.AIR_ROW.leads] > 0.0:
             continue
         nodes = {AMBIENT: TO_AMBIENT, SUPPLY: TO_SUPPLY}
         joined = chain(rows, leader, slots.AIR_ROW.first_node, slots.AIR_ROW.following)
@@ -49,7 +49,7 @@ def ways_of(model: mujoco.MjModel) -> list[Way]:
             law, numbers = int(row[flow.law]), tuple(row[flow.parameters : flow.tank])
             opens = row[slots.VALVE_ROW.conductance], row[slots.VALVE_ROW.critical_ratio]
             pilot = nodes[int(numbers[0])] if law in PILOTED else NOWHERE
-            valve = slots.kind_of(row, 0) == slots.Kind.VALVE
+            valve = row[slots.KIND] == slots.Kind.VALVE
             found.append(Way(edge, *ends, valve, law, *opens, numbers, pilot, upstream))
     return found
 

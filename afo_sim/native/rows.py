@@ -1,5 +1,6 @@
 """Rows of `actuator_user`, written by the names of their numbers, found by their kinds."""
 
+import functools
 from collections.abc import Sequence
 from typing import Any
 
@@ -57,6 +58,10 @@ def muscle_row(*, law: str, braid: Braid, contraction_scale: float = 1.0, **valu
 def of_kind(model: mujoco.MjModel, kind: slots.Kind) -> list[int]:
     """Ids of this project's actuators of one kind."""
     heads = model.actuator_user[:, : slots.FIRST]
-    if model.nuser_actuator < slots.N_USER:
-        return []
-    return list(np.flatnonzero((heads == (slots.THIS_LAYOUT, kind)).all(axis=1)).tolist())
+    return list(_of_kind(heads.tobytes(), kind)) if model.nuser_actuator >= slots.N_USER else []
+
+
+@functools.lru_cache(maxsize=64)  # models of one layout have the same
+def _of_kind(heads: bytes, kind: slots.Kind) -> tuple[int, ...]:
+    rows = np.frombuffer(heads).reshape(-1, slots.FIRST)
+    return tuple(np.flatnonzero((rows == (slots.THIS_LAYOUT, kind)).all(axis=1)).tolist())
