@@ -24,7 +24,7 @@ WALKING = {
 
 @dataclass(frozen=True)
 class Variable:
-    """value = scale · (array[place] + offset); one of no name is added to the one before."""
+    """value = scale · (array[place] + offset); one of no name goes with the one before."""
 
     name: str
     unit: str
@@ -56,12 +56,13 @@ def variables_of(built: Built, first: np.ndarray) -> Iterator[Variable]:
     for chamber, i in index.drives.items():
         text = "gauge pressure that its drive is asked for; below 0 the drive is off"
         yield control(f"chamber/{chamber}/target", "Pa", text, i)
-    for chamber, i in index.chambers.items():
-        text = "gauge pressure before its inlet valve"
-        yield control(f"chamber/{chamber}/supply", "Pa", text, i)
-    yield control(
-        "knee/angle", "rad", "of the knee, flexion positive: it stretches the tissue", index.passive
-    )
+    if native.ends_at_supply(built.model):  # and at no bottle or regulator
+        for number, i in enumerate(index.chambers.values()):
+            text = "gauge pressure before the inlet valves"
+            yield control("" if number else "supply/pressure", "Pa", text, i)
+    if built.scenario.leg.passive.scale > 0.0:
+        text = "of the knee, flexion positive: it stretches the tissue"
+        yield control("knee/angle", "rad", text, index.passive)
     for name, i in index.walking.items():
         if name.startswith("pad_"):
             yield control(f"walk/{name}", "m", "height of the floor under this point of the sole", i)

@@ -243,7 +243,7 @@ static const struct { const char *name; int field, counts; } ARRAYS[] = { /* cou
     {"actuator_force", mjData_actuator_force, CTRL}, {"qfrc_actuator", mjData_qfrc_actuator, QVEL}};
 enum { APPLIED = 1, ARRAY_COUNT = sizeof ARRAYS / sizeof *ARRAYS, PARTS = 8 };
 
-typedef struct { /* its value is scale · (array[place] + offset), plus that of those behind it without a name */
+typedef struct { /* its value is scale · (array[place] + offset); those behind it without a name are added to it, or set with it */
   afo_variable said;
   int array, place;
   double scale, offset, set;
@@ -377,7 +377,7 @@ int afo_set(afo_sim *sim, int number, double value) {
   const afo_variable *said = afo_describe(sim, number);
   if (!said || !said->input) return say(sim->error, TEXT, "%.60s is no input", said ? said->name : "this number");
   if (isinf(value)) return say(sim->error, TEXT, "%.60s is set to a number that is not finite", said->name);
-  sim->variables[number].set = value;
+  do sim->variables[number].set = value; while (++number < sim->count && !*sim->variables[number].said.name);
   return 0;
 }
 
@@ -389,7 +389,7 @@ double afo_get(const afo_sim *sim, int number) {
   do {
     const variable *v = &sim->variables[number++];
     value += v->scale * (*number_of(sim, v) + v->offset);
-  } while (number < sim->count && !*sim->variables[number].said.name);
+  } while (!said->input && number < sim->count && !*sim->variables[number].said.name);
   return value;
 }
 
