@@ -2,6 +2,7 @@
 
 drives   the three pressure drives follow steps of pressure on S1's device (scenario seated-antagonist), whose
          dorsiflexor's drive is asked for STEPS by a controller: picture and table of docs/drives.md
+elsewhere  which exported file goes where: docs/elsewhere.png
 ledger   predicted over measured, with bands, of the ledger's devices: docs/ledger.png, and the table of
          docs/accuracy.md
 muscles  force over contraction of the fluidic muscles of 10, 20 and 40 mm, with their limits
@@ -371,6 +372,29 @@ def wiring() -> None:
     figure.savefig(ROOT / "docs/electronics.png", dpi=110, bbox_inches="tight")
 
 
+ELSEWHERE = {  # what is written: where it runs
+    "--to plugin: NAME_plugin/\nmodel.xml, inputs.bin,\nafo_sim.so": "MuJoCo alone: Python,\nits viewer, C",
+    "--to c: NAME_c/\nthe same, afo_sim.h, host.c,\nlibmujoco.so, …": "your own loop:\nC, C++, ROS 2",
+    "--to fmu: NAME.fmu\nall of it in one file": "FMI 2.0, co-simulation:\nSimulink, OMSimulator,\nfmpy",
+}
+
+
+def fill_elsewhere(figure: Any) -> None:
+    """Files on the left; on the right the run, whose steps tests/export/elsewhere compares bit by bit."""
+    axes, curve = figure.subplots(1, 2, width_ratios=(2.1, 1))
+    box(axes, 0, 2.1, 2.1, 0.8, "scenario, or a run\nwith its commands", "#e8f0fa")
+    for y, (files, host) in zip((4.0, 2.5, 1.0), ELSEWHERE.items(), strict=True):
+        box(axes, 3.3, y - 0.55, 3.1, 1.1, files)
+        box(axes, 7, y - 0.55, 2.6, 1.1, host, "#e8f0fa")
+        for begin, end in (((2.1, 2.5), (3.3, y)), ((6.4, y), (7, y))):
+            axes.annotate("", end, begin, arrowprops={"arrowstyle": "->"})
+    axes.set(xlim=(-0.05, 9.65), ylim=(0.3, 4.7))
+    axes.axis("off")
+    run, words = afo_sim.run("seated"), "run, plugin, C and FMU:\n0 of 8000 steps differ"
+    curve.plot(run["time"], np.degrees(run["ankle/angle"]), color=BLUE)
+    curve.set(xlabel="time [s]", ylabel="ankle angle [deg]", title=words)
+
+
 VERDICT_LOOKS = dict(zip(VERDICTS, ((BLUE, "o"), (RED, "X"), (GREY, "s")), strict=True))
 
 
@@ -418,6 +442,7 @@ def patients() -> None:
 
 PARTS = {"drives": drives, "ledger": draw_ledgers, "muscles": muscles, "patients": patients, "runs": runs}
 PARTS |= {"walks": walks, "wiring": wiring}
+PARTS["elsewhere"] = lambda: draw(ROOT / "docs/elsewhere.png", (9.5, 3.4), fill_elsewhere)
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
