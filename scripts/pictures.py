@@ -381,7 +381,7 @@ ELSEWHERE = {  # what is written: where it runs
 
 def fill_elsewhere(figure: Any) -> None:
     """Files on the left; on the right the run, whose steps tests/export/elsewhere compares bit by bit."""
-    axes, curve = figure.subplots(1, 2, width_ratios=(2.1, 1))
+    axes, curve = figure.subplots(1, 2, width_ratios=(2.6, 1))
     box(axes, 0, 2.1, 2.1, 0.8, "scenario, or a run\nwith its commands", "#e8f0fa")
     for y, (files, host) in zip((4.0, 2.5, 1.0), ELSEWHERE.items(), strict=True):
         box(axes, 3.3, y - 0.55, 3.1, 1.1, files)
@@ -442,7 +442,7 @@ def patients() -> None:
 
 PARTS = {"drives": drives, "ledger": draw_ledgers, "muscles": muscles, "patients": patients, "runs": runs}
 PARTS |= {"walks": walks, "wiring": wiring}
-PARTS["elsewhere"] = lambda: draw(ROOT / "docs/elsewhere.png", (9.5, 3.4), fill_elsewhere)
+PARTS["elsewhere"] = lambda: draw(ROOT / "docs/elsewhere.png", (7.8, 2.9), fill_elsewhere)
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
