@@ -28,6 +28,8 @@ QUESTIONS = {
     "Gymnasium environment": "environments.html",
     "fit-torque --hold-out": "reference/commands.html",
     "moment arm": "glossary.html",
+    "McKibben muscle in MuJoCo": "questions.html",
+    "Simulink FMU": "elsewhere.html",
 }
 # Types a question into the search box of the page, as a person would; the addresses of the hits.
 ASK = """(async question => {
