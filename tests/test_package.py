@@ -2,6 +2,7 @@
 
 import contextlib
 import itertools
+import json
 import os
 import pathlib
 import re
@@ -16,6 +17,8 @@ import pytest
 from campaign import NIGHTLY, nightly
 from command import call
 from documents import PAGES, README, TEXT
+
+from afo_sim.common import machine_code
 
 ROOT = pathlib.Path(__file__).parents[1]
 
@@ -126,12 +129,13 @@ def test_wheel_carries_its_products_and_runs_alone(tmp_path: pathlib.Path) -> No
     run([*pip, "wheel", "-q", "--no-deps", "--no-build-isolation", "-w", str(tmp_path), str(ROOT)], tmp_path)
     (wheel,) = tmp_path.glob("*.whl")
     names = zipfile.ZipFile(wheel).namelist()
-    products = ("models/legs/adult_75kg/leg.xml", "models/scenarios/seated.toml", "gait_data/README.md")
+    products = ["models/legs/adult_75kg/leg.xml", "models/scenarios/seated.toml", "gait_data/README.md"]
+    products += [f"machine_code/{name}" for name in (machine_code.LIBRARY, machine_code.CONTENT)]
     kinds = ["callbacks", "curves", "energy", "in_series", "metrics", "sensing", "first_air", "bent_toes"]
     kinds += ["activation", *(f"pads_{name}" for name in ("placed", "shared", "stands", "carried"))]
-    kernels = [f"machine_code/{kind}" for kind in kinds]
-    for name in (*products, *kernels):
-        assert f"afo_sim/{name}" in names
+    assert {f"afo_sim/{name}" for name in products} <= set(names)
+    content = zipfile.ZipFile(wheel).read(f"afo_sim/machine_code/{machine_code.CONTENT}")
+    assert set(kinds) <= json.loads(content)["kinds"].keys()
     assert not any(name.startswith(("tests", "scripts", "models/")) for name in names)
     target = tmp_path / "site"
     run([*pip, "install", "-q", "--no-deps", "--target", str(target), str(wheel)], tmp_path)
