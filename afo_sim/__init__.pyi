@@ -18,6 +18,7 @@ from .legs.importing import import_leg as import_leg
 from .metrics.metric import Metric as Metric
 from .model.build import build as build
 from .model.rescale import refit as refit
+from .native.install import install as install
 from .rl.dm_control_physics import dm_control_physics as dm_control_physics
 from .show.drawing import draw as draw
 from .show.run_pictures import figure as figure

@@ -46,6 +46,12 @@ def _tell_library() -> None:
         ctypes.memmove(type(places()).in_dll(library, PLACES), places(), ctypes.sizeof(places()))
 
 
+def settle_plugin() -> bool:
+    """Let the library's plugin put its callbacks in force while it has data; whether they are."""
+    settle = getattr(machine_code.library(), "afo_sim_settle", None)
+    return settle is not None and bool(settle(0))
+
+
 def library_file() -> pathlib.Path:
     """The package's library, if it is of these sources (CallbackError where it is not)."""
     key = machine_code.fingerprint(*follows())

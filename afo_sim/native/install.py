@@ -1,5 +1,6 @@
 """The callbacks, compiled or as plain Python: installed while anybody holds them, and shown to act."""
 
+import ctypes
 import functools
 import threading
 import weakref
@@ -15,7 +16,7 @@ import numpy as np
 from afo_sim.common import CallbackError, InputError
 from afo_sim.native import slots
 from afo_sim.native.callbacks import define
-from afo_sim.native.compiled import callbacks
+from afo_sim.native.compiled import callbacks, mujoco_library, settle_plugin
 from afo_sim.native.error_codes import COMPLAINTS, FINE
 from afo_sim.native.guides import behind_guides
 from afo_sim.native.network import network_dyn
@@ -78,13 +79,25 @@ class _FlatData:
         return found.reshape(-1) if np.ndim(found) == 2 else found
 
 
+NAMES = ("mjcb_act_bias", "mjcb_act_dyn")
+
+
+@functools.cache
+def _pointers() -> list[ctypes.c_void_p]:
+    """MuJoCo's own two, which code in C sets without the bindings."""
+    library = ctypes.CDLL(str(mujoco_library()))
+    return [ctypes.c_void_p.in_dll(library, name) for name in NAMES]
+
+
 def _current() -> tuple[Any, Any]:
     return mujoco.get_mjcb_act_bias(), mujoco.get_mjcb_act_dyn()
 
 
-def _put(callbacks: tuple[Any, Any]) -> None:
-    mujoco.set_mjcb_act_bias(callbacks[0])
-    mujoco.set_mjcb_act_dyn(callbacks[1])
+def _put(callbacks: tuple[Any, ...], addresses: tuple[int | None, ...] = (None, None)) -> None:
+    setters = mujoco.set_mjcb_act_bias, mujoco.set_mjcb_act_dyn
+    for put, pointer, callback, address in zip(setters, _pointers(), callbacks, addresses, strict=True):
+        put(callback)
+        pointer.value = address or pointer.value
 
 
 def _silent(text: str) -> None:
@@ -105,6 +118,7 @@ class _Callbacks:
     holders: dict[object, int] = field(default_factory=dict)
     ours: tuple[Any, Any] | None = None
     before: tuple[Any, Any] = (None, None)
+    addresses: tuple[int | None, ...] = (None, None)  # before, too
     mode: Mode = "native"
 
     def take(self, holder: object, mode: Mode, *, block: bool = False) -> _Outer | None:
@@ -142,9 +156,11 @@ class _Callbacks:
             if self.holders or self.ours is None:
                 return
             ours, self.ours = self.ours, None
-            kept = zip(_current(), ours, self.before, strict=True)
+            there = zip(_current(), ours, self.before, self.addresses, strict=True)
             # what somebody else has put there meanwhile is not ours to take away
-            _put(tuple(before if now is mine else now for now, mine, before in kept))  # type: ignore[arg-type]
+            kept = [(before, at) if now is mine else (now, None) for now, mine, before, at in there]
+            _put(*zip(*kept, strict=True))
+            settle_plugin()  # whose data may have come or gone meanwhile
             if mujoco.get_mju_user_warning() is _silent:
                 mujoco.set_mju_user_warning(None)
 
@@ -157,16 +173,17 @@ class _Callbacks:
             )
 
     def _install(self, mode: Mode, wanted: tuple[Any, Any]) -> None:
-        before = _current()
+        before, addresses = _current(), tuple(pointer.value for pointer in _pointers())
         known = [c for f in (_native_callbacks, _python_callbacks) if f.cache_info().currsize for c in f()]
-        for name, callback in zip(("mjcb_act_bias", "mjcb_act_dyn"), before, strict=True):
-            if callback is not None and not any(callback is mine for mine in known):
+        for name, callback, address in zip(NAMES, before, addresses, strict=True):
+            natively = callback is None and address is not None
+            if not (settle_plugin() if natively else any(callback is mine for mine in (None, *known))):
                 raise CallbackError(
                     f"another {name} is installed in this process; MuJoCo has room for one, and "
                     "replacing it would change that program's simulation. Remove it "
                     f"(mujoco.set_{name}(None)) and try again."
                 )
-        self.before, self.ours, self.mode = before, wanted, mode
+        self.before, self.addresses, self.ours, self.mode = before, addresses, wanted, mode
         _put(wanted)
         if mujoco.get_mju_user_warning() is None:
             mujoco.set_mju_user_warning(_silent)
@@ -333,3 +350,18 @@ class Hold(Closing):
         if not self._end.alive:
             raise CallbackError("is closed: the muscle callbacks were given back, and muscles would be limp")
         CALLBACKS.check()
+
+
+_FOR_GOOD: list[Hold] = []
+
+
+def install() -> None:
+    """Put the muscles in force until Python ends: plain `mujoco.mj_step` steps every model that has them.
+
+    Such are `model.xml` of a run, what `afo-sim attach` writes, and exports for MuJoCo, with or without their
+    plugin. Raises CallbackError where another program's callbacks are installed.
+
+    >>> install()
+    >>> muscles = attach("adult_75kg", "s1").muscles
+    """
+    _FOR_GOOD[:] = [Hold()]

@@ -103,7 +103,7 @@ def c_header(row: int, layout: float) -> str:
     words = ", ".join(f"{int(n) // 10**6}.{int(n) // 1000 % 1000}.{int(n) % 1000}" for n in known)
     return f"""#include <stdint.h>
 enum {{ {", ".join(names)}, AFO_STATE, AFO_PLACES, AFO_LAYOUTS = {len(known)}, AFO_ROW = {row},
-       AFO_ACTUATOR = {mujoco.mjtObj.mjOBJ_ACTUATOR.value} }};
+       AFO_ACTUATOR = {mujoco.mjtObj.mjOBJ_ACTUATOR.value}, AFO_KEY = {mujoco.mjtObj.mjOBJ_KEY.value} }};
 #define AFO_ROWS_LAYOUT {layout}
 #define AFO_KNOWN "{words}"
 static const struct {{ int version; int64_t places[AFO_PLACES]; }} AFO_LAYOUT[] = {{

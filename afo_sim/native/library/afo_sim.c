@@ -54,6 +54,7 @@ static struct { /* in the order of NAMES */
   void (*step)(const mjModel *, mjData *);
   void (*forward)(const mjModel *, mjData *);
   const char *(*name_of)(const mjModel *, int, int);
+  int (*id_of)(const mjModel *, int, const char *);
   void (*error)(const char *, ...);
   const void *(*get_plugin)(const char *, int *);
   int (*register_plugin)(const void *);
@@ -62,7 +63,7 @@ static struct { /* in the order of NAMES */
 } mj;
 static const char *const NAMES[] = {
     "mj_version", "mj_loadXML", "mj_deleteModel", "mj_makeData", "mj_deleteData", "mj_resetData", "mj_stateSize",
-    "mj_getState", "mj_setState", "mj_step", "mj_forward", "mj_id2name", "mju_error", "mjp_getPlugin",
+    "mj_getState", "mj_setState", "mj_step", "mj_forward", "mj_id2name", "mj_name2id", "mju_error", "mjp_getPlugin",
     "mjp_registerPlugin", "mjcb_act_bias", "mjcb_act_dyn", "mju_user_error"};
 enum { COUNT = sizeof NAMES / sizeof *NAMES };
 _Static_assert(sizeof mj == COUNT * sizeof(void *), "a name for each member");
@@ -185,6 +186,20 @@ static int in_force(void) { /* these, or the kernels that the Python package ins
   return (*mj.bias == bias || *mj.bias == afo_sim_callbacks_0) && (*mj.dyn == dyn || *mj.dyn == afo_sim_callbacks_1);
 }
 
+static void keep(int k, callback *at, callback mine, callback kernel) {
+  if (living && *at != mine && *at != kernel) before[k] = *at, *at = mine;
+  if (!living && *at == mine) *at = before[k]; /* what somebody else has put there is not ours to take away */
+}
+/* Count such data; the callbacks follow. Whether they stood there, as the Python package asks. */
+AFO_API int afo_sim_settle(int change) {
+  lock();
+  int stood = mj.version && *mj.bias == bias && *mj.dyn == dyn;
+  living += change;
+  if (mj.version) keep(0, mj.bias, bias, afo_sim_callbacks_0), keep(1, mj.dyn, dyn, afo_sim_callbacks_1);
+  unlock();
+  return stood;
+}
+
 static int plugin_states(const mjModel *m, int instance) { return 0; }
 static int plugin_init(const mjModel *m, mjData *d, int instance) {
   char why[TEXT];
@@ -192,29 +207,20 @@ static int plugin_init(const mjModel *m, mjData *d, int instance) {
   int ours = 0;
   for (int i = 0; i < mj.state_size(m, CTRL); i++) ours += is_ours(m, i);
   if (!ours) mj.error("the model's muscles are of another version of afo_sim than its plugin");
-  lock();
-  if (!in_force()) before[0] = *mj.bias, before[1] = *mj.dyn, *mj.bias = bias, *mj.dyn = dyn;
-  living++;
-  unlock();
+  afo_sim_settle(1);
   return 0;
 }
-static void plugin_destroy(mjData *d, int instance) {
-  lock();
-  if (--living == 0) { /* what somebody else has put there meanwhile is not ours to take away */
-    if (*mj.bias == bias) *mj.bias = before[0];
-    if (*mj.dyn == dyn) *mj.dyn = before[1];
-  }
-  unlock();
-}
+static void plugin_destroy(mjData *d, int instance) { afo_sim_settle(-1); }
 static void plugin_reset(const mjModel *m, double *s, void *p, int k) {}
-/* Before the actuators of each step: data that were reset without a keyframe get the air of the model's first. */
+/* Before the actuators of each step: data that were reset without a keyframe get the air of the model's key. */
 static void plugin_compute(const mjModel *m, mjData *d, int instance, int capability) {
-  if (!in_force()) mj.error("another library has replaced the muscles' callbacks, and they would be limp");
+  if (!in_force()) mj.error("other callbacks stand where those of the muscles stood, and these may be limp");
   int count = mj.state_size(m, ACT);
   double *act = AT(double *, d, mjData_act);
   if (AT(double, d, mjData_time) != 0.0 || !AT(int64_t, m, mjModel_nkey)) return;
   for (int k = 0; k < count; k++) if (act[k] != 0.0) return;
-  memcpy(act, AT(double *, m, mjModel_key_act), count * sizeof *act);
+  int key = mj.id_of(m, AFO_KEY, "afo_start");
+  if (key >= 0) memcpy(act, AT(double *, m, mjModel_key_act) + (size_t)key * count, count * sizeof *act);
 }
 static const struct { /* mjpPlugin, which all known versions have alike */
   const char *name;
