@@ -130,6 +130,7 @@ class _Attachment:
     timestep: Annotated[str | None, Option(help='"1 ms"; the model\'s own by default')] = None
     prefix: Annotated[str, Option(help="of all names that are added")] = "afo_"
     out: Annotated[Path | None, Option(help="MJCF file to write; MODEL_ORTHOSIS.xml by default")] = None
+    to: Annotated[str | None, Option(help="plugin: a folder that any MuJoCo steps without afo_sim")] = None
     mjb: Annotated[bool, Option("--mjb", help="also MuJoCo's binary model, with all parameters")] = False
     force: Annotated[bool, Option("--force", help="replace files that are there")] = False
 
@@ -143,7 +144,10 @@ def attach_command(worn: _Attachment) -> None:
     """
     check_side(worn.side)
     model, name = worn.model, Path(worn.orthosis).stem
-    out = worn.out or Path(f"{model.stem}_{name}.xml")
+    if worn.to not in (None, "plugin") or (worn.to and worn.mjb):
+        raise InputError("is not possible here", field="--to", value=worn.to, allowed="plugin, without --mjb")
+    out = worn.out or Path(f"{model.stem}_{name}{'.xml' if not worn.to else '_plugin'}")
+    out = out / "model.xml" if worn.to else out
     angle = None if worn.zero is None else quantity("--zero", worn.zero, "rad")
     ours = _is_written(model)
     if not ours and model.exists() and out.exists() and out.samefile(model):
@@ -157,7 +161,12 @@ def attach_command(worn: _Attachment) -> None:
         before: Any = attached(model) if ours else model
         packages = tuple(worn.package or ())
         found = attach(before, worn.orthosis, zero=angle, packages=packages, **picked(worn, *names))
-        written = write_attached(found, out, force=worn.force, mjb=worn.mjb)
+        if worn.to:
+            from afo_sim.export import export_attached
+
+            written = export_attached(found, out.parent, force=worn.force)
+        else:
+            written = write_attached(found, out, force=worn.force, mjb=worn.mjb)
     _print(found)
     for words in found.told:
         print(f"note: {words}", file=sys.stderr)
@@ -167,7 +176,8 @@ def attach_command(worn: _Attachment) -> None:
             print(f"written to {file}")
     if beside:
         print(f"{len(beside)} meshes, pictures and parts are in {out.with_name(f'{out.stem}_files')}")
-    print(f'next, in Python: leg = afo_sim.attached("{out}")')
+    next_ = "README.md says how it is opened" if worn.to else f'leg = afo_sim.attached("{out}")'
+    print(f"next, in Python: {next_}")
 
 
 def _is_written(model: Path) -> bool:

@@ -6,5 +6,6 @@ from .electronics.exporting import board_of as board_of
 from .electronics.exporting import commanded as commanded
 from .electronics.firmware import Firmware as Firmware
 from .elsewhere.writing import ELSEWHERE as ELSEWHERE
+from .elsewhere.writing import export_attached as export_attached
 from .exported import export as export
 from .exported import format_of as format_of

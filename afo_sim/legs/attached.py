@@ -22,7 +22,7 @@ class Attached:
     """A compiled model that an orthosis is attached to; it is stepped with `mujoco.mj_step`."""
 
     model: mujoco.MjModel  # exact; the user's own actuators come first, in their order
-    spec: mujoco.MjSpec  # that it was compiled from, without parameters of the muscles
+    spec: mujoco.MjSpec  # that it was compiled from, now with the muscles' parameters
     orthosis: Orthosis
     found: Found  # the leg that it is on
     bodies: dict[Segment, str]  # that carry the device, the proximal one first

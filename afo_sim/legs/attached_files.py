@@ -36,7 +36,7 @@ VERSION = 2  # of the sidecar
 ARRAYS = ("centre", "axes")
 HEAD = """
   {name}: with the orthosis {devices}, added by afo-sim.
-  The callbacks of afo_sim compute the forces of its muscles, by parameters in {sidecar}. In Python:
+  The callbacks of afo_sim compute the forces of its muscles, by their user= and {sidecar}. In Python:
       leg = afo_sim.attached("{file}"); data = leg.data()
       with leg.callbacks(): step leg.model and data as ever
   Loaded by MuJoCo alone its muscles carry no force (they are limp), and nothing says so.
@@ -56,7 +56,7 @@ def write_attached(
         if (there := path.parent / name).exists():
             raise InputError("is there already", field="out", value=str(there), allowed="--force")
     with together(path.parent) as scratch:
-        text = _with_files(attached.spec, exact_xml(attached.spec), path.stem, scratch)
+        text = mjcf_beside(attached.spec, path.stem, scratch)
         worn = [f"{leg.orthosis.name} on {next(iter(leg.bodies.values()))}" for leg in attached.legs.values()]
         facts = {"name": attached.spec.modelname, "sidecar": names[1], "file": path.name}
         head = HEAD.format(devices=", ".join(worn), **facts).replace("--", "- -")
@@ -151,9 +151,9 @@ def _legs(attached: Attached, path: pathlib.Path, scratch: pathlib.Path) -> list
     return [tomllib.loads(toml_text(row)) for row in rows]
 
 
-def _with_files(spec: mujoco.MjSpec, text: str, stem: str, scratch: pathlib.Path) -> str:
-    """Copy the meshes and pictures beside the text, and let it name the copies."""
-    taken: dict[str, str] = {}
+def mjcf_beside(spec: mujoco.MjSpec, stem: str, scratch: pathlib.Path) -> str:
+    """MJCF with all digits; it names copies of the meshes and pictures, which are made in STEM_files."""
+    taken, text = dict[str, str](), exact_xml(spec)
     cubes = [file for texture in spec.textures for file in texture.cubefiles if file]
     for file in [*(file for _, file, _ in files_of(spec)), *cubes]:
         if file in taken:

@@ -182,10 +182,13 @@ def completed(legs: Sequence[Attached]) -> list[Attached]:
     _check_live(list(by_prefix.values()))
     model, last = legs[-1].model, by_prefix[legs[-1].prefix]
     first = int(model.actuator_actadr[last.own_controls.stop])
+    for actuator in last.spec.actuators:  # what is written is never limp beside the callbacks
+        actuator.userdata = model.actuator_user[actuator.id]
     for key in range(model.nkey):  # which begins with air at ambient pressure, and with supply
         model.key_act[key, first:] = last.data(model.key_qpos[key]).act[first:]
         for leg in by_prefix.values():
             model.key_ctrl[key, list(leg.chambers.values())] = leg.supply
+        last.spec.keys[key].act, last.spec.keys[key].ctrl = model.key_act[key], model.key_ctrl[key]
     return list(by_prefix.values())
 
 

@@ -20,6 +20,7 @@ from .design import design_of as design_of
 from .design import gauge as gauge
 from .design import scenario_of as scenario_of
 from .exact_xml import exact_xml as exact_xml
+from .exact_xml import started_xml as started_xml
 from .foot import TOE_POINTS as TOE_POINTS
 from .foot import Foot as Foot
 from .foot import Turn as Turn

@@ -5,7 +5,6 @@ import dataclasses
 import functools
 import itertools
 import os
-import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -145,24 +144,6 @@ def build(
     scenario = load("scenario", scenario, sets)
     with stride_files_stay():
         return _built(scenario)
-
-
-PLUGIN, INSTANCE = "afo_sim.muscles", "muscles"
-
-
-def portable_xml(built: Built, state: np.ndarray, *, plugin: bool = False) -> str:
-    """MJCF with an mjSTATE_INTEGRATION row as its key "start"; `plugin` names one that has the callbacks."""
-    # The key has no userdata, which each step writes before it reads them, and no force of the last step
-    data, head = native.scratch(built.model), built.xml.rpartition("</mujoco>")[0]
-    mujoco.mj_setState(built.model, data, state, mujoco.mjtState.mjSTATE_INTEGRATION)
-    values = {name: np.atleast_1d(getattr(data, name)) for name in ("time", "qpos", "qvel", "act", "ctrl")}
-    key = " ".join(f'{name}="{" ".join(map(repr, row.tolist()))}"' for name, row in values.items())
-    if plugin:  # as text: MuJoCo writes none that is not registered
-        instance = f'<plugin plugin="{PLUGIN}">\n      <instance name="{INSTANCE}"/>\n    </plugin>'
-        begun = rf"\g<0>\n  <extension>\n    {instance}\n  </extension>\n"
-        head = re.sub(r"<mujoco\b[^>]*>", begun, head, count=1)
-        head = re.sub(r"<body [^>]*>", rf'\g<0>\n      <plugin instance="{INSTANCE}"/>', head, count=1)
-    return f'{head}\n  <keyframe>\n    <key name="start" {key}/>\n  </keyframe>\n</mujoco>\n'
 
 
 def _built(scenario: Scenario) -> Built:

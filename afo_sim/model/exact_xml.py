@@ -2,12 +2,15 @@
 
 import ctypes
 import threading
+from xml.etree import ElementTree as Xml
 
 import mujoco
+import numpy as np
 
 from afo_sim.native import mujoco_library
 
 DIGITS = 17  # with which a number reads again as it was
+PLUGIN, START = "afo_sim.muscles", "afo_start"  # the key whose air the plugin takes
 
 _lock = threading.Lock()
 
@@ -24,3 +27,19 @@ def exact_xml(spec: mujoco.MjSpec) -> str:
             return str(spec.to_xml())
         finally:
             put(before)
+
+
+def started_xml(text: str, data: mujoco.MjData, *, plugin: bool = False) -> str:
+    """MJCF with a state as its key START; `plugin` lets the first body that has none bring the muscles'."""
+    # as text, since MuJoCo writes no plugin that is not registered
+    root = Xml.fromstring(text, Xml.XMLParser(target=Xml.TreeBuilder(insert_comments=True)))
+    if plugin:
+        Xml.SubElement(Xml.SubElement(root, "extension"), "plugin", plugin=PLUGIN)
+        free = next(body for body in root.findall("worldbody//body") if body.find("plugin") is None)
+        free.insert(0, Xml.Element("plugin", plugin=PLUGIN))
+    # no userdata, which each step writes before it reads them, and no force of the last step
+    values = {name: np.atleast_1d(getattr(data, name)) for name in ("time", "qpos", "qvel", "act", "ctrl")}
+    key = {name: " ".join(map(repr, row.tolist())) for name, row in values.items()}
+    Xml.SubElement(Xml.SubElement(root, "keyframe"), "key", key | {"name": START})
+    Xml.indent(root)
+    return Xml.tostring(root, encoding="unicode") + "\n"

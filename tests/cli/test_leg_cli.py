@@ -9,6 +9,8 @@ from documents import ROOT
 from person import person
 
 import afo_sim as afo
+from afo_sim import native
+from afo_sim.common import CallbackError
 from afo_sim.common import find as asset
 from afo_sim.legs import write_attached
 
@@ -288,6 +290,22 @@ def test_what_is_there_is_replaced_only_with_force(tmp_path: pathlib.Path, call:
     assert (tmp_path / "leg.toml").read_bytes() == before
     assert call(*given, "--supply", "3 bar", "--force")[0] == 0
     assert afo.attached(tmp_path / "leg.xml").supply == 3e5
+
+
+def test_attach_to_plugin_writes_a_folder(tmp_path: pathlib.Path, call: Call) -> None:
+    given = ("attach", LEG_OF_ATTACH, "--orthosis", "s1", "--to")
+    for wrong in (("fmu",), ("plugin", "--mjb")):
+        code, _, refused = call(*given, *wrong, "--out", tmp_path / "out")
+        assert code == 2 and "--to" in refused and not (tmp_path / "out").exists()
+    try:
+        library = native.library_file()
+    except CallbackError:
+        pytest.skip("no library is built")
+    code, out, _ = call(*given, "plugin", "--out", tmp_path / "out")
+    assert code == 0 and "README.md" in out
+    assert {"model.xml", library.name, "README.md"} <= {file.name for file in (tmp_path / "out").iterdir()}
+    code, _, refused = call(*given, "plugin", "--out", tmp_path / "out")
+    assert code == 2 and "exists" in refused
 
 
 def test_a_damaged_sidecar_is_refused_in_words(tmp_path: pathlib.Path) -> None:

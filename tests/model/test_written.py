@@ -7,12 +7,13 @@ from xml.etree import ElementTree
 import mujoco
 import numpy as np
 import pytest
+from started_mjcf import started_mjcf
 
 from afo_sim import native
 from afo_sim.common import assets
 from afo_sim.description import load
 from afo_sim.model import Built, as_run, equilibrium, exact_xml, get_state, walking_start
-from afo_sim.model.build import build, portable_xml
+from afo_sim.model.build import build
 from afo_sim.model.supply_and_timer import controls
 
 # Pictures alone have them: MJCF holds one size of a ball, and no width of what is not drawn
@@ -80,9 +81,9 @@ def started() -> tuple[Built, np.ndarray]:
 
 def test_the_key_is_the_state_at_the_start(started: tuple[Built, np.ndarray]) -> None:
     built, state = started
-    model = mujoco.MjModel.from_xml_string(portable_xml(built, state))
+    model = mujoco.MjModel.from_xml_string(started_mjcf(built, state))
     data, begun = mujoco.MjData(model), mujoco.MjData(built.model)
-    mujoco.mj_resetDataKeyframe(model, data, model.key("start").id)
+    mujoco.mj_resetDataKeyframe(model, data, model.key("afo_start").id)
     mujoco.mj_setState(built.model, begun, state, STATE)
     begun.userdata[:] = begun.qacc_warmstart[:] = 0.0
     assert np.array_equal(get_state(model, data), get_state(built.model, begun))
@@ -114,14 +115,15 @@ def test_no_step_reads_what_the_last_one_left_in_userdata(other: str) -> None:
 
 def test_the_plugin_stands_where_mujoco_looks_for_it(started: tuple[Built, np.ndarray]) -> None:
     """An instance, on the leg's first body; the package's library has registered it in this process."""
-    text = portable_xml(*started, plugin=True)
+    text = started_mjcf(*started, plugin=True)
     tree = ElementTree.fromstring(text)
     assert [each.get("plugin") for each in tree.iterfind("extension/plugin")] == ["afo_sim.muscles"]
+    with pytest.raises(ValueError, match=r"afo_sim\.unknown"):
+        mujoco.MjModel.from_xml_string(text.replace("afo_sim.muscles", "afo_sim.unknown"))
     model = mujoco.MjModel.from_xml_string(text)
     assert model.nplugin == 1 and model.nbody > 3
-    assert mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_PLUGIN, 0) == "muscles"
     assert model.body_plugin.tolist() == [-1, 0, *[-1] * (model.nbody - 2)]
-    assert mujoco.MjModel.from_xml_string(portable_xml(*started)).nplugin == 0
+    assert mujoco.MjModel.from_xml_string(started_mjcf(*started)).nplugin == 0
 
 
 class WithoutSetting:

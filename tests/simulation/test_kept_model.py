@@ -12,6 +12,7 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 from changed_leg import changed_leg
+from started_mjcf import started_mjcf
 
 import afo_sim
 from afo_sim import native
@@ -24,7 +25,7 @@ from afo_sim.model import (
     two_strides,
     walking_start,
 )
-from afo_sim.model.build import build, portable_xml
+from afo_sim.model.build import build
 from afo_sim.model.supply_and_timer import controls
 from afo_sim.simulation import Recording, fixed, read_recording, to_binary
 from afo_sim.simulation import files as kept_model
@@ -149,7 +150,7 @@ def test_written_model_steps_from_its_key_to_the_same_bits(name: str, sets: dict
     with native.installed():
         begin = equilibrium if built.walk is None else walking_start
         state = begin(built, inputs[0])
-    model = mujoco.MjModel.from_xml_string(portable_xml(built, state))
+    model = mujoco.MjModel.from_xml_string(started_mjcf(built, state))
     data = mujoco.MjData(model)
     mujoco.mj_resetDataKeyframe(model, data, model.key("start").id)
     same_as_recorded(run, dataclasses.replace(built, model=model), get_state(model, data), inputs)

@@ -7,6 +7,7 @@ import sys
 from collections.abc import Mapping
 from typing import Any
 
+import mujoco
 import numpy as np
 
 from afo_sim import native
@@ -14,9 +15,10 @@ from afo_sim.common import InputError, check_writable, together, write_bytes, wr
 from afo_sim.description import load
 from afo_sim.export.elsewhere.fmu import IDENTIFIER, binaries, description_of, zipped
 from afo_sim.export.elsewhere.variables import variables_of
-from afo_sim.model import Built, as_run
+from afo_sim.legs import Attached, mjcf_beside
+from afo_sim.model import Built, as_run, started_xml
 from afo_sim.model import supply_and_timer as schedule
-from afo_sim.model.build import build, portable_xml
+from afo_sim.model.build import build
 from afo_sim.simulation import Recording, case_of, fixed
 
 ELSEWHERE = {
@@ -27,18 +29,18 @@ ELSEWHERE = {
 MUJOCO = {"win32": "mujoco.dll", "darwin": "libmujoco.dylib"}.get(sys.platform, "libmujoco.so")
 SOURCES = pathlib.Path(native.__file__).with_name("library")
 TEXTS = pathlib.Path(__file__).with_name("texts")
+ROWS = """for row in numpy.fromfile("inputs.bin").reshape(-1, model.nu):  # the scenario's own {} steps
+        data.ctrl[:] = row
+        mujoco.mj_step(model, data)"""
 
 
 def write_elsewhere(
     what: Any, to: str, out: pathlib.Path, sets: Mapping[str, Any] | None = None, *, force: bool = False
 ) -> tuple[pathlib.Path, ...]:
     """Write a scenario, or that of a run with the commands that the run had, as `to` of ELSEWHERE has it."""
-    if out.exists() and not force:
-        allowed = "`force`, which replaces it, or another name with `out`"
-        raise InputError("exists", field="out", value=str(out), allowed=allowed)
+    _check_free(out, force)
     if to == "fmu" and out.suffix.lower() != ".fmu":
         raise InputError("is not named as an FMU is", field="out", value=str(out), allowed="NAME.fmu")
-    check_writable(out.parent)
     library = native.library_file()  # refused before anything is built
     recording = what if isinstance(what, Recording) else None
     scenario = load("scenario", what if recording is None else recording.scenario, sets)
@@ -52,7 +54,9 @@ def write_elsewhere(
     with together(out.parent if to == "fmu" else out) as scratch:
         place = scratch / "unpacked" / "resources" if to == "fmu" else scratch
         place.mkdir(parents=True, exist_ok=True)
-        write_text(place / "model.xml", portable_xml(built, case.state, plugin=True))
+        data = native.scratch(built.model)
+        mujoco.mj_setState(built.model, data, case.state, mujoco.mjtState.mjSTATE_INTEGRATION)
+        _write_model(place, built.spec, data)
         write_bytes(place / "inputs.bin", np.ascontiguousarray(inputs, "<f8").tobytes())
         if to != "plugin":
             write_bytes(place / "start.bin", np.ascontiguousarray(case.state, "<f8").tobytes())
@@ -73,17 +77,47 @@ def write_elsewhere(
             zipped(scratch / "unpacked", scratch / out.name)
             shutil.rmtree(scratch / "unpacked")
         else:
-            facts = {"name": scenario.name, "library": library.name, "steps": len(inputs), "mujoco": MUJOCO}
-            text = (TEXTS / f"{to}.md").read_text(encoding="utf-8")
-            for key, value in facts.items():
-                text = text.replace(f"@{key.upper()}@", str(value))
-            write_text(scratch / "README.md", text)
+            loop = ROWS.format(len(inputs)) if to == "plugin" else len(inputs)
+            _write_readme(scratch, to, library, name=scenario.name, steps=loop, prefix="")
         if to == "c":
             shutil.copyfile(SOURCES / "afo_sim.h", scratch / "afo_sim.h")
             shutil.copyfile(TEXTS / "host.c", scratch / "host.c")
         written = sorted(file.relative_to(scratch) for file in scratch.rglob("*") if file.is_file())
     folder = out.parent if to == "fmu" else out
     return tuple(folder / file for file in written)
+
+
+def export_attached(attached: Attached, out: pathlib.Path, *, force: bool = False) -> list[pathlib.Path]:
+    """Write a model with its orthoses for any MuJoCo; its key is the state at rest."""
+    _check_free(out, force)
+    library = native.library_file()
+    with together(out) as scratch:
+        _write_model(scratch, attached.spec, attached.data())
+        shutil.copyfile(library, scratch / library.name)
+        name, loop = attached.spec.modelname, "mujoco.mj_step(model, data, 100)"
+        _write_readme(scratch, "plugin", library, name=name, steps=loop, prefix=attached.prefix)
+        write_text(scratch / "LICENSE", _licences("plugin")["LICENSE"])
+        written = sorted(file.relative_to(scratch) for file in scratch.rglob("*") if file.is_file())
+    return [out / file for file in written]
+
+
+def _write_model(folder: pathlib.Path, spec: mujoco.MjSpec, data: mujoco.MjData) -> None:
+    text = mjcf_beside(spec, "model", folder)
+    write_text(folder / "model.xml", started_xml(text, data, plugin=True))
+
+
+def _check_free(out: pathlib.Path, force: bool) -> None:
+    if out.exists() and not force:
+        allowed = "`force`, which replaces it, or another name with `out`"
+        raise InputError("exists", field="out", value=str(out), allowed=allowed)
+    check_writable(out.parent)
+
+
+def _write_readme(folder: pathlib.Path, to: str, library: pathlib.Path, **facts: Any) -> None:
+    text = (TEXTS / f"{to}.md").read_text(encoding="utf-8")
+    for key, value in (facts | {"library": library.name, "mujoco": MUJOCO}).items():
+        text = text.replace(f"@{key.upper()}@", str(value))
+    write_text(folder / "README.md", text)
 
 
 def _commanded(built: Built, recording: Recording) -> np.ndarray:
