@@ -15,8 +15,7 @@ from afo_sim.model import supply_and_timer as schedule
 from afo_sim.model.build import build
 from afo_sim.show import panels
 from afo_sim.show.run_view import alone
-from afo_sim.simulation import Recipe, Recording, fixed, roll_out
-from afo_sim.simulation.simulate import case_of
+from afo_sim.simulation import Recipe, Recording, case_of, fixed, roll_out
 
 DRIVES: dict[str, dict[str, Any]] = {
     "bang_bang": {"kind": "bang_bang", "dead_band": "50 mbar", "least_on": "8 ms"},

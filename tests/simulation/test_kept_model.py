@@ -152,7 +152,7 @@ def test_written_model_steps_from_its_key_to_the_same_bits(name: str, sets: dict
         state = begin(built, inputs[0])
     model = mujoco.MjModel.from_xml_string(started_mjcf(built, state))
     data = mujoco.MjData(model)
-    mujoco.mj_resetDataKeyframe(model, data, model.key("start").id)
+    mujoco.mj_resetDataKeyframe(model, data, model.key("afo_start").id)
     same_as_recorded(run, dataclasses.replace(built, model=model), get_state(model, data), inputs)
 
 

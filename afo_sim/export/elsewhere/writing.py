@@ -29,9 +29,7 @@ ELSEWHERE = {
 MUJOCO = {"win32": "mujoco.dll", "darwin": "libmujoco.dylib"}.get(sys.platform, "libmujoco.so")
 SOURCES = pathlib.Path(native.__file__).with_name("library")
 TEXTS = pathlib.Path(__file__).with_name("texts")
-ROWS = """for row in numpy.fromfile("inputs.bin").reshape(-1, model.nu):  # the scenario's own {} steps
-        data.ctrl[:] = row
-        mujoco.mj_step(model, data)"""
+AT_REST = 100  # steps of a model that brings no inputs of its own
 
 
 def write_elsewhere(
@@ -63,8 +61,7 @@ def write_elsewhere(
             write_text(place / "variables.txt", "".join(f"{each.line}\n" for each in variables))
         code = scratch / "unpacked" / binaries() if to == "fmu" else scratch
         code.mkdir(parents=True, exist_ok=True)
-        own = code / (library.name if to != "fmu" else library.name.replace("afo_sim", IDENTIFIER))
-        shutil.copyfile(library, own)
+        shutil.copyfile(library, code / library.name.replace("afo_sim", IDENTIFIER))
         if to != "plugin":
             shutil.copyfile(native.mujoco_library(), code / MUJOCO)
         for name, text in _licences(to).items():
@@ -77,8 +74,8 @@ def write_elsewhere(
             zipped(scratch / "unpacked", scratch / out.name)
             shutil.rmtree(scratch / "unpacked")
         else:
-            loop = ROWS.format(len(inputs)) if to == "plugin" else len(inputs)
-            _write_readme(scratch, to, library, name=scenario.name, steps=loop, prefix="")
+            told = f"the scenario's own {len(inputs)} steps"
+            _write_readme(scratch, to, library, name=scenario.name, steps=told, prefix="")
         if to == "c":
             shutil.copyfile(SOURCES / "afo_sim.h", scratch / "afo_sim.h")
             shutil.copyfile(TEXTS / "host.c", scratch / "host.c")
@@ -92,10 +89,12 @@ def export_attached(attached: Attached, out: pathlib.Path, *, force: bool = Fals
     _check_free(out, force)
     library = native.library_file()
     with together(out) as scratch:
-        _write_model(scratch, attached.spec, attached.data())
+        data = attached.data()
+        _write_model(scratch, attached.spec, data)
+        write_bytes(scratch / "inputs.bin", np.tile(data.ctrl.astype("<f8"), (AT_REST, 1)).tobytes())
         shutil.copyfile(library, scratch / library.name)
-        name, loop = attached.spec.modelname, "mujoco.mj_step(model, data, 100)"
-        _write_readme(scratch, "plugin", library, name=name, steps=loop, prefix=attached.prefix)
+        name, told = attached.spec.modelname, f"{AT_REST} steps at rest"
+        _write_readme(scratch, "plugin", library, name=name, steps=told, prefix=attached.prefix)
         write_text(scratch / "LICENSE", _licences("plugin")["LICENSE"])
         written = sorted(file.relative_to(scratch) for file in scratch.rglob("*") if file.is_file())
     return [out / file for file in written]
