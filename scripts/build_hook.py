@@ -18,37 +18,37 @@ import tempfile
 from typing import Any
 
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
+from packaging.tags import platform_tags
 
 IMPORTS = {"lazy-loader", "mujoco", "numba", "numpy", "pydantic"}  # of the core's dependencies, by PROGRAM
 PROGRAM = """
 import sys
 sys.path.insert(0, sys.argv[1])  # pip takes folders of editable installs out of PYTHONPATH
 from afo_sim.model import contact, muscle_weakness
-from afo_sim.common import machine_code
+from afo_sim.common import machine_code, user_cache
 from afo_sim.metrics import kernel
 from afo_sim.native import between_strides, compiled, sensing, slots, struct_layout
 from afo_sim.physics import curves, energy, in_series, jitable
 from afo_sim.simulation import settle
 loads = compiled.callbacks, compiled.planar_steps, kernel.compiled, *jitable.KERNELS
-for load in loads[:1] if sys.argv[2] == "callbacks" else loads[1:]:  # each takes about half of the time
+part, header = sys.argv[2], struct_layout.c_header(slots.N_USER, slots.THIS_LAYOUT)
+if part != "there":
+    user_cache.BROUGHT = ()
+elif machine_code._brought().get("header") == header:
+    machine_code._compile = lambda *told: sys.exit(1)
+else:
+    sys.exit(1)
+half = 2  # of the time; steps of a walker call what the callbacks call
+for load in {"there": loads, "callbacks": loads[:half], "others": loads[half:]}[part]:
     load()
-if sys.argv[2] == "callbacks":
-    print(machine_code.LIBRARY)
-    print(struct_layout.c_header(slots.N_USER, slots.THIS_LAYOUT))
+if part == "callbacks":
+    print(machine_code.LIBRARY, header, sep=chr(10), end="")
 """
 # Code for whatever processor, in a library that is loaded without changes to its text.
 ANY_PROCESSOR = {"NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": ""}
-LINK = [
-    "-std=c11",
-    "-O2",
-    "-Wall",
-    "-Wextra",
-    "-Wno-unused-parameter",
-    "-fPIC",
-    "-fvisibility=hidden",
-    "-shared",
-]
-LINUX = ["-Wl,-z,defs", "-Wl,-z,text", "-Wl,-z,noexecstack", "-Wl,-Bsymbolic", "-lm", "-ldl"]
+WARNINGS = ["-Wall", "-Wextra", "-Wno-unused-parameter"]
+LINK = ["-std=c11", "-O2", *WARNINGS, "-fPIC", "-fvisibility=hidden", "-shared"]
+LINUX = ["-Wl,-z,defs", "-Wl,-z,noexecstack", "-Wl,-Bsymbolic", "-lm", "-ldl"]
 
 
 class DataFolders(BuildHookInterface):
@@ -64,7 +64,9 @@ class DataFolders(BuildHookInterface):
             self.app.display_warning(f"{error}: no machine code is shipped; the first run compiles its own")
         if version != "standard":
             return
-        build_data["pure_python"], build_data["infer_tag"] = False, True
+        if (root / "machine_code" / "content.json").is_file():  # for a platform, and any version of Python
+            own = next(tag for tag in platform_tags() if not tag.startswith(("manylinux", "musllinux")))
+            build_data |= {"pure_python": False, "tag": f"py3-none-{own}"}
         for name in ("models", "gait_data", "machine_code"):
             for path in sorted((root / name).rglob("*")):
                 if path.is_file() and path.suffix != ".png":  # pictures are the documents'
@@ -78,24 +80,26 @@ def compiler() -> list[str]:
 
 
 def compile_kernels(root: pathlib.Path) -> None:
-    """The library in a checkout's folder `machine_code`, with what it holds.
+    """The library in a checkout's folder `machine_code`, with what it holds; one of these sources stays.
 
     Whoever loads it knows by its digest whether it is whole, and by the keys whether it is of these sources.
     """
-    with tempfile.TemporaryDirectory() as scratch:
-        there = {name: value for name, value in os.environ.items() if not name.startswith("NUMBA_")}
-        started = []
-        for part in ("callbacks", "others"):  # side by side, in folders of their own: one locks its folder
-            own = pathlib.Path(scratch, part)
+    root = root.resolve()
+    there = {name: value for name, value in os.environ.items() if not name.startswith("NUMBA_")}
+    with tempfile.TemporaryDirectory(prefix=".machine_code-", dir=root) as scratch:
+
+        def started(part: str, **how: Any) -> subprocess.Popen[str]:
+            own = pathlib.Path(scratch, part)  # a folder of its own: one locks its folder
             own.mkdir(mode=0o700)
+            environment = there | ANY_PROCESSOR | {"AFO_SIM_CACHE": str(own)}
             command = [sys.executable, "-P", "-c", PROGRAM, str(root), part]
-            told: dict[str, Any] = {
-                "env": there | ANY_PROCESSOR | {"AFO_SIM_CACHE": str(own)},
-                "cwd": scratch,
-            }
-            started.append(subprocess.Popen(command, stdout=subprocess.PIPE, text=True, **told))
-        printed = [process.communicate()[0] for process in started]
-        if failed := [process.args for process in started if process.returncode]:
+            return subprocess.Popen(command, env=environment, cwd=scratch, text=True, **how)
+
+        if started("there", stderr=subprocess.DEVNULL).wait() == 0:
+            return
+        parts = [started(part, stdout=subprocess.PIPE) for part in ("callbacks", "others")]  # side by side
+        printed = [process.communicate()[0] for process in parts]
+        if failed := [process.args for process in parts if process.returncode]:
             raise subprocess.CalledProcessError(1, failed[0])
         link(root, pathlib.Path(scratch), *printed[0].split("\n", 1))
 
@@ -107,18 +111,24 @@ def link(root: pathlib.Path, scratch: pathlib.Path, name: str, header: str) -> N
         kind, key = made.name.split("-")
         codes = json.loads(made.read_bytes()[hashlib.sha256().digest_size :])
         kinds[kind] = [key, len(codes)]
-        for symbol, text, _ in codes:
+        for symbol, text, needs in codes:
+            if any(need.startswith("numba.dynamic") for need in needs):
+                raise OSError(f"{kind} holds an address of the process that compiled it")
             objects.append(scratch / f"{symbol}.o")
             objects[-1].write_bytes(base64.b64decode(text))
     (scratch / "places.h").write_text(header)
     sources = sorted((root / "afo_sim/native/library").glob("*.c"))
     command = compiler() or [sys.executable, "-m", "ziglang", "cc"]
-    extra = LINUX if sys.platform == "linux" else []
+    own = ["-Wl,-z,text"] * len(compiler())  # ziglang's linker does it unasked, and knows no such word
+    extra = [*LINUX, *own] if sys.platform == "linux" else []
     command += [*LINK, f"-I{scratch}", *map(str, (*sources, *objects)), *extra, "-o", str(scratch / name)]
     subprocess.run(command, check=True)
-    content = {"sha256": hashlib.sha256((scratch / name).read_bytes()).hexdigest(), "kinds": kinds}
-    (root / "machine_code").mkdir(exist_ok=True)
-    for old in (root / "machine_code").iterdir():
-        old.unlink()
-    shutil.copyfile(scratch / name, root / "machine_code" / name)
-    (root / "machine_code" / "content.json").write_text(json.dumps(content))
+    digest = hashlib.sha256((scratch / name).read_bytes()).hexdigest()
+    said = json.dumps({"sha256": digest, "kinds": kinds, "header": header})
+    (scratch / "content.json").write_text(said)
+    folder = root / "machine_code"
+    folder.mkdir(exist_ok=True)
+    for old in {each.name for each in folder.iterdir()} - {name, "content.json"}:
+        (folder / old).unlink(missing_ok=True)
+    for file in (name, "content.json"):  # another file, not other content: what is there may be running
+        (scratch / file).replace(folder / file)

@@ -136,6 +136,7 @@ def test_wheel_carries_its_products_and_runs_alone(tmp_path: pathlib.Path) -> No
     assert {f"afo_sim/{name}" for name in products} <= set(names)
     content = zipfile.ZipFile(wheel).read(f"afo_sim/machine_code/{machine_code.CONTENT}")
     assert set(kinds) <= json.loads(content)["kinds"].keys()
+    assert "-py3-none-" in wheel.stem and not wheel.stem.endswith("-any")
     assert not any(name.startswith(("tests", "scripts", "models/")) for name in names)
     target = tmp_path / "site"
     run([*pip, "install", "-q", "--no-deps", "--target", str(target), str(wheel)], tmp_path)
@@ -148,22 +149,44 @@ def test_wheel_carries_its_products_and_runs_alone(tmp_path: pathlib.Path) -> No
     assert (tmp_path / "out" / "recording.rrd").is_file()
 
 
+@pytest.mark.parametrize("fails", ["Python", "C"])
 def test_a_wheel_is_built_where_nothing_can_be_compiled(
-    tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], fails: str
 ) -> None:
+    """It is for any platform; what fails is Python's part, or that of the C compiler."""
     monkeypatch.syspath_prepend(str(ROOT / "scripts"))
-    from build_hook import DataFolders
+    import build_hook
     from hatchling.bridge.app import Application
 
     for name, text in (("models/a.toml", ""), ("afo_sim/__init__.py", "raise ImportError")):
         (tmp_path / name).parent.mkdir()
         (tmp_path / name).write_text(text)
+    if fails == "C":
+        told = tmp_path, "afo_sim.so", "no header"
+        monkeypatch.setattr(build_hook, "compile_kernels", lambda root: build_hook.link(root, *told))
+        monkeypatch.setattr(build_hook, "compiler", lambda: [sys.executable, "-c", "import no_compiler"])
     build: Any = {"force_include": {}}
     nothing: Any = None
-    hook = DataFolders(str(tmp_path), {}, nothing, nothing, "", "wheel", Application())
+    hook = build_hook.DataFolders(str(tmp_path), {}, nothing, nothing, "", "wheel", Application())
     hook.initialize("standard", build)
-    assert build["force_include"] == {str(tmp_path / "models" / "a.toml"): "afo_sim/models/a.toml"}
+    assert build == {"force_include": {str(tmp_path / "models" / "a.toml"): "afo_sim/models/a.toml"}}
     assert "no machine code is shipped" in capsys.readouterr().err
+
+
+def test_the_library_is_linked_by_the_c_compiler_that_is_there(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Else a package brings one."""
+    monkeypatch.syspath_prepend(str(ROOT / "scripts"))
+    import build_hook
+
+    core: Any = type("Core", (), {"dependencies": ["numba>=0.61", "rich>=13"]})
+    metadata: Any = type("Metadata", (), {"core": core})
+    nothing: Any = None
+    hook = build_hook.DataFolders(str(ROOT), {}, nothing, metadata, "", "wheel")
+    monkeypatch.setenv("CC", sys.executable)
+    assert (build_hook.compiler(), hook.dependencies()) == ([sys.executable], ["numba>=0.61"])
+    monkeypatch.setenv("PATH", "")
+    monkeypatch.setenv("CC", "no-such-compiler")
+    assert build_hook.compiler() == [] and hook.dependencies()[1].startswith("ziglang")
 
 
 def test_documents_links_lead_somewhere() -> None:
