@@ -53,7 +53,7 @@ def functions(
     `outside` gives addresses of symbols that compiled code needs and no library of the process has.
     """
     key = fingerprint(*follows)
-    if key and (library := shipped(kind, key)):
+    if library := shipped(kind, key):
         return [prototype((symbol(kind, k), library)) for k in range(_brought()["kinds"][kind][1])]
     start(outside())
     codes = _kept(kind, key)
@@ -63,9 +63,9 @@ def functions(
     return [_loaded(code, prototype) for code in codes]
 
 
-def shipped(kind: str, key: str) -> ctypes.CDLL | None:
+def shipped(kind: str, key: str | None) -> ctypes.CDLL | None:
     """The package's library where it has a kind's code of this key."""
-    return library() if _brought()["kinds"].get(kind, [None])[0] == key else None
+    return library() if _brought()["kinds"].get(kind, [""])[0] == key else None
 
 
 @functools.cache
@@ -90,7 +90,7 @@ CONTENT = "content.json"  # beside it: its digest; of each kind key and number o
 def _brought() -> dict[str, Any]:
     """What the package's library holds; nothing where it is missing or damaged."""
     for folder in user_cache.BROUGHT:
-        with suppress(OSError, ValueError):
+        with suppress(OSError, ValueError, LookupError):
             content = json.loads((folder / CONTENT).read_text(encoding="utf-8"))
             if hashlib.sha256((folder / LIBRARY).read_bytes()).hexdigest() == content["sha256"]:
                 return content | {"folder": folder}

@@ -3,6 +3,7 @@
 import ctypes
 import functools
 import pathlib
+from collections.abc import Callable
 from typing import Any
 
 import mujoco
@@ -13,24 +14,33 @@ from afo_sim.native.struct_layout import PLACES, kinds, places
 
 KIND = "callbacks"
 _MJF_ACT = ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int)
-
 _PLANAR = ctypes.CFUNCTYPE(ctypes.c_int64, *[ctypes.c_void_p] * 5, *[ctypes.c_int64] * 3)
 
 
 @functools.cache
 def callbacks() -> tuple[Any, Any]:
     """C function pointers for MuJoCo: act_bias, act_dyn."""
-    bias, dyn = machine_code.functions(KIND, _MJF_ACT, follows(), _compile, _outside)
-    _tell_library()
+    bias, dyn = _functions(KIND, _MJF_ACT, lambda: _compiling().compile_callbacks())
     return bias, dyn
 
 
 @functools.cache
 def planar_steps() -> Any:
     """The steps of a planar walker as a C function (`planar.walk_on`)."""
-    (steps,) = machine_code.functions("planar", _PLANAR, follows(), _compile_planar, _outside)
-    _tell_library()
+    (steps,) = _functions("planar", _PLANAR, lambda: _compiling().compile_planar())
     return steps
+
+
+def _functions(kind: str, prototype: Any, compile_: Callable[[], list[machine_code.Code]]) -> list[Any]:
+    """C function pointers, which know where the installed MuJoCo's fields stand."""
+    if (library := _shipped(kind)) is not None:
+        ctypes.memmove(type(places()).in_dll(library, PLACES), places(), ctypes.sizeof(places()))
+    return machine_code.functions(kind, prototype, follows(), compile_, _outside)
+
+
+def _shipped(kind: str) -> ctypes.CDLL | None:
+    """The package's library, if its code of a kind is of these sources; in another one the table differs."""
+    return machine_code.shipped(kind, machine_code.fingerprint(*follows()))
 
 
 def _outside() -> dict[str, int]:
@@ -39,23 +49,20 @@ def _outside() -> dict[str, int]:
     return {MJU_ERROR: mju_error, PLACES: ctypes.addressof(places())}
 
 
-@functools.cache
-def _tell_library() -> None:
-    """Tell the package's library where the installed MuJoCo's fields stand."""
-    if (library := machine_code.library()) is not None:
-        ctypes.memmove(type(places()).in_dll(library, PLACES), places(), ctypes.sizeof(places()))
-
-
 def settle_plugin() -> bool:
     """Let the library's plugin put its callbacks in force while it has data; whether they are."""
-    settle = getattr(machine_code.library(), "afo_sim_settle", None)
+    settle = _settle()
     return settle is not None and bool(settle(0))
+
+
+@functools.cache
+def _settle() -> Any:
+    return getattr(_shipped(KIND), "afo_sim_settle", None)
 
 
 def library_file() -> pathlib.Path:
     """The package's library, if it is of these sources (CallbackError where it is not)."""
-    key = machine_code.fingerprint(*follows())
-    if key is None or machine_code.shipped(KIND, key) is None:
+    if _shipped(KIND) is None:
         raise CallbackError(
             "this installation has no library of its muscles, or one of other sources than are there now; "
             "pip install makes it (pip install -e . in a clone)"
@@ -68,16 +75,10 @@ def follows() -> tuple[Any, ...]:
     return tuple(kinds())
 
 
-def _compile() -> list[machine_code.Code]:
+def _compiling() -> Any:
     import afo_sim.native.compiling as compiling  # which imports numba
 
-    return compiling.compile_callbacks()
-
-
-def _compile_planar() -> list[machine_code.Code]:
-    import afo_sim.native.compiling as compiling
-
-    return compiling.compile_planar()
+    return compiling
 
 
 @functools.cache

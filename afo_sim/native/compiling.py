@@ -3,11 +3,11 @@
 import ctypes
 from typing import Any
 
+import numpy as np
 from llvmlite import ir
 from mujoco.introspect.ast_nodes import ArrayType, PointerType
-from numba import types
+from numba import from_dtype, types
 from numba.core import cgutils
-from numba.core.typing.ctypes_utils import from_ctypes
 from numba.core.typing.templates import AttributeTemplate
 from numba.extending import (
     infer_getattr,
@@ -46,11 +46,11 @@ def _field(struct: str, name: str) -> tuple[int, bool, Any] | None:
         return None
     number, declared = READ.index((struct, name)), declarations(struct)[name].type
     if isinstance(declared, PointerType | ArrayType):
-        element = from_ctypes(c_type(declared.inner_type))
+        element = from_dtype(np.dtype(c_type(declared.inner_type)))
         return number, isinstance(declared, PointerType), types.CPointer(element)
     if issubclass(c_type(declared), ctypes.Structure):
         return number, False, StructPointer(declared.name.rstrip("_"))
-    return number, True, from_ctypes(c_type(declared))
+    return number, True, from_dtype(np.dtype(c_type(declared)))
 
 
 @infer_getattr

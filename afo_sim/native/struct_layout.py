@@ -88,10 +88,13 @@ def places() -> Any:
 
 def kinds() -> list[str]:
     """The declared type of each field of READ, and the size of MuJoCo's numbers [bytes]."""
+    if missing := [f"{at}.{name}" for at, name in READ if name not in declarations(at)]:
+        raise CallbackError(f"MuJoCo {mujoco.__version__} has no {', '.join(missing)}; {_WAY_OUT}")
     size = ctypes.sizeof(_C_TYPES["mjtNum"])
     return [f"mjtNum: {size}", *(f"{at}.{name}: {declarations(at)[name].type}" for at, name in READ)]
 
 
+_WAY_OUT = 'install a MuJoCo within this package\'s pins, or run with callback = "python"'
 LAYOUTS = pathlib.Path(__file__).with_name("layouts.json")  # tables of MuJoCo's versions, by their numbers
 
 
@@ -135,8 +138,7 @@ def verify() -> int:
             if seen != stored:
                 raise CallbackError(
                     f"MuJoCo {mujoco.__version__} does not lay out {name}.{field} as it declares; "
-                    "native muscle callbacks would read the wrong memory. "
-                    'Install a MuJoCo within this package\'s pins, or run with callback = "python".'
+                    f"native muscle callbacks would read the wrong memory; {_WAY_OUT}"
                 )
             compared += 1
     return compared
