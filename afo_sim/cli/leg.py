@@ -176,8 +176,8 @@ def attach_command(worn: _Attachment) -> None:
             print(f"written to {file}")
     if beside:
         print(f"{len(beside)} meshes, pictures and parts are in {out.with_name(f'{out.stem}_files')}")
-    next_ = "README.md says how it is opened" if worn.to else f'leg = afo_sim.attached("{out}")'
-    print(f"next, in Python: {next_}")
+    in_python = f'in Python: leg = afo_sim.attached("{out}")'
+    print(f"next: {out / 'README.md'} says how it is opened" if worn.to else f"next, {in_python}")
 
 
 def _is_written(model: Path) -> bool:

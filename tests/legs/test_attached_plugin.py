@@ -129,7 +129,8 @@ def test_files_and_keys_of_the_model_go_with_it(tmp_path: pathlib.Path) -> None:
     (tmp_path / "leg.xml").write_text(text.replace("<worldbody>", mesh), encoding="utf-8")
     leg = afo.attach(tmp_path / "leg.xml", "s1", side="right")
     files = {file.relative_to(tmp_path / "out").as_posix() for file in export_attached(leg, tmp_path / "out")}
-    assert files == {"model.xml", LIBRARY.name, "README.md", "LICENSE", "model_files/1_a b.obj"}
+    written = {"model.xml", "inputs.bin", LIBRARY.name, "README.md", "LICENSE", "model_files/1_a b.obj"}
+    assert files == written
     (tmp_path / "shapes" / "a b.obj").unlink()
     (tmp_path / "out").rename(tmp_path / "moved")
     rows = inputs(leg, 50)
