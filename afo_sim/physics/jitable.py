@@ -38,7 +38,7 @@ def register_all() -> None:
     while _unregistered:
         function, options = _unregistered.pop(0)
         # without the wrapper in C that each would get, which nothing calls: an eighth of the time to compile
-        register(no_cfunc_wrapper=True, **options)(function)
+        register(no_cfunc_wrapper=True, no_cpython_wrapper=True, **options)(function)
 
 
 def kernels(
