@@ -2,12 +2,13 @@
 
 import ctypes
 import threading
+import zlib
 from xml.etree import ElementTree as Xml
 
 import mujoco
 import numpy as np
 
-from afo_sim.native import mujoco_library
+from afo_sim.native import kind_of, mujoco_library
 
 DIGITS = 17  # with which a number reads again as it was
 PLUGIN, START = "afo_sim.muscles", "afo_start"  # the key whose air the plugin takes
@@ -37,6 +38,10 @@ def started_xml(text: str, data: mujoco.MjData, *, plugin: bool = False) -> str:
         Xml.SubElement(Xml.SubElement(root, "extension"), "plugin", plugin=PLUGIN)
         free = next(body for body in root.findall("worldbody//body") if body.find("plugin") is None)
         free.insert(0, Xml.Element("plugin", plugin=PLUGIN))
+        total = data.userdata.size
+        for i, row in enumerate(data.model.actuator_user):
+            total = zlib.crc32(row, total ^ i) if kind_of(row, 0) else total
+        Xml.SubElement(free[0], "config", key="rows", value=str(total))
     # no userdata, which each step writes before it reads them, and no force of the last step
     values = {name: np.atleast_1d(getattr(data, name)) for name in ("time", "qpos", "qvel", "act", "ctrl")}
     key = {name: " ".join(map(repr, row.tolist())) for name, row in values.items()}

@@ -63,6 +63,7 @@ from .slots import REFLEX_ACT as REFLEX_ACT
 from .slots import REFLEX_ROW as REFLEX_ROW
 from .slots import DriveKind as DriveKind
 from .slots import Kind as Kind
+from .slots import kind_of as kind_of
 from .state import Air as Air
 from .state import Flows as Flows
 from .state import GasOf as GasOf

@@ -25,6 +25,7 @@ typedef struct mjData_ mjData;
 typedef double (*callback)(const mjModel *, const mjData *, int);
 enum { TIME = 1 << 0, QPOS = 1 << 1, QVEL = 1 << 2, ACT = 1 << 3, CTRL = 1 << 6, USERDATA = 1 << 12 }; /* mjtState */
 enum { TEXT = 400, PATH = 4096, LARGEST = 1 << 28, PASSIVE = 1 << 2 };
+#define MOST 1e10 /* that MuJoCo takes of a number: of a larger input it sets all inputs to 0 */
 #define AT(type, owner, field) (*(type *)((char *)(owner) + afo_sim_places[field]))
 
 AFO_API int64_t afo_sim_places[AFO_PLACES]; /* where MuJoCo's fields stand; the Python package writes them too */
@@ -37,6 +38,12 @@ static int say(char *text, int size, const char *format, ...) { /* a sentence; -
   vsnprintf(text, size, format, told);
   va_end(told);
   return -1;
+}
+
+static int within(const double *values, size_t count, double most) { /* which no NaN is */
+  for (size_t k = 0; k < count; k++)
+    if (!(fabs(values[k]) <= most)) return 0;
+  return 1;
 }
 
 /* ---- MuJoCo as this process has it */
@@ -58,13 +65,14 @@ static struct { /* in the order of NAMES */
   void (*error)(const char *, ...);
   const void *(*get_plugin)(const char *, int *);
   int (*register_plugin)(const void *);
+  const char *(*config)(const mjModel *, int, const char *);
   callback *bias, *dyn;
   void (**user_error)(const char *);
 } mj;
 static const char *const NAMES[] = {
     "mj_version", "mj_loadXML", "mj_deleteModel", "mj_makeData", "mj_deleteData", "mj_resetData", "mj_stateSize",
     "mj_getState", "mj_setState", "mj_step", "mj_forward", "mj_id2name", "mj_name2id", "mju_error", "mjp_getPlugin",
-    "mjp_registerPlugin", "mjcb_act_bias", "mjcb_act_dyn", "mju_user_error"};
+    "mjp_registerPlugin", "mj_getPluginConfig", "mjcb_act_bias", "mjcb_act_dyn", "mju_user_error"};
 enum { COUNT = sizeof NAMES / sizeof *NAMES };
 _Static_assert(sizeof mj == COUNT * sizeof(void *), "a name for each member");
 
@@ -110,8 +118,8 @@ static int look(struct dl_phdr_info *info, size_t size, void *found) {
 }
 static void *find_library(void) {
   void *found = beside("libmujoco.so", RTLD_DEEPBIND);
-  if (!found) dl_iterate_phdr(look, &found);
-  return found; /* RTLD_DEFAULT is NULL: perhaps the program has MuJoCo in itself */
+  if (!found && !dlsym(RTLD_DEFAULT, NAMES[0])) dl_iterate_phdr(look, &found);
+  return found; /* RTLD_DEFAULT is NULL: a program that is linked with MuJoCo may hold a copy of its callbacks */
 }
 #endif
 #endif
@@ -200,13 +208,24 @@ AFO_API int afo_sim_settle(int change) {
   return stood;
 }
 
+/* CRC-32 of our rows and of their actuators' numbers: with others a kernel would read beyond the arrays. */
+static unsigned sum_of_rows(const mjModel *m) {
+  unsigned sum = ~(unsigned)mj.state_size(m, USERDATA);
+  for (int i = 0; i < mj.state_size(m, CTRL); i++)
+    for (size_t bit = 0; is_ours(m, i) && bit < 8 * sizeof(double) * AFO_ROW; bit++) {
+      const double *row = AT(double *, m, mjModel_actuator_user) + AT(int64_t, m, mjModel_nuser_actuator) * i;
+      if (bit % 8 == 0) sum ^= ((const unsigned char *)row)[bit / 8] ^ (bit ? 0 : (unsigned)i);
+      sum = sum >> 1 ^ (sum & 1 ? 0xEDB88320u : 0);
+    }
+  return ~sum;
+}
 static int plugin_states(const mjModel *m, int instance) { return 0; }
 static int plugin_init(const mjModel *m, mjData *d, int instance) {
   char why[TEXT];
   if (found_mujoco(why, TEXT)) mj.error("%s", why);
-  int ours = 0;
-  for (int i = 0; i < mj.state_size(m, CTRL); i++) ours += is_ours(m, i);
-  if (!ours) mj.error("the model's muscles are of another version of afo_sim than its plugin");
+  const char *sum = mj.config(m, instance, "rows"); /* looked at while MuJoCo compiles: later they may be changed */
+  if (!AT(uint64_t, m, mjModel_signature) && (!sum || strtoul(sum, NULL, 10) != sum_of_rows(m)))
+    mj.error("the muscles' parameters are damaged, of another version, or their actuators have other numbers");
   afo_sim_settle(1);
   return 0;
 }
@@ -217,8 +236,7 @@ static void plugin_compute(const mjModel *m, mjData *d, int instance, int capabi
   if (!in_force()) mj.error("other callbacks stand where those of the muscles stood, and these may be limp");
   int count = mj.state_size(m, ACT);
   double *act = AT(double *, d, mjData_act);
-  if (AT(double, d, mjData_time) != 0.0 || !AT(int64_t, m, mjModel_nkey)) return;
-  for (int k = 0; k < count; k++) if (act[k] != 0.0) return;
+  if (AT(double, d, mjData_time) != 0.0 || !AT(int64_t, m, mjModel_nkey) || !within(act, count, 0.0)) return;
   int key = mj.id_of(m, AFO_KEY, "afo_start");
   if (key >= 0) memcpy(act, AT(double *, m, mjModel_key_act) + (size_t)key * count, count * sizeof *act);
 }
@@ -231,13 +249,13 @@ static const struct { /* mjpPlugin, which all known versions have alike */
   void (*destroy)(mjData *, int), (*copy)(mjData *, const mjModel *, const mjData *, int);
   void (*reset)(const mjModel *, double *, void *, int), (*compute)(const mjModel *, mjData *, int, int);
   void *others[8];
-} PLUGIN = {.name = "afo_sim.muscles", .capabilities = PASSIVE, .states = plugin_states, .init = plugin_init,
-            .destroy = plugin_destroy, .reset = plugin_reset, .compute = plugin_compute};
+} PLUGIN = {.name = "afo_sim.muscles", .attributes = 1, .names = (const char *const[]){"rows"}, .capabilities = PASSIVE,
+            .states = plugin_states, .init = plugin_init, .destroy = plugin_destroy, .reset = plugin_reset,
+            .compute = plugin_compute};
 
 __attribute__((constructor)) static void loaded(void) { /* of another MuJoCo's plugins no model can be made */
-  char why[TEXT];
   int slot;
-  found_mujoco(why, TEXT);
+  found_mujoco(NULL, 0);
   if (mj.version && !mj.get_plugin(PLUGIN.name, &slot)) mj.register_plugin(&PLUGIN); /* else a copy has done it */
 }
 
@@ -269,7 +287,7 @@ static char *content_of(const char *folder, const char *name, size_t unit, size_
   long bytes = -1;
   FILE *file = snprintf(path, PATH, "%s/%s", folder, name) < PATH ? fopen(path, "rb") : NULL;
   if (file && !fseek(file, 0, SEEK_END)) bytes = ftell(file);
-  if (bytes > 0 && bytes <= LARGEST && bytes % (long)unit == 0 && !fseek(file, 0, SEEK_SET)) {
+  if (bytes > 0 && unit && (size_t)bytes / unit <= *length && bytes % (long)unit == 0 && !fseek(file, 0, SEEK_SET)) {
     content = calloc(bytes + 1, 1);
     if (content && fread(content, 1, bytes, file) != (size_t)bytes) free(content), content = NULL;
   }
@@ -326,26 +344,28 @@ static void make(afo_sim *sim, const void *path) {
 
 static int opened(afo_sim *sim, const char *folder, char *error, int size) {
   char path[PATH];
-  size_t length, rows;
+  size_t states = 1, rows = LARGEST / sizeof(double), length = LARGEST; /* at most */
   if (found_mujoco(error, size)) return -1;
   if (!*mj.user_error) *mj.user_error = leave_or_end;
   snprintf(path, PATH, "%s/model.xml", folder);
   if (attempt(sim, make, path) || !sim->data) return say(error, size, "%.300s: %s", path, sim->error);
   sim->states = mj.state_size(sim->model, (int)afo_sim_places[AFO_STATE]);
   sim->controls = mj.state_size(sim->model, CTRL);
-  sim->start = (double *)content_of(folder, "start.bin", sim->states * sizeof(double), &length, error, size);
+  sim->start = (double *)content_of(folder, "start.bin", sim->states * sizeof(double), &states, error, size);
   sim->inputs = (double *)content_of(folder, "inputs.bin", sim->controls * sizeof(double), &rows, error, size);
   if (!sim->start || !sim->inputs || !(sim->words = content_of(folder, "variables.txt", 1, &length, error, size)))
     return -1;
+  if (!within(sim->start, sim->states, 1e300) || !within(sim->inputs, rows * sim->controls, MOST))
+    return say(error, size, "%.300s: a number of start.bin or inputs.bin is not finite, or too large", folder);
   sim->changes = calloc(sim->controls + 1, 1);
   for (size_t k = 0; sim->changes && k < rows * sim->controls; k++)
     if (sim->inputs[k] != sim->inputs[k % sim->controls]) sim->changes[k % sim->controls] = 1;
   sim->rows = (int)rows;
   sim->variables = calloc(length / PARTS + 1, sizeof *sim->variables); /* each has as many tabs, and an end */
-  for (char *line = sim->words, *next; sim->changes && sim->variables && *line; line = next, sim->count++) {
+  for (char *line = sim->words, *next; sim->changes && sim->variables && line < sim->words + length; line = next) {
     if ((next = strchr(line, '\n'))) *next++ = 0;
-    if (!next || read_variable(sim, line, &sim->variables[sim->count]))
-      return say(error, size, "%.300s/variables.txt: line %d is no variable of this model", folder, sim->count + 1);
+    if (!next || read_variable(sim, line, &sim->variables[sim->count++]))
+      return say(error, size, "%.300s/variables.txt: line %d is no variable of this model", folder, sim->count);
   }
   return afo_reset(sim) ? say(error, size, "%.300s: %s", folder, sim->error) : 0;
 }
@@ -382,7 +402,7 @@ int afo_find(const afo_sim *sim, const char *name) {
 int afo_set(afo_sim *sim, int number, double value) {
   const afo_variable *said = afo_describe(sim, number);
   if (!said || !said->input) return say(sim->error, TEXT, "%.60s is no input", said ? said->name : "this number");
-  if (isinf(value)) return say(sim->error, TEXT, "%.60s is set to a number that is not finite", said->name);
+  if (fabs(value) > MOST) return say(sim->error, TEXT, "%.60s is set to %g, beyond ±%g", said->name, value, MOST);
   do sim->variables[number].set = value; while (++number < sim->count && !*sim->variables[number].said.name);
   return 0;
 }
@@ -415,18 +435,17 @@ static void put_inputs(afo_sim *sim, const void *told) {
 }
 
 static void step(afo_sim *sim, const void *told) {
-  put_inputs(sim, told);
   mj.step(sim->model, sim->data);
-  int places = mj.state_size(sim->model, QPOS), speeds = mj.state_size(sim->model, QVEL);
-  for (int k = 0; k < places + speeds; k++) {
-    double *all = AT(double *, sim->data, k < places ? mjData_qpos : mjData_qvel);
-    if (!(fabs(all[k < places ? k : k - places]) < 1e10)) leave("a position or velocity is no number, or too large");
-  }
+  if (!within(AT(double *, sim->data, mjData_qpos), mj.state_size(sim->model, QPOS), MOST) ||
+      !within(AT(double *, sim->data, mjData_qvel), mj.state_size(sim->model, QVEL), MOST))
+    leave("a position or velocity is no number, or too large");
 }
 
 int afo_step(afo_sim *sim, int steps) {
-  for (; steps > 0; steps--, sim->taken++)
-    if (sim->taken < 0 || attempt(sim, step, NULL)) return sim->taken = -1; /* until it is reset or restored */
+  for (; steps > 0; steps--, sim->taken++) {
+    if (sim->taken < 0 || attempt(sim, put_inputs, NULL)) return -1;
+    if (attempt(sim, step, NULL)) return sim->taken = -1; /* until it is reset or restored */
+  }
   return 0;
 }
 
@@ -447,10 +466,9 @@ static void put(afo_sim *sim, const void *state) {
 
 int afo_restore(afo_sim *sim, const double *state) {
   const double *rest = state + sim->states;
-  int fit = *rest >= 0.0 && *rest < 2147483647.0;
-  for (int k = 0; k < sim->states; k++) fit = fit && isfinite(state[k]);
+  int fit = *rest >= 0.0 && *rest < 2147483647.0 && within(state, sim->states, 1e300);
   for (int k = 0; k < sim->count; k++) fit = fit && !isinf(rest[2 * k + 1]) && isfinite(rest[2 * k + 2]);
-  if (!fit) return say(sim->error, TEXT, "this is no state: a number of it is not finite");
+  if (!fit) return say(sim->error, TEXT, "this state is of a step that failed, or a number of it is not finite");
   if (attempt(sim, put, state)) return -1;
   sim->taken = (int)*rest, *sim->error = 0;
   for (int k = 0; k < sim->count; k++)
@@ -467,8 +485,6 @@ static void begin(afo_sim *sim, const void *told) { /* with the forces in the st
 }
 
 int afo_reset(afo_sim *sim) {
-  for (int k = 0; k < sim->states; k++)
-    if (!isfinite(sim->start[k])) return say(sim->error, TEXT, "start.bin: a number is not finite");
   for (int k = 0; k < sim->count; k++) sim->variables[k].set = NAN;
   sim->taken = 0, *sim->error = 0;
   return attempt(sim, begin, NULL);

@@ -28,7 +28,7 @@ static void path_of(const char *uri, char *path, size_t size) { /* of file:///â€
   if (!strncmp(uri, "file:", 5)) for (uri += 5; !strncmp(uri, "//", 2); uri++) {}
   while (*uri && used + 1 < size) {
     unsigned letter = (unsigned char)*uri++;
-    if (letter == '%' && sscanf(uri, "%2x", &letter) == 1) uri += 2;
+    if (letter == '%' && strspn(uri, "0123456789abcdefABCDEF") > 1 && sscanf(uri, "%2x", &letter)) uri += 2;
     path[used++] = (char)letter;
   }
   path[used] = 0;
@@ -91,11 +91,10 @@ NONE(Get, Integer, int) NONE(Get, Boolean, int) NONE(Get, String, const char *)
 NONE(Set, Integer, const int) NONE(Set, Boolean, const int) NONE(Set, String, const char *const)
 
 AFO_API status fmi2DoStep(instance *at, double now, double length, int no_return) {
-  double step = afo_timestep(at->sim), end = (now + length - at->start) / step, count = floor(end + 0.5);
-  double done = floor((at->now - at->start) / step + 0.5);
-  if (!(length >= 0.0) || fabs(end - count) > 1e-6 * fmax(1.0, count) || !(fabs(count - done) < 2e9))
-    return failed(at, "the end of the communication step is at no whole time step");
-  if (afo_step(at->sim, (int)(count - done))) return failed(at, afo_error(at->sim));
+  double step = afo_timestep(at->sim), count = length / step, off = fabs(now - at->now) / step; /* in steps */
+  if (!(count >= 0.0 && count < 2e9 && fabs(count - round(count)) < 1e-6 && off < 1e-6))
+    return failed(at, "a communication step begins where the last has ended, and is of whole time steps");
+  if (afo_step(at->sim, (int)round(count))) return failed(at, afo_error(at->sim));
   at->now = now + length;
   return OK;
 }
