@@ -19,9 +19,8 @@ UNITS = {
     "rad/s^2": {"rad": 1, "s": -2}, "m": {"m": 1}, "m^3": {"m": 3},
     "m/s^2": {"m": 1, "s": -2}, "kg": {"kg": 1}, "kg/s": {"kg": 1, "s": -1},
 }  # fmt: skip
-FIXED = dict.fromkeys(
-    ("canHandleVariableCommunicationStepSize", "canGetAndSetFMUstate", "canSerializeFMUstate"), "true"
-)
+# Of FMI 2.0 nothing says that steps are of whole time steps: importers are not asked to vary them.
+FIXED = dict.fromkeys(("canGetAndSetFMUstate", "canSerializeFMUstate"), "true")
 
 
 def description_of(name: str, variables: Sequence[Variable], step: float, stop: float) -> bytes:
@@ -30,6 +29,7 @@ def description_of(name: str, variables: Sequence[Variable], step: float, stop: 
         "fmiModelDescription",
         fmiVersion="2.0",
         modelName=name,
+        description="inputs that are never set are the scenario's own: timer, walk or a run's commands",
         generationTool=f"afo-sim {importlib.metadata.version('afo-sim')}",
     )
     root.set("variableNamingConvention", "flat")
@@ -50,8 +50,8 @@ def description_of(name: str, variables: Sequence[Variable], step: float, stop: 
         row = Xml.SubElement(table, "ScalarVariable", facts, description=each.description)
         real = Xml.SubElement(row, "Real", {"unit": each.unit} if each.unit else {})
         if each.start is None:
-            Xml.SubElement(outputs, "Unknown", index=str(place))
-            Xml.SubElement(initial, "Unknown", index=str(place))
+            for table_of in (outputs, initial):  # they follow inputs with the next step
+                Xml.SubElement(table_of, "Unknown", index=str(place), dependencies="")
         else:
             real.set("start", repr(each.start))
     root.append(structure)
