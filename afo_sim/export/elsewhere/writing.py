@@ -41,6 +41,8 @@ def write_elsewhere(
         raise InputError("is not named as an FMU is", field="out", value=str(out), allowed="NAME.fmu")
     library = native.library_file()  # refused before anything is built
     recording = what if isinstance(what, Recording) else None
+    if recording is not None and not recording.ok:
+        raise InputError("has not ended well", field="run", value=recording.status, allowed="one that has")
     scenario = load("scenario", what if recording is None else recording.scenario, sets)
     built = build(as_run(scenario))
     inputs = schedule.controls(built) if recording is None else _commanded(built, recording)
@@ -129,6 +131,8 @@ def _commanded(built: Built, recording: Recording) -> np.ndarray:
     for column, i in asked.items():
         found, stride = recording.columns[column], built.scenario.record_stride
         rows = np.repeat(np.where(np.isnan(found), schedule.OFF, found), stride)[: len(inputs)]
+        if stride > 1 and not np.array_equal(rows[::stride], inputs[: len(rows) : stride, i]):
+            raise InputError("leaves commands out", field="record_rate", value=column, allowed="each step")
         inputs[: len(rows), i] = rows
     return inputs
 
