@@ -8,7 +8,7 @@ from xml.etree import ElementTree as Xml
 import mujoco
 import numpy as np
 
-from afo_sim.native import kind_of, mujoco_library
+from afo_sim.native import N_USER, kind_of, mujoco_library
 
 DIGITS = 17  # with which a number reads again as it was
 PLUGIN, START = "afo_sim.muscles", "afo_start"  # the key whose air the plugin takes
@@ -39,7 +39,8 @@ def started_xml(text: str, data: mujoco.MjData, *, plugin: bool = False) -> str:
         free = next(body for body in root.findall("worldbody//body") if body.find("plugin") is None)
         free.insert(0, Xml.Element("plugin", plugin=PLUGIN))
         total = data.userdata.size
-        for i, row in enumerate(data.model.actuator_user):
+        rows = (each.get("user", "0 0").split() for each in root.findall("actuator/*") if each.attrib)
+        for i, row in enumerate(np.array(each, float)[:N_USER] for each in rows):
             total = zlib.crc32(row, total ^ i) if kind_of(row, 0) else total
         Xml.SubElement(free[0], "config", key="rows", value=str(total))
     # no userdata, which each step writes before it reads them, and no force of the last step
