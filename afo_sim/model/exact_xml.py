@@ -41,7 +41,7 @@ def started_xml(text: str, data: mujoco.MjData, *, plugin: bool = False) -> str:
         total = data.userdata.size
         rows = (each.get("user", "0 0").split() for each in root.findall("actuator/*") if each.attrib)
         for i, row in enumerate(np.array(each, float)[:N_USER] for each in rows):
-            total = zlib.crc32(row, total ^ i) if kind_of(row, 0) else total
+            total = zlib.crc32(row.tobytes(), total ^ i) if kind_of(row, 0) else total
         Xml.SubElement(free[0], "config", key="rows", value=str(total))
     # no userdata, which each step writes before it reads them, and no force of the last step
     values = {name: np.atleast_1d(getattr(data, name)) for name in ("time", "qpos", "qvel", "act", "ctrl")}
