@@ -7,6 +7,7 @@ models/ and gait_data/ inside the package; an editable install reads the checkou
 
 import base64
 import hashlib
+import importlib
 import json
 import os
 import pathlib
@@ -15,11 +16,14 @@ import shutil
 import subprocess
 import sys
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 from packaging.tags import platform_tags
 
+fcntl: Any = importlib.import_module("fcntl") if os.name == "posix" else None
 IMPORTS = {"lazy-loader", "mujoco", "numba", "numpy", "pydantic"}  # of the core's dependencies, by PROGRAM
 PROGRAM = """
 import sys
@@ -86,7 +90,7 @@ def compile_kernels(root: pathlib.Path) -> None:
     """
     root = root.resolve()
     there = {name: value for name, value in os.environ.items() if not name.startswith("NUMBA_")}
-    with tempfile.TemporaryDirectory(prefix=".machine_code-", dir=root) as scratch:
+    with alone_in(root), tempfile.TemporaryDirectory(prefix=".machine_code-", dir=root) as scratch:
 
         def started(part: str, **how: Any) -> subprocess.Popen[str]:
             own = pathlib.Path(scratch, part)  # a folder of its own: one locks its folder
@@ -102,6 +106,19 @@ def compile_kernels(root: pathlib.Path) -> None:
         if failed := [process.args for process in parts if process.returncode]:
             raise subprocess.CalledProcessError(1, failed[0])
         link(root, pathlib.Path(scratch), *printed[0].split("\n", 1))
+
+
+@contextmanager
+def alone_in(root: pathlib.Path) -> Iterator[None]:
+    """A block that one build of a checkout at a time is in: the others find what it has made."""
+    lock = os.open(root, os.O_RDONLY) if fcntl else -1
+    try:
+        if fcntl:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+        yield
+    finally:
+        if fcntl:
+            os.close(lock)
 
 
 def link(root: pathlib.Path, scratch: pathlib.Path, name: str, header: str) -> None:
