@@ -129,7 +129,9 @@ class _Attachment:
     supply: Annotated[str, Option(help="gauge pressure before the inlet valves")] = "4 bar"
     timestep: Annotated[str | None, Option(help='"1 ms"; the model\'s own by default')] = None
     prefix: Annotated[str, Option(help="of all names that are added")] = "afo_"
-    out: Annotated[Path | None, Option(help="MJCF file to write; MODEL_ORTHOSIS.xml by default")] = None
+    out: Annotated[
+        Path | None, Option(help="MJCF file, or folder of a plugin, to write; MODEL_ORTHOSIS.xml by default")
+    ] = None
     to: Annotated[str | None, Option(help="plugin: a folder that any MuJoCo steps without afo_sim")] = None
     mjb: Annotated[bool, Option("--mjb", help="also MuJoCo's binary model, with all parameters")] = False
     force: Annotated[bool, Option("--force", help="replace files that are there")] = False
@@ -138,7 +140,7 @@ class _Attachment:
 @app.command("attach")
 @one_group
 def attach_command(worn: _Attachment) -> None:
-    """Put an orthosis on a joint of a whole model, which you then step from Python.
+    """Put an orthosis on a joint of a whole model, which you then step from Python, or in any MuJoCo.
 
     A model that was written with it may be given again, for another joint.
     """
@@ -177,7 +179,7 @@ def attach_command(worn: _Attachment) -> None:
     if beside:
         print(f"{len(beside)} meshes, pictures and parts are in {out.with_name(f'{out.stem}_files')}")
     in_python = f'in Python: leg = afo_sim.attached("{out}")'
-    print(f"next: {out / 'README.md'} says how it is opened" if worn.to else f"next, {in_python}")
+    print(f"next: {out.with_name('README.md')} says how it is opened" if worn.to else f"next, {in_python}")
 
 
 def _is_written(model: Path) -> bool:

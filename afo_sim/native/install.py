@@ -181,7 +181,8 @@ class _Callbacks:
                 raise CallbackError(
                     f"another {name} is installed in this process; MuJoCo has room for one, and "
                     "replacing it would change that program's simulation. Remove it "
-                    f"(mujoco.set_{name}(None)) and try again."
+                    f"(mujoco.set_{name}(None)) and try again; if it is an exported model's plugin, free its "
+                    "data, or call afo_sim.install() before it is loaded."
                 )
         self.before, self.addresses, self.ours, self.mode = before, addresses, wanted, mode
         _put(wanted)

@@ -36,14 +36,17 @@ def write_elsewhere(
     what: Any, to: str, out: pathlib.Path, sets: Mapping[str, Any] | None = None, *, force: bool = False
 ) -> tuple[pathlib.Path, ...]:
     """Write a scenario, or that of a run with the commands that the run had, as `to` of ELSEWHERE has it."""
-    _check_free(out, force)
     if to == "fmu" and out.suffix.lower() != ".fmu":
         raise InputError("is not named as an FMU is", field="out", value=str(out), allowed="NAME.fmu")
     library = native.library_file()  # refused before anything is built
     recording = what if isinstance(what, Recording) else None
     if recording is not None and not recording.ok:
         raise InputError("has not ended well", field="run", value=recording.status, allowed="one that has")
+    if recording is None and str(what).endswith((".xml", ".urdf")):
+        allowed = "a scenario; of a model: afo-sim attach MODEL --orthosis NAME --to plugin"
+        raise InputError("is a model, and no scenario", field="scenario", value=str(what), allowed=allowed)
     scenario = load("scenario", what if recording is None else recording.scenario, sets)
+    _check_free(out, force)
     built = build(as_run(scenario))
     inputs = schedule.controls(built) if recording is None else _commanded(built, recording)
     with native.installed():

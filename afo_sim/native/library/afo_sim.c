@@ -139,7 +139,7 @@ static int found_mujoco(char *why, int size) {
     if ((known = AFO_LAYOUT[k].version == version))
       memcpy(afo_sim_places, AFO_LAYOUT[k].places, sizeof afo_sim_places);
   unlock();
-  if (missing) return say(why, size, "no MuJoCo is loaded in this process: %s is not found", missing);
+  if (missing) return say(why, size, "there is no MuJoCo in this process, and none beside this library: %s is not found", missing);
   if (known) return 0;
   return say(why, size, "this library does not know how MuJoCo %d.%d.%d lays out its structs; it knows %s",
              version / 1000000, version / 1000 % 1000, version % 1000, AFO_KNOWN);
