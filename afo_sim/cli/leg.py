@@ -132,7 +132,7 @@ class _Attachment:
     out: Annotated[
         Path | None, Option(help="MJCF file, or folder of a plugin, to write; MODEL_ORTHOSIS.xml by default")
     ] = None
-    to: Annotated[str | None, Option(help="plugin: a folder that any MuJoCo steps without afo_sim")] = None
+    to: Annotated[str | None, Option(help="plugin: a folder that MuJoCo alone steps without afo_sim")] = None
     mjb: Annotated[bool, Option("--mjb", help="also MuJoCo's binary model, with all parameters")] = False
     force: Annotated[bool, Option("--force", help="replace files that are there")] = False
 
@@ -140,7 +140,7 @@ class _Attachment:
 @app.command("attach")
 @one_group
 def attach_command(worn: _Attachment) -> None:
-    """Put an orthosis on a joint of a whole model, which you then step from Python, or in any MuJoCo.
+    """Put an orthosis on a joint of a whole model, which you then step from Python, or in MuJoCo alone.
 
     A model that was written with it may be given again, for another joint.
     """

@@ -24,7 +24,9 @@ from afo_sim.common.writing import write_bytes
 
 ROOMS = ("common", "physics", "native")  # whose code is compiled, or makes what is
 _PACKAGE = pathlib.Path(__file__).resolve().parents[1]
-BROUGHT = (_PACKAGE / "machine_code", _PACKAGE.parent / "machine_code")  # of a wheel, of a checkout
+# Of a wheel, or of a checkout, which has its project's file: elsewhere the folder above may be anybody's.
+_OWN = _PACKAGE.parent if (_PACKAGE.parent / "pyproject.toml").is_file() else _PACKAGE
+BROUGHT = (_PACKAGE / "machine_code", _OWN / "machine_code")
 
 
 @functools.cache

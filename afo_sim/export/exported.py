@@ -42,8 +42,8 @@ def export(
         for field, value in (("rate", rate), ("columns", patterns)):
             if value:
                 raise InputError(f"does not go with {named}, which has no rows", field=field, value=value)
-        files = write_elsewhere(recording, named, path, sets, force=force)
-        return Exported(files, ELSEWHERE[named].format(name=path.name), "", ())
+        files, notes = write_elsewhere(recording, named, path, sets, force=force)
+        return Exported(files, ELSEWHERE[named].format(name=path.name), "", notes)
     if not isinstance(recording, Recording) or sets:
         allowed = f"a run's folder; of a scenario: {', '.join(ELSEWHERE)}"
         raise InputError(f"does not go with {named}", field="scenario", value=str(recording), allowed=allowed)

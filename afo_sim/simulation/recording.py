@@ -223,7 +223,7 @@ class Recording(Shown):
         out : file to write, whole or not at all; metrics and, of walking as mot, ground forces go beside it;
             of plugin and c a folder
         to : "sto" or "mot" (OpenSim), "csv", "mat" (MATLAB, Octave) or "mjb" (MuJoCo); or what runs again
-            elsewhere, with the run's commands: "plugin" (any MuJoCo), "c", "fmu"; that of `out`'s ending by
+            elsewhere, with the run's commands: "plugin" (MuJoCo alone), "c", "fmu"; that of `out`'s ending by
             default
         rate : rows a second [Hz], up to the run's own, which is the default; every k-th row is kept as it is
         columns : names or patterns such as "ankle/*", for sto, csv and mat; all by default

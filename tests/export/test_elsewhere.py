@@ -22,9 +22,13 @@ from exported_library import NAME, Failed, Simulation, loaded, opened
 
 import afo_sim
 from afo_sim import native
-from afo_sim.common import AMBIENT_PRESSURE, CallbackError, assets
+from afo_sim.common import AMBIENT_PRESSURE, CallbackError, InputError, assets
+from afo_sim.description import load
+from afo_sim.export.elsewhere.variables import variables_of
 from afo_sim.export.elsewhere.writing import write_elsewhere
 from afo_sim.metrics import SOLVED
+from afo_sim.model.build import build
+from afo_sim.model.supply_and_timer import controls
 from afo_sim.simulation import Recording
 
 HERE = pathlib.Path(__file__).with_name("elsewhere")
@@ -199,9 +203,9 @@ def test_a_run_with_a_controller_in_python_is_played_from_its_folder(
     check_bits(tmp_path / "out", recording, played_by_c(tmp_path / "out", 2000))
 
 
-@pytest.mark.parametrize(("sets", "field"), [({"record_rate": "10 Hz"}, "record_rate"), ({}, "run")])
+@pytest.mark.parametrize("sets", [{"record_rate": "10 Hz"}, {}])
 def test_a_run_whose_commands_are_not_whole_is_refused(
-    sets: dict[str, str], field: str, export: Export, tmp_path: pathlib.Path
+    sets: dict[str, str], export: Export, tmp_path: pathlib.Path
 ) -> None:
     export("seated", "c")  # skips where there is no library
 
@@ -213,7 +217,7 @@ def test_a_run_whose_commands_are_not_whole_is_refused(
     recording = afo_sim.run("seated", {"duration": "1 s"} | sets, controller=switched, rate=50.0)
     with pytest.raises(afo_sim.InputError) as refused:
         write_elsewhere(recording, "c", tmp_path / "out")
-    assert refused.value.field == field and not (tmp_path / "out").exists()
+    assert refused.value.field == "run" and not (tmp_path / "out").exists()
 
 
 # --- functions of the library
@@ -804,3 +808,42 @@ def test_instances_may_have_threads(unzipped: pathlib.Path) -> None:
     for thread in threads:
         thread.join()
     assert len(found) == 4 and len(set(found.values())) == 1
+
+
+def commands(folder: pathlib.Path) -> bytes:
+    """What an exported folder plays."""
+    return (folder / "inputs.bin").read_bytes()
+
+
+def test_a_run_that_was_recorded_rarely_keeps_its_timer(export: Export, tmp_path: pathlib.Path) -> None:
+    export("seated", "c")  # skips where there is no library
+    rarely = afo_sim.run("seated", {"duration": "1 s", "record_rate": "10 Hz"}, step="fixed")
+    write_elsewhere(rarely, "plugin", tmp_path / "run")
+    write_elsewhere("seated", "plugin", tmp_path / "scenario", {"duration": "1 s"})
+    assert commands(tmp_path / "run") == commands(tmp_path / "scenario")
+
+
+def test_what_is_set_of_a_run_is_refused(export: Export, tmp_path: pathlib.Path) -> None:
+    export("seated", "c")
+    run = afo_sim.run("seated", {"duration": "0.1 s"}, step="fixed")
+    with pytest.raises(InputError) as refused:
+        write_elsewhere(run, "plugin", tmp_path / "run", {"supply.pressure": "2 bar"})
+    assert refused.value.field == "set"
+
+
+def test_a_run_is_exported_with_the_step_that_it_took(export: Export, tmp_path: pathlib.Path) -> None:
+    export("seated", "c")
+    run = afo_sim.run("seated", {"duration": "0.6 s"})
+    taken = run.studies["time_step"]["step"]
+    assert taken < run.studies["time_step"]["asked"]  # else this tests nothing
+    write_elsewhere(run, "plugin", tmp_path / "run")
+    _, notes = write_elsewhere("seated", "plugin", tmp_path / "scenario", {"duration": "0.6 s"})
+    rows = len(commands(tmp_path / "run")) / len(commands(tmp_path / "scenario"))
+    assert rows == run.studies["time_step"]["asked"] / taken and len(notes) == 1
+
+
+def test_a_supply_behind_a_regulator_is_its_line() -> None:
+    sets = {"supply.regulator": "ir2010", "supply.line_pressure": "7 bar"}
+    built = build(load("scenario", "seated", sets))
+    names = {each.name: each.start for each in variables_of(built, controls(built, 1)[0])}
+    assert names["supply/line_pressure"] == 7e5 and "supply/pressure" not in names

@@ -29,7 +29,8 @@ def description_of(name: str, variables: Sequence[Variable], step: float, stop: 
         "fmiModelDescription",
         fmiVersion="2.0",
         modelName=name,
-        description="inputs that are never set are the scenario's own: timer, walk or a run's commands",
+        description="an input that is never set is the scenario's own (timer, walk, a run's commands); "
+        "one that is set, also to 0, is the importer's from then on",
         generationTool=f"afo-sim {importlib.metadata.version('afo-sim')}",
     )
     root.set("variableNamingConvention", "flat")

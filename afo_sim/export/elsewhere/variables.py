@@ -56,10 +56,11 @@ def variables_of(built: Built, first: np.ndarray) -> Iterator[Variable]:
     for chamber, i in index.drives.items():
         text = "gauge pressure that its drive is asked for; below 0 the drive is off"
         yield control(f"chamber/{chamber}/target", "Pa", text, i)
-    if native.ends_at_supply(built.model):  # and at no bottle or regulator
+    if native.ends_at_supply(built.model):  # and at no bottle
+        regulated = built.scenario.supply.regulator is not None
+        name, before = ("line_pressure", "regulator") if regulated else ("pressure", "inlet valves")
         for number, i in enumerate(index.chambers.values()):
-            text = "gauge pressure before the inlet valves"
-            yield control("" if number else "supply/pressure", "Pa", text, i)
+            yield control("" if number else f"supply/{name}", "Pa", f"gauge pressure before the {before}", i)
     if built.scenario.leg.passive.scale > 0.0:
         text = "of the knee, flexion positive: it stretches the tissue"
         yield control("knee/angle", "rad", text, index.passive)

@@ -16,13 +16,13 @@ from afo_sim.description import load
 from afo_sim.export.elsewhere.fmu import IDENTIFIER, binaries, description_of, zipped
 from afo_sim.export.elsewhere.variables import variables_of
 from afo_sim.legs import Attached, mjcf_beside
-from afo_sim.model import Built, as_run, started_xml
+from afo_sim.model import Built, as_run, started_xml, why_walked
 from afo_sim.model import supply_and_timer as schedule
 from afo_sim.model.build import build
-from afo_sim.simulation import Recording, case_of, fixed
+from afo_sim.simulation import Recording, as_taken, case_of, fixed
 
 ELSEWHERE = {
-    "plugin": "any MuJoCo: README.md says how, in Python, in its viewer and in C",
+    "plugin": "MuJoCo alone: README.md says how, in Python, in its viewer and in C",
     "c": "a C compiler: README.md says how; host.c is a whole program",
     "fmu": "what imports FMI 2.0 for co-simulation: Simulink, OMSimulator, fmpy simulate {name}",
 }
@@ -34,8 +34,8 @@ AT_REST = 100  # steps of a model that brings no inputs of its own
 
 def write_elsewhere(
     what: Any, to: str, out: pathlib.Path, sets: Mapping[str, Any] | None = None, *, force: bool = False
-) -> tuple[pathlib.Path, ...]:
-    """Write a scenario, or that of a run with the commands that the run had, as `to` of ELSEWHERE has it."""
+) -> tuple[tuple[pathlib.Path, ...], tuple[str, ...]]:
+    """Files and notes of a scenario, or of a run's with its commands, written as `to` of ELSEWHERE has it."""
     if to == "fmu" and out.suffix.lower() != ".fmu":
         raise InputError("is not named as an FMU is", field="out", value=str(out), allowed="NAME.fmu")
     library = native.library_file()  # refused before anything is built
@@ -45,7 +45,20 @@ def write_elsewhere(
     if recording is None and str(what).endswith((".xml", ".urdf")):
         allowed = "a scenario; of a model: afo-sim attach MODEL --orthosis NAME --to plugin"
         raise InputError("is a model, and no scenario", field="scenario", value=str(what), allowed=allowed)
+    if recording is not None and sets:
+        allowed = "a scenario; of a run its commands are written"
+        raise InputError("does not go with a run", field="set", value=", ".join(sets), allowed=allowed)
     scenario = load("scenario", what if recording is None else recording.scenario, sets)
+    notes = []
+    if recording is not None:
+        scenario = as_taken(scenario, recording)
+    else:
+        step = f"{1e3 * scenario.timestep:g} ms"
+        notes.append(
+            f"steps are of {step}; afo-sim run may halve them: its run is exported with those it took"
+        )
+    if scenario.walking and not why_walked(scenario):
+        notes.append("it holds the strides from the start; afo-sim run solves for the settled one besides")
     _check_free(out, force)
     built = build(as_run(scenario))
     inputs = schedule.controls(built) if recording is None else _commanded(built, recording)
@@ -83,14 +96,15 @@ def write_elsewhere(
             _write_readme(scratch, to, library, name=scenario.name, steps=told, prefix="")
         if to == "c":
             shutil.copyfile(SOURCES / "afo_sim.h", scratch / "afo_sim.h")
-            shutil.copyfile(TEXTS / "host.c", scratch / "host.c")
+            text = (TEXTS / "host.c").read_text(encoding="utf-8")
+            write_text(scratch / "host.c", text.replace("@END@", repr(len(inputs) * scenario.timestep)))
         written = sorted(file.relative_to(scratch) for file in scratch.rglob("*") if file.is_file())
     folder = out.parent if to == "fmu" else out
-    return tuple(folder / file for file in written)
+    return tuple(folder / file for file in written), tuple(notes)
 
 
 def export_attached(attached: Attached, out: pathlib.Path, *, force: bool = False) -> list[pathlib.Path]:
-    """Write a model with its orthoses for any MuJoCo; its key is the state at rest."""
+    """Write a model with its orthoses for MuJoCo alone; its key is the state at rest."""
     _check_free(out, force)
     library = native.library_file()
     with together(out) as scratch:
@@ -126,17 +140,24 @@ def _write_readme(folder: pathlib.Path, to: str, library: pathlib.Path, **facts:
 
 def _commanded(built: Built, recording: Recording) -> np.ndarray:
     """Inputs of the steps of a run: the scenario's, with what a controller commanded in it."""
-    inputs, index = schedule.controls(built), built.index
+    inputs, index, stride = schedule.controls(built), built.index, built.scenario.record_stride
     asked = {f"chamber/{name}/target": i for name, i in index.drives.items()}
     for name, i in index.valves.items():
         if not native.is_driven(built.model, i) and native.first_way(built.model, i) is None:
             asked[f"valve/{name}/coil"] = i
+    in_python = any(getattr(told, "code", "") == "controller-in-python" for told in recording.warnings)
     for column, i in asked.items():
-        found, stride = recording.columns[column], built.scenario.record_stride
-        rows = np.repeat(np.where(np.isnan(found), schedule.OFF, found), stride)[: len(inputs)]
-        if stride > 1 and not np.array_equal(rows[::stride], inputs[: len(rows) : stride, i]):
-            raise InputError("leaves commands out", field="record_rate", value=column, allowed="each step")
-        inputs[: len(rows), i] = rows
+        told = np.where(np.isnan(recording.columns[column]), schedule.OFF, recording.columns[column])
+        told = told[: len(inputs[::stride])]
+        if stride == 1:
+            inputs[: len(told), i] = told
+        elif (
+            in_python
+            or built.scenario.controller
+            or not np.array_equal(told, inputs[::stride, i][: len(told)])
+        ):
+            problem, allowed = "holds commands of some steps alone", "a run with --step fixed and all rows"
+            raise InputError(problem, field="run", value=column, allowed=allowed)
     return inputs
 
 
@@ -146,5 +167,6 @@ def _licences(to: str) -> dict[str, str]:
     found = {}
     for name, package in brought.items():
         own = importlib.metadata.files(package) or ()
-        found[name] = next(file for file in own if file.name == "LICENSE").read_text(encoding="utf-8")
+        file = next((each for each in own if each.name == "LICENSE"), None)
+        found[name] = file.read_text(encoding="utf-8") if file else "Apache-2.0\n"
     return found

@@ -373,9 +373,9 @@ static int opened(afo_sim *sim, const char *folder, char *error, int size) {
 afo_sim *afo_open(const char *folder, char *error, int size) {
   char unheard[TEXT];
   if (!error || size < 1) error = unheard, size = TEXT;
-  *error = 0;
+  say(error, size, "there is no folder, or no memory");
   afo_sim *sim = calloc(1, sizeof *sim);
-  if (sim && folder && !opened(sim, folder, error, size)) return sim;
+  if (sim && folder && !opened(sim, folder, error, size)) return *error = 0, sim;
   afo_close(sim);
   return NULL;
 }
@@ -395,13 +395,13 @@ const afo_variable *afo_describe(const afo_sim *sim, int number) {
   return number >= 0 && number < sim->count ? &sim->variables[number].said : NULL;
 }
 int afo_find(const afo_sim *sim, const char *name) {
-  for (int k = 0; k < sim->count; k++) if (!strcmp(sim->variables[k].said.name, name)) return k;
+  for (int k = 0; k < sim->count; k++) if (*name && !strcmp(sim->variables[k].said.name, name)) return k;
   return -1;
 }
 
 int afo_set(afo_sim *sim, int number, double value) {
   const afo_variable *said = afo_describe(sim, number);
-  if (!said || !said->input) return say(sim->error, TEXT, "%.60s is no input", said ? said->name : "this number");
+  if (!said || !said->input || !*said->name) return say(sim->error, TEXT, "%.60s is no input", said ? said->name : "this number");
   if (fabs(value) > MOST) return say(sim->error, TEXT, "%.60s is set to %g, beyond ±%g", said->name, value, MOST);
   do sim->variables[number].set = value; while (++number < sim->count && !*sim->variables[number].said.name);
   return 0;

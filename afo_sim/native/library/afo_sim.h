@@ -2,7 +2,8 @@
  *
  * Every function that can fail says so by its result, and `afo_error` says why. A simulation that has failed
  * goes on after `afo_reset` or `afo_restore`. Simulations are independent of each other; one is used by one
- * thread at a time. Units are SI: Pa (gauge), N, rad, kg; dorsiflexion is positive. */
+ * thread at a time. No argument may be NULL but where it is said. Units are SI: Pa (gauge), N, rad, kg;
+ * dorsiflexion is positive. */
 #ifndef AFO_SIM_H
 #define AFO_SIM_H
 
