@@ -833,11 +833,12 @@ def test_what_is_set_of_a_run_is_refused(export: Export, tmp_path: pathlib.Path)
 
 def test_a_run_is_exported_with_the_step_that_it_took(export: Export, tmp_path: pathlib.Path) -> None:
     export("seated", "c")
-    run = afo_sim.run("seated", {"duration": "0.6 s"})
+    sets = {"duration": "0.6 s", "timestep": "4 ms"}
+    run = afo_sim.run("seated", sets)
     taken = run.studies["time_step"]["step"]
     assert taken < run.studies["time_step"]["asked"]  # else this tests nothing
     write_elsewhere(run, "plugin", tmp_path / "run")
-    _, notes = write_elsewhere("seated", "plugin", tmp_path / "scenario", {"duration": "0.6 s"})
+    _, notes = write_elsewhere("seated", "plugin", tmp_path / "scenario", sets)
     rows = len(commands(tmp_path / "run")) / len(commands(tmp_path / "scenario"))
     assert rows == run.studies["time_step"]["asked"] / taken and len(notes) == 1
 
