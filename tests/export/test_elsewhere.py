@@ -834,7 +834,7 @@ def test_what_is_set_of_a_run_is_refused(export: Export, tmp_path: pathlib.Path)
 def test_a_run_is_exported_with_the_step_that_it_took(export: Export, tmp_path: pathlib.Path) -> None:
     export("seated", "c")
     sets = {"duration": "0.6 s", "timestep": "4 ms"}
-    run = afo_sim.run("seated", sets)
+    run = afo_sim.run("seated", sets, step="controlled")
     taken = run.studies["time_step"]["step"]
     assert taken < run.studies["time_step"]["asked"]  # else this tests nothing
     write_elsewhere(run, "plugin", tmp_path / "run")
