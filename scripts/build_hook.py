@@ -111,14 +111,15 @@ def compile_kernels(root: pathlib.Path) -> None:
 @contextmanager
 def alone_in(root: pathlib.Path) -> Iterator[None]:
     """A block that one build of a checkout at a time is in: the others find what it has made."""
-    lock = os.open(root, os.O_RDONLY) if fcntl else -1
+    if fcntl is None:
+        yield
+        return
+    lock = os.open(root, os.O_RDONLY)
     try:
-        if fcntl:
-            fcntl.flock(lock, fcntl.LOCK_EX)
+        fcntl.flock(lock, fcntl.LOCK_EX)
         yield
     finally:
-        if fcntl:
-            os.close(lock)
+        os.close(lock)
 
 
 def link(root: pathlib.Path, scratch: pathlib.Path, name: str, header: str) -> None:

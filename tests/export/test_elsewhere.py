@@ -840,7 +840,9 @@ def test_a_run_is_exported_with_the_step_that_it_took(export: Export, tmp_path: 
     write_elsewhere(run, "plugin", tmp_path / "run")
     _, notes = write_elsewhere("seated", "plugin", tmp_path / "scenario", sets)
     rows = len(commands(tmp_path / "run")) / len(commands(tmp_path / "scenario"))
-    assert rows == run.studies["time_step"]["asked"] / taken and len(notes) == 1
+    assert rows == run.studies["time_step"]["asked"] / taken and len(notes) == 1 + len(
+        build(load("scenario", "seated", sets)).warnings
+    )
 
 
 def test_a_supply_behind_a_regulator_is_its_line() -> None:
@@ -848,3 +850,11 @@ def test_a_supply_behind_a_regulator_is_its_line() -> None:
     built = build(load("scenario", "seated", sets))
     names = {each.name: each.start for each in variables_of(built, controls(built, 1)[0])}
     assert names["supply/line_pressure"] == 7e5 and "supply/pressure" not in names
+
+
+def test_an_export_names_what_cannot_exist(export: Export, tmp_path: pathlib.Path) -> None:
+    export("seated", "c")  # skips where there is no library
+    sets = {"leg.body_mass": "290 kg", "duration": "0.1 s"}
+    told = build(load("scenario", "seated", sets)).warnings
+    _, notes = write_elsewhere("seated", "plugin", tmp_path / "out", sets)
+    assert "leg.body_mass" in {each.subject.split()[0] for each in told} and set(map(str, told)) < set(notes)

@@ -30,7 +30,7 @@ def description_of(name: str, variables: Sequence[Variable], step: float, stop: 
         fmiVersion="2.0",
         modelName=name,
         description="an input that is never set is the scenario's own (timer, walk, a run's commands); "
-        "one that is set, also to 0, is the importer's from then on",
+        "one that is set, also to 0, is the importer's from then on; no verdict or warning of a run is in it",
         generationTool=f"afo-sim {importlib.metadata.version('afo-sim')}",
     )
     root.set("variableNamingConvention", "flat")

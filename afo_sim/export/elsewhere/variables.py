@@ -2,12 +2,14 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from afo_sim import native
 from afo_sim.common import AMBIENT_PRESSURE
 from afo_sim.model import Built
+from afo_sim.simulation import describe
 
 # Of what recorded walking gives: unit, and what it is.
 WALKING = {
@@ -69,39 +71,35 @@ def variables_of(built: Built, first: np.ndarray) -> Iterator[Variable]:
             yield control(f"walk/{name}", "m", "height of the floor under this point of the sole", i)
         elif name in WALKING:
             yield control(f"walk/{name}", *WALKING[name], i)
-    text = "further moment on the ankle, dorsiflexion positive"
+    text = f"further moment on the joint, {built.scenario.leg.directions[0]} positive"
     yield Variable("ankle/moment/applied", "N*m", text, "qfrc_applied", index.ankle_dof, start=0.0)
     yield from _outputs(built)
 
 
 def _outputs(built: Built) -> Iterator[Variable]:
-    model, index = built.model, built.index
+    model, index, words = built.model, built.index, {"leg": {"directions": built.scenario.leg.directions}}
     # what reads states and results reads from these where they stand
     act, data = np.arange(model.na), np.arange(model.nuserdata)
-    yield Variable("ankle/angle", "rad", "dorsiflexion positive", "qpos", index.ankle_qpos)
-    yield Variable("ankle/velocity", "rad/s", "dorsiflexion positive", "qvel", index.ankle_dof)
+
+    def output(name: str, array: str, place: Any, scale: float = 1.0, offset: float = 0.0) -> Variable:
+        """Unit and sign are those of a run's column of this name."""
+        return Variable(name, *describe(name, words), array, int(place), scale, offset)
+
+    yield output("ankle/angle", "qpos", index.ankle_qpos)
+    yield output("ankle/velocity", "qvel", index.ankle_dof)
     if built.walk is None:
-        text = "moment of all muscles of the orthosis, dorsiflexion positive"
-        yield Variable("ankle/moment/orthosis", "N*m", text, "qfrc_actuator", index.ankle_dof)
+        yield output("ankle/moment/orthosis", "qfrc_actuator", index.ankle_dof)
         yield Variable("", "", "", "actuator_force", index.passive, scale=-1.0)
     for name, i in index.muscles.items():
-        text, at = "tension that the joint feels", int(native.read_own(model, data, i).contraction)
-        yield Variable(f"muscle/{name}/joint_force", "N", text, "actuator_force", i, scale=-1.0)
-        text = "(L0 - L)/L0 of its own length, shorter is positive"
-        yield Variable(f"muscle/{name}/contraction", "", text, "userdata", at)
+        yield output(f"muscle/{name}/joint_force", "actuator_force", i, scale=-1.0)
+        yield output(f"muscle/{name}/contraction", "userdata", native.read_own(model, data, i).contraction)
     for name, i in index.chambers.items():
         air = native.read_air(model, act, data, i)
-        pressure = int(air.absolute_pressure)
-        yield Variable(
-            f"chamber/{name}/pressure", "Pa", "gauge", "userdata", pressure, offset=-AMBIENT_PRESSURE
-        )
-        yield Variable(f"chamber/{name}/mass", "kg", "air in the chamber", "act", int(air.mass))
-        yield Variable(f"chamber/{name}/volume", "m^3", "muscles and tube", "userdata", int(air.volume))
+        yield output(f"chamber/{name}/pressure", "userdata", air.absolute_pressure, offset=-AMBIENT_PRESSURE)
+        yield output(f"chamber/{name}/mass", "act", air.mass)
+        yield output(f"chamber/{name}/volume", "userdata", air.volume)
     for name, i in index.valves.items():
-        text, flow = "supply to chamber to ambient positive", int(native.read_flow(model, data, i))
-        yield Variable(f"valve/{name}/mass_flow", "kg/s", text, "userdata", flow)
-        opening = int(native.read_opening(model, data, i))
-        yield Variable(f"valve/{name}/opening", "", "seat, 0 to 1: mean of the step", "userdata", opening)
+        yield output(f"valve/{name}/mass_flow", "userdata", native.read_flow(model, data, i))
+        yield output(f"valve/{name}/opening", "userdata", native.read_opening(model, data, i))
     for name, i in index.stores.items():
-        mass = int(native.read_content(model, act, i))
-        yield Variable(f"store/{name}/mass", "kg", "gas and liquid in it", "act", mass)
+        yield output(f"store/{name}/mass", "act", native.read_content(model, act, i))

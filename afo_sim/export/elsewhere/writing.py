@@ -53,10 +53,8 @@ def write_elsewhere(
     if recording is not None:
         scenario = as_taken(scenario, recording)
     else:
-        step = f"{1e3 * scenario.timestep:g} ms"
-        notes.append(
-            f"steps are of {step}; afo-sim run may halve them: its run is exported with those it took"
-        )
+        steps = f"steps are of {1e3 * scenario.timestep:g} ms"
+        notes.append(f"{steps}; afo-sim run may halve them: its run is exported with those it took")
     if scenario.walking and not why_walked(scenario):
         notes.append("it holds the strides from the start; afo-sim run solves for the settled one besides")
     _check_free(out, force)
@@ -66,41 +64,41 @@ def write_elsewhere(
         case = case_of(built, fixed(inputs), inputs[0])
     if case.failure is not None:
         raise case.failure
+    data = native.scratch(built.model)
+    mujoco.mj_setState(built.model, data, case.state, mujoco.mjtState.mjSTATE_INTEGRATION)
     variables = list(variables_of(built, inputs[0]))
     with together(out.parent if to == "fmu" else out) as scratch:
-        place = scratch / "unpacked" / "resources" if to == "fmu" else scratch
-        place.mkdir(parents=True, exist_ok=True)
-        data = native.scratch(built.model)
-        mujoco.mj_setState(built.model, data, case.state, mujoco.mjtState.mjSTATE_INTEGRATION)
-        _write_model(place, built.spec, data)
-        write_bytes(place / "inputs.bin", np.ascontiguousarray(inputs, "<f8").tobytes())
+        whole = scratch / "unpacked" if to == "fmu" else scratch
+        place, code, beside = (
+            (whole / "resources", whole / binaries(), whole / "documentation")
+            if to == "fmu"
+            else (whole,) * 3
+        )
+        for folder in (place, code, beside):
+            folder.mkdir(parents=True, exist_ok=True)
+        _write_model(place, built.spec, data, inputs)
+        _copy_library(library, code, beside)
         if to != "plugin":
             write_bytes(place / "start.bin", np.ascontiguousarray(case.state, "<f8").tobytes())
             write_text(place / "variables.txt", "".join(f"{each.line}\n" for each in variables))
-        code = scratch / "unpacked" / binaries() if to == "fmu" else scratch
-        code.mkdir(parents=True, exist_ok=True)
-        shutil.copyfile(library, code / library.name.replace("afo_sim", IDENTIFIER))
-        if to != "plugin":
             shutil.copyfile(native.mujoco_library(), code / MUJOCO)
-        for name, text in _licences(to).items():
-            write_text((scratch / "unpacked" / "documentation" if to == "fmu" else scratch) / name, text)
+            write_text(beside / "LICENSE-mujoco", _licence("mujoco"))
+        end = len(inputs) * scenario.timestep
         if to == "fmu":
-            description = description_of(
-                scenario.name, variables, scenario.timestep, len(inputs) * scenario.timestep
-            )
-            write_bytes(scratch / "unpacked" / "modelDescription.xml", description)
-            zipped(scratch / "unpacked", scratch / out.name)
-            shutil.rmtree(scratch / "unpacked")
+            description = description_of(scenario.name, variables, scenario.timestep, end)
+            write_bytes(whole / "modelDescription.xml", description)
+            zipped(whole, scratch / out.name)
+            shutil.rmtree(whole)
         else:
             told = f"the scenario's own {len(inputs)} steps"
             _write_readme(scratch, to, library, name=scenario.name, steps=told, prefix="")
         if to == "c":
             shutil.copyfile(SOURCES / "afo_sim.h", scratch / "afo_sim.h")
             text = (TEXTS / "host.c").read_text(encoding="utf-8")
-            write_text(scratch / "host.c", text.replace("@END@", repr(len(inputs) * scenario.timestep)))
+            write_text(scratch / "host.c", text.replace("@END@", repr(end)))
         written = sorted(file.relative_to(scratch) for file in scratch.rglob("*") if file.is_file())
     folder = out.parent if to == "fmu" else out
-    return tuple(folder / file for file in written), tuple(notes)
+    return tuple(folder / file for file in written), (*map(str, built.warnings), *notes)
 
 
 def export_attached(attached: Attached, out: pathlib.Path, *, force: bool = False) -> list[pathlib.Path]:
@@ -109,19 +107,29 @@ def export_attached(attached: Attached, out: pathlib.Path, *, force: bool = Fals
     library = native.library_file()
     with together(out) as scratch:
         data = attached.data()
-        _write_model(scratch, attached.spec, data)
-        write_bytes(scratch / "inputs.bin", np.tile(data.ctrl.astype("<f8"), (AT_REST, 1)).tobytes())
-        shutil.copyfile(library, scratch / library.name)
+        _write_model(scratch, attached.spec, data, np.tile(data.ctrl, (AT_REST, 1)))
+        _copy_library(library, scratch, scratch)
         name, told = attached.spec.modelname, f"{AT_REST} steps at rest"
         _write_readme(scratch, "plugin", library, name=name, steps=told, prefix=attached.prefix)
-        write_text(scratch / "LICENSE", _licences("plugin")["LICENSE"])
         written = sorted(file.relative_to(scratch) for file in scratch.rglob("*") if file.is_file())
     return [out / file for file in written]
 
 
-def _write_model(folder: pathlib.Path, spec: mujoco.MjSpec, data: mujoco.MjData) -> None:
+def _write_model(folder: pathlib.Path, spec: mujoco.MjSpec, data: mujoco.MjData, inputs: np.ndarray) -> None:
     text = mjcf_beside(spec, "model", folder)
     write_text(folder / "model.xml", started_xml(text, data, plugin=True))
+    write_bytes(folder / "inputs.bin", np.ascontiguousarray(inputs, "<f8").tobytes())
+
+
+def _copy_library(library: pathlib.Path, folder: pathlib.Path, licences: pathlib.Path) -> None:
+    shutil.copyfile(library, folder / library.name.replace("afo_sim", IDENTIFIER))
+    write_text(licences / "LICENSE", _licence("afo-sim"))
+
+
+def _licence(package: str) -> str:
+    files = importlib.metadata.files(package) or ()
+    file = next((each for each in files if each.name == "LICENSE"), None)
+    return file.read_text(encoding="utf-8") if file else "Apache-2.0\n"
 
 
 def _check_free(out: pathlib.Path, force: bool) -> None:
@@ -159,14 +167,3 @@ def _commanded(built: Built, recording: Recording) -> np.ndarray:
             problem, allowed = "holds commands of some steps alone", "a run with --step fixed and all rows"
             raise InputError(problem, field="run", value=column, allowed=allowed)
     return inputs
-
-
-def _licences(to: str) -> dict[str, str]:
-    """Licences of what is written, by the names of their files."""
-    brought = {"LICENSE": "afo-sim"} | ({"LICENSE-mujoco": "mujoco"} if to != "plugin" else {})
-    found = {}
-    for name, package in brought.items():
-        own = importlib.metadata.files(package) or ()
-        file = next((each for each in own if each.name == "LICENSE"), None)
-        found[name] = file.read_text(encoding="utf-8") if file else "Apache-2.0\n"
-    return found
