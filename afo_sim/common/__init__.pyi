@@ -39,6 +39,13 @@ from .errors import InputError as InputError
 from .errors import SimulationError as SimulationError
 from .errors import nearest_name as nearest_name
 from .errors import unknown as unknown
+from .extending import identities as identities
+from .extending import identity_of as identity_of
+from .extending import packed as packed
+from .extending import register as register
+from .extending import register_installed as register_installed
+from .extending import take as take
+from .extending import takes as takes
 from .extras import EXTRAS as EXTRAS
 from .extras import MissingExtra as MissingExtra
 from .extras import installed as installed

@@ -1,0 +1,155 @@
+"""What a user adds to the package without changing it: laws, frictions, metrics, columns, parts, formats.
+
+Each room says what it takes, and how. What is added has a digest of its own, so that a study knows which law
+it was computed with, and goes to other processes by value: they need not find the user's files.
+"""
+
+import functools
+import hashlib
+import importlib.metadata
+import importlib.util
+import os
+import pathlib
+import sys
+import types
+import warnings
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import fields, is_dataclass
+from typing import Any, TypeVar
+
+from afo_sim.common.errors import InputError
+
+T = TypeVar("T")
+GROUP = "afo_sim"  # of entry points: each names an object that `register` takes, or a module with some
+TAKEN: dict[type, Callable[[Any], object]] = {}  # kinds of objects, and what adds one
+ADDED: list[Any] = []  # in their order
+
+
+def takes(kind: type[T], add: Callable[[T], object]) -> None:
+    """Say that a room takes objects of a kind; `add` raises an InputError where one is wrong."""
+    TAKEN[kind] = add
+
+
+def register(*things: Any) -> None:
+    """Add laws, frictions, metrics, columns, parts or export formats of one's own.
+
+    An object of the same name, added before, is replaced: a notebook's cell may run again.
+
+    Parameters
+    ----------
+    things : what `Law`, `Friction`, `metric`, `column`, `Format` or `load` gives; or a module, or the path of
+        a Python file, whose top level has some
+
+    Raises
+    ------
+    InputError
+        One is of no such kind, is wrong, or has the name of a shipped one.
+
+    Examples
+    --------
+    >>> register(load("valve", "vq110", {"name": "my_valve", "sonic_conductance": "0.3 l/(s*bar)"}))
+    >>> load("valve", "my_valve").name
+    'my_valve'
+    """
+    for thing in things:
+        if isinstance(thing, str | os.PathLike):
+            register(_module(pathlib.Path(thing)))
+        elif isinstance(thing, types.ModuleType):
+            register(*(each for each in vars(thing).values() if _adds(each)))
+        elif (add := _adds(thing)) is None:
+            allowed = ", ".join(sorted({kind.__name__ for kind in TAKEN})) + ", a module or a Python file"
+            raise InputError("cannot be registered", field="register", value=thing, allowed=allowed)
+        else:
+            add(thing)
+            if not any(each is thing for each in ADDED):
+                ADDED.append(thing)
+
+
+def _adds(thing: Any) -> Callable[[Any], object] | None:
+    return next((add for kind, add in TAKEN.items() if isinstance(thing, kind)), None)
+
+
+def _module(file: pathlib.Path) -> types.ModuleType:
+    """A user's file as a module, which pickles by value."""
+    import cloudpickle
+
+    name = f"_extension_{file.stem}"
+    spec = importlib.util.spec_from_file_location(name, file)
+    if not file.is_file() or spec is None or spec.loader is None:
+        raise InputError("is no Python file", field="extension", value=str(file), allowed="such as mine.py")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    spec.loader.exec_module(module)
+    cloudpickle.register_pickle_by_value(module)
+    return module
+
+
+@functools.cache
+def register_installed() -> None:
+    """Add what installed packages offer by entry points, once; what fails is a warning."""
+    for point in importlib.metadata.entry_points(group=GROUP):
+        try:
+            register(point.load())
+        except Exception as error:  # of another package's code
+            warnings.warn(
+                f"the extension {point.value} is left out: {type(error).__name__}: {error}", stacklevel=2
+            )
+
+
+def packed() -> bytes:
+    """What was added, for another process; nothing where nothing was."""
+    if not ADDED:
+        return b""
+    import cloudpickle
+
+    found: bytes = cloudpickle.dumps(([*map(os.path.abspath, sys.path)], ADDED))
+    return found
+
+
+@functools.lru_cache(maxsize=1)
+def take(packed: bytes) -> None:
+    """Add what another process has packed."""
+    if packed:
+        import pickle
+
+        path, things = pickle.loads(packed)
+        sys.path += [place for place in path if place not in sys.path]
+        register(*things)
+
+
+def identities() -> dict[str, str]:
+    """{kind and name: digest} of what was added, for whoever resumes what was computed with it."""
+    return {f"{type(each).__name__} {getattr(each, 'name', each)}": identity_of(each) for each in ADDED}
+
+
+def identity_of(thing: Any) -> str:
+    """SHA-256 of what an object does: of its code, and of the functions and values that this uses."""
+    return hashlib.sha256("\n".join(_texts(thing, set())).encode()).hexdigest()
+
+
+def _texts(thing: Any, seen: set[int]) -> Iterator[str]:
+    """Texts that an object follows from, without names of files and numbers of lines."""
+    if id(thing) in seen:
+        return
+    if isinstance(thing, types.FunctionType):
+        seen.add(id(thing))
+        own = thing.__globals__
+        used = [own[name] for name in thing.__code__.co_names if name in own]
+        used = [each for each in used if getattr(each, "__module__", thing.__module__) == thing.__module__]
+        cells = [cell.cell_contents for cell in thing.__closure__ or ()]
+        parts: list[Any] = [thing.__code__, thing.__defaults__, *cells, vars(thing), *used]
+    elif isinstance(thing, types.CodeType):
+        parts = [thing.co_code.hex(), thing.co_names, *thing.co_consts]
+    elif is_dataclass(thing) and not isinstance(thing, type):
+        parts = [type(thing).__name__, *(getattr(thing, each.name) for each in fields(thing))]
+    elif isinstance(thing, Mapping):
+        parts = [part for item in thing.items() for part in item]
+    elif isinstance(thing, tuple | list):
+        parts = list(thing)
+    elif isinstance(thing, types.ModuleType | type) or callable(thing):
+        parts = [getattr(thing, "__name__", type(thing).__name__)]
+    else:
+        yield repr(thing)
+        return
+    for part in parts:
+        yield from _texts(part, seen)
