@@ -14,9 +14,12 @@ from typing import Any
 
 import llvmlite.binding as llvm
 import numba
-from numba.extending import register_jitable
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.extending import intrinsic, register_jitable
 
-from afo_sim.common.machine_code import Code, start, symbol
+from afo_sim.common.machine_code import USER_KERNELS, Code, start, symbol, table_size
 
 _OF_THIS_PROCESS = "numba.dynamic.globals"  # names of addresses in it: nobody else has such a symbol
 
@@ -63,3 +66,43 @@ def _compile(symbol: str, function: Callable[..., Any], signature: Any) -> Code:
     any_processor = target.create_target_machine(opt=3, reloc="pic")
     outside = tuple(each.name for each in needs if not each.name.startswith("llvm."))
     return Code(symbol, any_processor.emit_object(module), outside)
+
+
+@intrinsic
+def user_kernels(typing_context: Any) -> Any:
+    """Where the table of a user's own kernels begins."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        kind = ir.ArrayType(ir.IntType(64), table_size())
+        table = builder.module.globals.get(USER_KERNELS) or ir.GlobalVariable(
+            builder.module, kind, USER_KERNELS
+        )
+        return builder.bitcast(table, ir.IntType(64).as_pointer())
+
+    return types.CPointer(types.int64)(), generate
+
+
+@intrinsic
+def two_numbers(typing_context: Any) -> Any:
+    """A pointer to two numbers, which live as long as the calling function runs."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return cgutils.alloca_once(builder, ir.DoubleType(), size=2)
+
+    return types.CPointer(types.float64)(), generate
+
+
+@intrinsic
+def call_kernel(
+    typing_context: Any, address: Any, x: Any, y: Any, z: Any, u: Any, c: Any, act: Any, a: Any, out: Any
+) -> Any:  # fmt: skip
+    """Call a function of numbers by its address."""
+    pointer = types.CPointer(types.float64)
+    taken = *[types.float64] * 3, pointer, types.int64, pointer, types.int64, pointer
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        kinds = [context.get_value_type(each) for each in taken]
+        function = ir.FunctionType(ir.DoubleType(), kinds).as_pointer()
+        return builder.call(builder.inttoptr(arguments[0], function), arguments[1:])
+
+    return types.float64(types.int64, *taken), generate

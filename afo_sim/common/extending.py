@@ -6,6 +6,7 @@ it was computed with, and goes to other processes by value: they need not find t
 
 import functools
 import hashlib
+import importlib
 import importlib.metadata
 import importlib.util
 import os
@@ -21,12 +22,12 @@ from afo_sim.common.errors import InputError
 
 T = TypeVar("T")
 GROUP = "afo_sim"  # of entry points: each names an object that `register` takes, or a module with some
-TAKEN: dict[type, Callable[[Any], object]] = {}  # kinds of objects, and what adds one
+TAKEN: dict[type, Callable[[Any], object] | str] = {}  # kinds of objects, and what adds one
 ADDED: list[Any] = []  # in their order
 
 
-def takes(kind: type[T], add: Callable[[T], object]) -> None:
-    """Say that a room takes objects of a kind; `add` raises an InputError where one is wrong."""
+def takes(kind: type[T], add: Callable[[T], object] | str) -> None:
+    """Say that a room takes objects of a kind by `add`, or by that of a module; InputError of a wrong one."""
     TAKEN[kind] = add
 
 
@@ -66,7 +67,8 @@ def register(*things: Any) -> None:
 
 
 def _adds(thing: Any) -> Callable[[Any], object] | None:
-    return next((add for kind, add in TAKEN.items() if isinstance(thing, kind)), None)
+    add = next((add for kind, add in TAKEN.items() if isinstance(thing, kind)), None)
+    return importlib.import_module(add).add if isinstance(add, str) else add
 
 
 def _module(file: pathlib.Path) -> types.ModuleType:

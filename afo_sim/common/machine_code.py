@@ -25,6 +25,7 @@ from contextlib import suppress
 from typing import Any, NamedTuple
 
 from afo_sim.common import user_cache
+from afo_sim.common.errors import InputError
 
 
 class Code(NamedTuple):
@@ -55,7 +56,7 @@ def functions(
     key = fingerprint(*follows)
     if library := shipped(kind, key):
         return [prototype((symbol(kind, k), library)) for k in range(_brought()["kinds"][kind][1])]
-    start(outside())
+    start({**outside(), USER_KERNELS: ctypes.addressof(user_kernels())})
     codes = _kept(kind, key)
     if not codes:
         with user_cache.locked():  # whoever has waited finds what the first has compiled
@@ -124,6 +125,41 @@ def fingerprint(*follows: Any) -> str | None:
         settings.append(("", pathlib.Path(".numba_config.yaml").read_bytes().hex()))
     target = f"{sys.platform}-{platform.machine()}"
     return hashlib.sha256(repr((user_cache.checksum(), target, follows, settings)).encode()).hexdigest()
+
+
+USER_KERNELS = (
+    "afo_sim_user_kernels"  # symbol of the table of what a user adds, by which compiled code finds it
+)
+MOST_USER_KERNELS = 512
+
+
+def table_size() -> int:
+    """Numbers of that table: native id, what the kernel gives, address of each, and a 0 behind the last."""
+    return 3 * MOST_USER_KERNELS + 1
+
+
+@functools.cache
+def user_kernels() -> Any:
+    """The table: the library's, where there is one."""
+    kind, brought = ctypes.c_int64 * table_size(), library()
+    with suppress(ValueError):
+        return kind() if brought is None else kind.in_dll(brought, USER_KERNELS)
+    return kind()
+
+
+def add_user_kernel(number: int, gives: int, code: Code) -> None:
+    """Load a kernel of a user's own, and enter its address."""
+    table, pointer = user_kernels(), _loaded(code, ctypes.CFUNCTYPE(ctypes.c_double))
+    k = next(k for k in range(0, len(table), 3) if not table[k])
+    if k == len(table) - 1:
+        problem, allowed = "are registered in this process already", "a new process"
+        raise InputError(f"{MOST_USER_KERNELS} kernels {problem}", field="register", allowed=allowed)
+    table[k + 1 : k + 3] = [gives, ctypes.cast(pointer, ctypes.c_void_p).value]
+    table[k] = number  # last: another thread may be looking
+    _LOADED.append(pointer)
+
+
+_LOADED: list[Any] = []  # which keep their code alive
 
 
 def _kept(kind: str, key: str | None) -> list[Code]:

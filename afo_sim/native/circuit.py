@@ -21,7 +21,6 @@ from afo_sim.physics import COMPRESSOR, FRICTIONS, INERTIAL, FlowEdge, flow_edge
 AMBIENT_NAME, SUPPLY_NAME = flow_edge.AMBIENT, flow_edge.SUPPLY
 SIDES = ("inlet", "outlet")
 BLANK = [0.0] * slots.N_USER
-FRICTION_STATES = {friction.native_id: friction.n_state for friction in FRICTIONS.values()}
 
 
 class ValveParameters(Protocol):
@@ -82,7 +81,8 @@ class CircuitMuscle:
     @property
     def friction_states(self) -> int:
         """Number of states of its friction."""
-        return FRICTION_STATES.get(self.row.get("friction", 0), 0)
+        own = self.row.get("friction", 0)
+        return next((each.n_state for each in FRICTIONS.values() if each.native_id == own), 0)
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ import numpy as np
 from mujoco.introspect import enums, structs
 from mujoco.introspect.ast_nodes import ArrayType, PointerType, ValueType
 
-from afo_sim.common import CallbackError
+from afo_sim.common import CallbackError, machine_code
 
 _C_TYPES: dict[str, Any] = {
     "mjtNum": ctypes.c_double if np.dtype(mujoco.MJTNUM_DTYPE).itemsize == 8 else ctypes.c_float,
@@ -106,6 +106,7 @@ def c_header(row: int, layout: float) -> str:
     words = ", ".join(f"{int(n) // 10**6}.{int(n) // 1000 % 1000}.{int(n) % 1000}" for n in known)
     return f"""#include <stdint.h>
 enum {{ {", ".join(names)}, AFO_STATE, AFO_PLACES, AFO_LAYOUTS = {len(known)}, AFO_ROW = {row},
+       AFO_USER_KERNELS = {machine_code.table_size()},
        AFO_ACTUATOR = {mujoco.mjtObj.mjOBJ_ACTUATOR.value}, AFO_KEY = {mujoco.mjtObj.mjOBJ_KEY.value} }};
 #define AFO_ROWS_LAYOUT {layout}
 #define AFO_KNOWN "{words}"

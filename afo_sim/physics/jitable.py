@@ -8,12 +8,14 @@ function is what it was.
 import ctypes
 import functools
 import math
+import weakref
 from collections.abc import Callable
 from typing import Any, TypeVar
 
 F = TypeVar("F", bound=Callable[..., Any])
 
 _unregistered: list[tuple[Callable[..., Any], dict[str, Any]]] = []  # functions, options
+_marked: weakref.WeakSet[Callable[..., Any]] = weakref.WeakSet()
 KERNELS: list[Callable[[], list[Callable[..., float]]]] = []  # load machine code, as far as modules are there
 
 
@@ -28,12 +30,23 @@ def register_jitable(function: F | None = None, **options: Any) -> Any:
     if function is None:
         return lambda function: register_jitable(function, **options)
     _unregistered.append((function, options))
+    _marked.add(function)
     return function
+
+
+def marked(function: Callable[..., Any]) -> bool:
+    """Mark a function; whether it was not before."""
+    new = function not in _marked
+    if new:
+        register_jitable(function)
+    return new
 
 
 def register_all() -> None:
     """Register all marked functions with numba; whoever compiles one that calls them does this before."""
     from numba.extending import register_jitable as register
+
+    import afo_sim.physics.user_compiling  # noqa: F401  # of what calls kernels of a user's own
 
     while _unregistered:
         function, options = _unregistered.pop(0)

@@ -5,6 +5,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
+from afo_sim.common import takes
+
 Values = Mapping[str, float]  # parameters by name [SI]
 Coefficients = tuple[float, ...]
 
@@ -70,23 +72,33 @@ class LawParameter:
         return 0.5 * (low + high)
 
 
+def _in_their_order(braid: Braid, q: Values) -> Coefficients:
+    """Stands for `plain(parameters)`."""
+    raise NotImplementedError
+
+
 @dataclass(frozen=True)
 class Entry:
     """A law or a friction, as a registry holds it.
 
-    native_id : the number by which compiled code knows the kernel; entries of one kernel share it
     kernel : of its own arguments and the coefficients
-    coefficients : (braid, parameters) → the kernel's coefficients
+    coefficients : (braid, parameters) → the kernel's coefficients; the parameters in their order by default
+    native_id : the number by which compiled code knows the kernel; entries of one kernel share it, and a
+        registered one of a user's gets its own
     """
 
     name: str
-    native_id: int
     kernel: Callable[..., Any]
     parameters: tuple[LawParameter, ...]
-    coefficients: Callable[[Braid, Values], Coefficients]
-    formula: str
-    validity: str
-    source: str
+    coefficients: Callable[[Braid, Values], Coefficients] = _in_their_order
+    formula: str = ""
+    validity: str = ""
+    source: str = ""
+    native_id: int = 0
+
+    def __post_init__(self) -> None:
+        if self.coefficients is _in_their_order:
+            object.__setattr__(self, "coefficients", plain(self.parameters))
 
     @property
     def typical(self) -> Coefficients:
@@ -113,10 +125,9 @@ class Law(Entry):
     `count` is the number of coefficients where trying them would load NumPy.
     """
 
-    kernel: Callable[..., float]
-    fitted: tuple[str, ...]
-    pressure_range: tuple[float, float]
-    contraction_range: tuple[float, float]
+    fitted: tuple[str, ...] = ()
+    pressure_range: tuple[float, float] = CHARACTERISTIC
+    contraction_range: tuple[float, float] = (0.0, 0.25)
     braids: bool = False
     force_powers: Coefficients = ()
     length: Literal["ratio", "one", "own"] = "ratio"
@@ -146,6 +157,9 @@ class Law(Entry):
         if not self.force_powers:
             raise ValueError(f"the law {self.name!r} has no force_powers: its force cannot be scaled")
         return tuple(c * factor**m for c, m in zip(coefficients, self.force_powers, strict=True))
+
+
+takes(Law, "afo_sim.physics.laws")
 
 
 def without_default(parameters: tuple[LawParameter, ...]) -> tuple[str, ...]:

@@ -10,7 +10,7 @@ import inspect
 import linecache
 import math
 import pkgutil
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
@@ -111,7 +111,7 @@ def items(array: str, first: str, number: int) -> list[str]:
 
 def dispatcher(
     name: str, arguments: Sequence[str], branches: Iterable[Branch], *, otherwise: str = "math.nan",
-    description: str = "",
+    description: str = "", names: Mapping[str, Any] | None = None,
 ) -> Callable[..., Any]:  # fmt: skip
     """A function that branches over native ids, callable from Python and from compiled code.
 
@@ -121,9 +121,10 @@ def dispatcher(
     arguments : their names; the first is the native id, as a float
     branches : one for each native id; more of the same id are passed over
     otherwise : expression of the value for any other id
+    names : what it calls
     """
     chain = {branch.native_id: branch for branch in sorted(branches, key=lambda b: b.native_id)}
-    space: dict[str, Any] = {"math": math}
+    space: dict[str, Any] = {"math": math, **(names or {})}
     lines = [f"def {name}({', '.join(arguments)}):", f"    {description!r}"]
     for native_id, branch in chain.items():
         kernel = f"kernel_{native_id}"

@@ -18,9 +18,10 @@ from typing import Any
 from afo_sim.physics.jitable import register_jitable
 from afo_sim.physics.law import Law
 from afo_sim.physics.law_slope import Slopes, slopes_of
-from afo_sim.physics.laws import LAWS
+from afo_sim.physics.laws import SHIPPED
 from afo_sim.physics.registry import Branch, dispatcher, items
 from afo_sim.physics.rubber import rubber_force
+from afo_sim.physics.user_kernels import FORCE, user_kernel, user_slopes
 
 BRAID_BLEND = 0.005  # stretch over which the braid's stiffness sets in [-]
 DAMPER_COEFFICIENTS = 7
@@ -104,13 +105,16 @@ def over(laws: Iterable[Law], slopes: bool = False) -> Callable[[float, float, f
         "static_slopes" if slopes else "static_force",
         ("law", "contraction", "pressure", "u", "c"),
         branches,
-        otherwise="math.nan, math.nan, math.nan" if slopes else "math.nan",
+        otherwise="user_slopes(law, contraction, pressure, u, c)"
+        if slopes
+        else f"user_kernel(law, {FORCE}, contraction, pressure, 0.0, u, c, u, 0, u)",
         description="Signed force of the law with a native id, whose coefficients start at u[c] [N].",
+        names={"user_slopes": user_slopes, "user_kernel": user_kernel},
     )
 
 
-static_force: _StaticForce = over(LAWS.values())
-static_slopes: Callable[[float, float, float, Any, int], Slopes] = over(LAWS.values(), slopes=True)
+static_force: _StaticForce = over(SHIPPED)
+static_slopes: Callable[[float, float, float, Any, int], Slopes] = over(SHIPPED, slopes=True)
 
 
 @register_jitable

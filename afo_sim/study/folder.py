@@ -14,6 +14,7 @@ from afo_sim.common import (
     check_writable,
     code_fingerprint,
     disk,
+    identities,
     keeping,
     read_json,
     settle,
@@ -112,8 +113,10 @@ class FolderKind:
             old = before.get("versions")
             old = old if isinstance(old, dict) else {}
             new = now["versions"].items()
-            changes = ", ".join(f"{k} {old.get(k)} → {v}" for k, v in new if old.get(k) != v)
-            which = f" ({changes})" if changes else ""
+            changes = [f"{k} {old.get(k)} → {v}" for k, v in new if old.get(k) != v]
+            own, other = now.get("registered", {}), before.get("registered", {})
+            changes += [f"{k} registered" for k in own | other if own.get(k) != other.get(k)]
+            which = f" ({', '.join(changes)})" if changes else ""
             problem = f"the folder's results were computed by other code{which}"
             raise refused(problem, f"{throws}, or `changed=continue`, which mixes")
         return manifest
@@ -147,6 +150,7 @@ def fingerprint(kind: str, canonical: Mapping[str, Any], *libraries: str) -> dic
     """Everything that decides the results: the study's description, this program's code, its libraries."""
     text = json.dumps(canonical, sort_keys=True)
     found = {kind: hashlib.sha256(text.encode()).hexdigest(), **program()}
+    found |= {"registered": own} if (own := identities()) else {}
     return found | {"versions": found["versions"] | versions(libraries)}
 
 

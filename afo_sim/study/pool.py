@@ -10,7 +10,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from typing import Any
 
-from afo_sim.common import InputError, Notice, optional
+from afo_sim.common import InputError, Notice, optional, packed, take
 from afo_sim.description import Scenario
 from afo_sim.simulation import EVERYTHING, Asked
 from afo_sim.study import engine
@@ -33,14 +33,14 @@ def _computed(
 ) -> Iterator[tuple[int, list[Outcome]]]:  # fmt: skip
     running = distributed.as_completed()
     numbers: dict[str, int] = {}
-    mine = program()
+    mine, added = program(), packed()
 
     def submit() -> None:
         """Keep every worker busy, however many have come or gone."""
         ahead = _AHEAD * max(len(client.nthreads()), 1)
         while len(numbers) < ahead and (chunk := next(waiting, None)) is not None:
             cases = [(number, jobs.sets(number)) for number in jobs.numbers(chunk)]
-            future = client.submit(compute, scenario, cases, mine, asked, pure=False)
+            future = client.submit(compute, scenario, cases, mine, asked, added, pure=False)
             numbers[future.key] = chunk
             running.add(future)
 
@@ -68,8 +68,10 @@ def compute(
     cases: list[tuple[int, Mapping[str, Any]]],
     wanted: Mapping[str, Any] | None = None,
     asked: Asked = EVERYTHING,
+    added: bytes = b"",
 ) -> list[Outcome]:
     """A chunk's outcomes in order, on whatever machine this is called."""
+    take(added)
     here = program()
     if wanted is not None and here != wanted:
         each = [f"{name} {here['versions'].get(name)}, not {v}" for name, v in wanted["versions"].items()

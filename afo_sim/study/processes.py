@@ -13,10 +13,8 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Self
 
-from afo_sim.common import InputError, child_environment, code_fingerprint
+from afo_sim.common import InputError, child_environment, code_fingerprint, packed, take
 from afo_sim.common.versions import PACKAGE
-from afo_sim.metrics import REPORTED
-from afo_sim.physics import FRICTIONS, LAWS
 from afo_sim.simulation import EVERYTHING, Asked, References
 from afo_sim.study import engine
 from afo_sim.study.engine import Numbered
@@ -34,7 +32,8 @@ serve()
 """  # of this package, wherever another one of its name lies
 _CODE = code_fingerprint()  # now, with the import: a file that is edited later is not the code that runs
 
-Job = tuple[Mapping[str, Any], list[tuple[int, Mapping[str, Any]]], Asked]
+# scenario, cases, what is asked for, what the user has registered
+Job = tuple[Mapping[str, Any], list[tuple[int, Mapping[str, Any]]], Asked, bytes]
 Queue = queue.SimpleQueue[Any]
 
 
@@ -96,10 +95,11 @@ def serve() -> None:
     while True:
         pickle.dump(found, out, pickle.HIGHEST_PROTOCOL)
         out.flush()
-        scenario, cases, asked = jobs.get()
+        scenario, cases, asked, added = jobs.get()
         if scenario != last:
             last, references = scenario, References()
         try:
+            take(added)
             found = list(engine.outcomes(scenario, cases, 1, len(cases), asked, references))
         except Exception as error:
             found = error
@@ -142,10 +142,7 @@ class Processes:
     ) -> Iterator[Numbered]:  # fmt: skip
         """As `engine.outcomes`: by this process's threads at first, then by all, if as much is left to do."""
         cases = iter(cases)
-        kernels = (entry.kernel for table in (LAWS, FRICTIONS) for entry in table.values())
-        # another process knows no metrics and laws of the user's own
-        known = all(function.__module__.startswith("afo_sim.") for function in (*REPORTED, *kernels))
-        few = self._at_first(cases) if self.count and known else cases
+        few = self._at_first(cases) if self.count else cases
         done = 0
         for numbered in engine.outcomes(scenario, few, threads, chunk, asked):
             done += 1
@@ -172,14 +169,14 @@ class Processes:
         while len(self.children) < self.count:
             self.children.append(Child(self.jobs, self.answers))
         waited_for = 0  # jobs
-        portion = 1 if asked.walkers else _PORTION  # of seconds each
+        portion, added = 1 if asked.walkers else _PORTION, packed()  # those of walkers take seconds each
 
         def own() -> Iterator[tuple[int, Mapping[str, Any]]]:
             nonlocal waited_for
             while True:
                 room = self.count + 1
                 while self.jobs.qsize() < room and (some := list(itertools.islice(cases, portion))):
-                    self.jobs.put((scenario, some, asked))
+                    self.jobs.put((scenario, some, asked, added))
                     waited_for += 1
                 try:
                     job: Job = self.jobs.get_nowait()

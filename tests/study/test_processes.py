@@ -16,9 +16,9 @@ import pytest
 from installed import needs
 from sweep_runs import exact
 
-from afo_sim.common import InputError
-from afo_sim.description import expand
-from afo_sim.metrics import REPORTED
+from afo_sim.common import InputError, extending, register
+from afo_sim.description import expand, load
+from afo_sim.physics import LAWS, Law, LawParameter
 from afo_sim.simulation import EVERYTHING
 from afo_sim.study import engine, processes
 from afo_sim.study.pool import Pool, pool
@@ -45,6 +45,18 @@ def cases(count: int = MANY) -> Iterator[tuple[int, dict[str, Any]]]:
         yield k, {"duration": "0.05 s", "supply.pressure": f"{2.0 + 0.01 * k!r} bar"} | own
 
 
+def straight(contraction: float, pressure: float, area: float) -> float:
+    return pressure * area * (1.0 - 3.0 * contraction)
+
+
+@pytest.fixture
+def user_law() -> Iterator[str]:
+    area = LawParameter("area", "A", "m^2", 0.0, 0.01, "that the pressure pulls on", (1e-3, 3e-3))
+    register(Law("straight_2026", straight, (area,)))
+    yield "straight_2026"
+    del LAWS["straight_2026"], extending.ADDED[:]
+
+
 @pytest.fixture(scope="module")
 def alone() -> dict[int, Any]:
     return {number: exact(outcome) for number, outcome in engine.outcomes(SCENARIO, cases())}
@@ -57,7 +69,7 @@ def found(beside: Processes, threads: int = 1) -> dict[int, Any]:
 def ready(beside: Processes) -> list[int]:
     """Numbers of the processes, one of which has computed: the first cases come from here alone."""
     list(beside.outcomes(SCENARIO, cases(1)))
-    beside.jobs.put((SCENARIO, list(cases(1)), EVERYTHING))
+    beside.jobs.put((SCENARIO, list(cases(1)), EVERYTHING, b""))
     assert len(beside.answers.get(timeout=60.0)) == 1
     return [child.process.pid for child in beside.children]
 
@@ -114,26 +126,34 @@ def test_what_no_case_is_to_blame_for_comes_back_as_it_was_raised() -> None:
     jobs, answers = queue.SimpleQueue(), queue.SimpleQueue()
     child = Child(jobs, answers)
     for asked in (None, EVERYTHING):
-        jobs.put((SCENARIO, list(cases(1)), asked))
+        jobs.put((SCENARIO, list(cases(1)), asked, b""))
     error, outcomes = (answers.get(timeout=60.0) for _ in range(2))
     jobs.put(None)
     child.close()
-    assert isinstance(error, AttributeError) and "first_strides" in str(error)
+    assert isinstance(error, AttributeError) and "'NoneType'" in str(error)
     assert outcomes[0][1].status == engine.OK
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("mine", ["metric", "code"])
-def test_what_another_process_does_not_know_is_computed_here(
-    mine: str, alone: dict[int, Any], monkeypatch: pytest.MonkeyPatch
+def test_a_process_of_other_code_computes_nothing(
+    alone: dict[int, Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with Processes(1, 0.0) as beside:
-        if mine == "metric":
-            monkeypatch.setitem(REPORTED, test_short_work_starts_no_process, [])
-        else:
-            monkeypatch.setattr(processes, "_CODE", "an older one's")
+        monkeypatch.setattr(processes, "_CODE", "an older one's")
         assert found(beside) == alone
-        assert len(beside.children) == (mine == "code")
+        assert len(beside.children) == 1
+
+
+def test_another_process_computes_by_a_law_of_a_users_own(user_law: str) -> None:
+    """The law is a function of this module, which the other process cannot import."""
+    sets = [{"duration": "0.05 s", "supply.pressure": f"{2.0 + 0.1 * k} bar"} for k in range(24)]
+    own = {"orthosis.muscle.dorsiflexor.type.law": user_law}
+    own[f"orthosis.muscle.dorsiflexor.type.laws.{user_law}"] = {"area": "20 cm^2"}
+    scenario = load("scenario", "seated", own).resolved()
+    expected = {n: exact(each) for n, each in engine.outcomes(scenario, enumerate(sets))}
+    with Processes(1, 0.0) as beside:
+        assert {n: exact(each) for n, each in beside.outcomes(scenario, enumerate(sets))} == expected
+        assert len(beside.children) == 1
 
 
 @pytest.mark.slow

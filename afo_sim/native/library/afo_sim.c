@@ -28,6 +28,7 @@ enum { TEXT = 400, PATH = 4096, LARGEST = 1 << 28, PASSIVE = 1 << 2 };
 #define MOST 1e10 /* that MuJoCo takes of a number: of a larger input it sets all inputs to 0 */
 #define AT(type, owner, field) (*(type *)((char *)(owner) + afo_sim_places[field]))
 
+AFO_API int64_t afo_sim_user_kernels[AFO_USER_KERNELS]; /* laws and frictions of a user's: afo_sim/physics/user_kernels.py */
 AFO_API int64_t afo_sim_places[AFO_PLACES]; /* where MuJoCo's fields stand; the Python package writes them too */
 double afo_sim_callbacks_0(const mjModel *, const mjData *, int); /* the kernels: act_bias, act_dyn */
 double afo_sim_callbacks_1(const mjModel *, const mjData *, int);

@@ -1,11 +1,20 @@
-"""Functions over all frictions by native id, generated from FRICTIONS; compiled code calls them."""
+"""Functions over all frictions by native id, generated from the shipped ones; compiled code calls them."""
 
 from collections.abc import Callable, Iterable, Sequence
 
-from afo_sim.physics.friction import FRICTIONS
+from afo_sim.physics.friction import SHIPPED
 from afo_sim.physics.friction.law import MOTION, Friction
 from afo_sim.physics.registry import Branch, dispatcher, items
+from afo_sim.physics.user_kernels import (
+    OF_DEAD_BAND,
+    OF_MOTION,
+    RATES,
+    has_kernel,
+    user_friction,
+    user_kernel,
+)
 
+GIVES = {"N": OF_MOTION, "Pa": OF_DEAD_BAND}
 Answer = Callable[..., tuple[float, float]]
 
 
@@ -19,6 +28,7 @@ def _call(friction: Friction, motion: Sequence[str], *memory: str) -> str:
 def answers_over(frictions: Iterable[Friction], unit: str) -> Answer:
     """(id, *MOTION, act, a, u, c) → (friction, its derivative by what moves) of the frictions of a unit."""
     name = "of_motion" if unit == "N" else "of_dead_band"
+    moves = ", ".join((*MOTION[unit], "0.0")[:3])
     return dispatcher(
         f"friction_{name}",
         ("model", *MOTION[unit], "act", "a", "u", "c"),
@@ -27,7 +37,8 @@ def answers_over(frictions: Iterable[Friction], unit: str) -> Answer:
             for f in frictions
             if f.unit == unit
         ],
-        otherwise="math.nan, math.nan",
+        otherwise=f"user_friction(model, {GIVES[unit]}, {moves}, act, a, u, c)",
+        names={"user_friction": user_friction},
         description="Friction at the end of the step [N], and its derivative by what moves.",
     )
 
@@ -51,6 +62,8 @@ def rates_over(frictions: Iterable[Friction]) -> Callable[..., float]:
         "friction_rates",
         ("model", *MOTION["Pa"], "act", "a", "u", "c", "step", "act_dot"),
         branches,
+        otherwise=f"user_kernel(model, {RATES}, yields, moved, step, u, c, act, a, act_dot)",
+        names={"user_kernel": user_kernel},
         description="Rate of a friction's one state [N/s]; the rates of several are written to act_dot.",
     )
 
@@ -61,12 +74,13 @@ def which_are_forces(frictions: Iterable[Friction]) -> Callable[[float], bool]:
         "is_force",
         ("model",),
         [Branch(f.native_id, f.kernel, ("return True",)) for f in frictions if f.unit == "N"],
-        otherwise="False",
+        otherwise=f"has_kernel(model, {OF_MOTION})",
+        names={"has_kernel": has_kernel},
         description="The friction with a native id follows from the motion alone.",
     )
 
 
-friction_of_motion = answers_over(FRICTIONS.values(), "N")
-friction_of_dead_band = answers_over(FRICTIONS.values(), "Pa")
-friction_rates = rates_over(FRICTIONS.values())
-is_force = which_are_forces(FRICTIONS.values())
+friction_of_motion = answers_over(SHIPPED, "N")
+friction_of_dead_band = answers_over(SHIPPED, "Pa")
+friction_rates = rates_over(SHIPPED)
+is_force = which_are_forces(SHIPPED)

@@ -24,6 +24,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Literal
 
+from afo_sim.common import takes
 from afo_sim.physics.law import Braid, Entry, LawParameter, Values
 
 MAX_FRICTION_COEFFICIENTS = 7  # slots of a friction's coefficients in an actuator's row
@@ -56,9 +57,8 @@ class Friction(Entry):
         [N·s/m]: damping of the wrong sign, which a time step must be short enough for
     """
 
-    kernel: Callable[..., tuple[float, float]]
-    unit: Literal["N", "Pa"]
-    n_state: int
+    unit: Literal["N", "Pa"] = "N"
+    n_state: int = 0
     rate_kernel: Callable[..., Any] | None = None
     sticks: bool = False
     steepest_fall: Callable[[Braid, Values, float], float] = no_fall
@@ -67,6 +67,9 @@ class Friction(Entry):
     def n_arguments(self) -> int:
         """Number of the kernel's arguments beside the coefficients."""
         return len(MOTION[self.unit]) + self.n_state
+
+
+takes(Friction, "afo_sim.physics.friction")
 
 
 def check(friction: Friction) -> None:

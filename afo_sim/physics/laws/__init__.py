@@ -1,10 +1,16 @@
 """The registry LAWS of static force laws: one file a family, found here.
 
-A new law is a new file in this folder: its kernel, its parameters, and a `Law` at the top level with a native
-id that no other kernel has. LAWS and the dispatcher of `static_force` follow.
+A shipped law is a file in this folder: its kernel, its parameters, and a `Law` at the top level with a native
+id that no other kernel has. LAWS and the dispatcher of `static_force` follow. One of a user's is registered.
 """
 
-from afo_sim.physics.law import MAX_COEFFICIENTS, Law
+import math
+from dataclasses import replace
+
+from afo_sim.common import InputError
+from afo_sim.physics import user_kernels
+from afo_sim.physics.law import MAX_COEFFICIENTS, Law, without_default
+from afo_sim.physics.law_slope import slopes_of
 from afo_sim.physics.registry import check_coefficients, collect
 
 
@@ -12,10 +18,44 @@ def collected() -> dict[str, Law]:
     """The laws of this folder by name, as their native ids rise; a wrong entry is a ValueError."""
     laws = collect(__name__, Law)
     for law in laws.values():
-        number = check_coefficients(law, 2, MAX_COEFFICIENTS)
-        if law.force_powers and len(law.force_powers) != number:
-            raise ValueError(f"{law.name!r} has {number} coefficients and {len(law.force_powers)} powers")
+        _checked(law)
     return laws
 
 
+def _checked(law: Law) -> int:
+    """Number of a law's coefficients; ValueError where it is wrong."""
+    number = check_coefficients(law, 2, MAX_COEFFICIENTS)
+    if law.force_powers and len(law.force_powers) != number:
+        raise ValueError(f"{law.name!r} has {number} coefficients and {len(law.force_powers)} powers")
+    return number
+
+
 LAWS: dict[str, Law] = collected()
+SHIPPED = tuple(LAWS.values())  # whose kernels are compiled together
+CLOSE = 1e-3  # share of the blocked force by which a law's slopes may miss its difference quotients
+
+
+def add(law: Law) -> None:
+    """Add a law of a user's own; InputError where it is wrong, or its slopes are not those of its force."""
+    law = replace(law, fitted=law.fitted or without_default(law.parameters))
+    try:
+        number = _checked(law)
+        _check_slopes(law)
+    except (ArithmeticError, KeyError, TypeError, ValueError) as error:
+        raise InputError(f"is wrong: {error}", field="Law", value=law.name) from error
+    user_kernels.add(law, LAWS, user_kernels.law_bodies(law.kernel, slopes_of(law.kernel), number))
+
+
+def _check_slopes(law: Law) -> None:
+    """Refuse a force that is not a number in the law's range, and slopes of another force (ValueError)."""
+    (_, end), (low, high) = law.contraction_range, law.pressure_range
+    typical, middle = law.typical, (0.5 * end, 0.5 * (low + high))
+    blocked, steps = abs(law.kernel(0.0, high, *typical)), (1e-4 * end, 1e-4 * high)
+    force, *slopes = slopes_of(law.kernel)(*middle, *typical)
+    if not (math.isfinite(blocked) and math.isfinite(force)):
+        raise ValueError(f"its force at κ = {middle[0]:.3g} and {middle[1]:.3g} Pa is {force}")
+    for name, k, step, slope in zip(("κ", "p"), (0, 1), steps, slopes, strict=True):
+        sides = [law.kernel(middle[0] + s * (1 - k), middle[1] + s * k, *typical) for s in (-step, step)]
+        quotient = (sides[1] - sides[0]) / (2.0 * step)
+        if not abs(slope - quotient) * (end, high)[k] <= CLOSE * blocked:
+            raise ValueError(f"its slope by {name} is {slope:.4g}, and that of its force {quotient:.4g}")
