@@ -62,8 +62,12 @@ def register(*things: Any) -> None:
             raise InputError("cannot be registered", field="register", value=thing, allowed=allowed)
         else:
             add(thing)
-            if not any(each is thing for each in ADDED):
-                ADDED.append(thing)
+            ADDED[:] = [*(each for each in ADDED if _called(each) != _called(thing)), thing]
+
+
+def _called(thing: Any) -> str:
+    """Kind and name of what is added."""
+    return f"{type(thing).__name__} {getattr(thing, 'name', thing)}"
 
 
 def _adds(thing: Any) -> Callable[[Any], object] | None:
@@ -121,7 +125,7 @@ def take(packed: bytes) -> None:
 
 def identities() -> dict[str, str]:
     """{kind and name: digest} of what was added, for whoever resumes what was computed with it."""
-    return {f"{type(each).__name__} {getattr(each, 'name', each)}": identity_of(each) for each in ADDED}
+    return {_called(each): identity_of(each) for each in ADDED}
 
 
 def identity_of(thing: Any) -> str:

@@ -156,10 +156,12 @@ def add_user_kernel(number: int, gives: int, code: Code) -> None:
         raise InputError(f"{MOST_USER_KERNELS} kernels {problem}", field="register", allowed=allowed)
     table[k + 1 : k + 3] = [gives, ctypes.cast(pointer, ctypes.c_void_p).value]
     table[k] = number  # last: another thread may be looking
-    _LOADED.append(pointer)
+    USER_CODES[number, gives] = code, pointer
 
 
-_LOADED: list[Any] = []  # which keep their code alive
+USER_CODES: dict[
+    tuple[int, int], tuple[Code, Any]
+] = {}  # by native id and what it gives; the pointer keeps it
 
 
 def _kept(kind: str, key: str | None) -> list[Code]:

@@ -167,3 +167,4 @@ from .tube import tube_conductance as tube_conductance
 from .tube import tube_critical_ratio as tube_critical_ratio
 from .tube import tube_heat as tube_heat
 from .tube import tube_volume as tube_volume
+from .user_kernels import FIRST_USER_ID as FIRST_USER_ID

@@ -60,7 +60,7 @@ def _numbers() -> Any:
     return lambda: compiling.two_numbers()
 
 
-def code_of(functions: Sequence[Callable[..., float]]) -> list[Code]:
+def code_of(number: int, functions: Sequence[Callable[..., float]]) -> list[Code]:
     """Machine code of functions of `user_kernels`."""
     jitable.register_all()
-    return compiling.compile_all("user", functions, SIGNATURE, lambda *arguments: math.nan)
+    return compiling.compile_all(f"user_{number}", functions, SIGNATURE, lambda *arguments: math.nan)

@@ -19,7 +19,7 @@ from afo_sim.physics.registry import items
 
 E = TypeVar("E", bound=Entry)
 FORCE, SLOPES, OF_MOTION, OF_DEAD_BAND, RATES = range(5)  # what a kernel gives
-FIRST_ID = 1 << 48  # of the native ids; each follows from what its kernel does
+FIRST_USER_ID = 1 << 48  # of the native ids; each follows from what its kernel does
 KERNELS: dict[tuple[int, int], Callable[..., float]] = {}  # by native id and what they give
 
 
@@ -98,10 +98,10 @@ def add(entry: E, table: dict[str, E], bodies: Mapping[int, Body]) -> None:
     if not entry.name.isidentifier():
         problem, allowed = "is not a valid name", "letters, digits and _, as in my_law_2026"
         raise InputError(problem, field=type(entry).__name__, value=entry.name, allowed=allowed)
-    if entry.name in table and table[entry.name].native_id < FIRST_ID:
+    if entry.name in table and table[entry.name].native_id < FIRST_USER_ID:
         problem, allowed = "is the name of a shipped one", "another name"
         raise InputError(problem, field=type(entry).__name__, value=entry.name, allowed=allowed)
-    number = FIRST_ID + int(identity_of(entry)[:11], 16)
+    number = FIRST_USER_ID + int(identity_of(entry)[:11], 16)
     if (number, min(bodies)) not in KERNELS:
         functions = [_function(body) for body in bodies.values()]
         _compile(entry, number, dict(zip(bodies, functions, strict=True)))
@@ -146,7 +146,7 @@ def _compile(entry: Entry, number: int, functions: Mapping[int, Callable[..., fl
     from afo_sim.physics.user_compiling import code_of
 
     try:
-        codes = code_of(list(functions.values()))
+        codes = code_of(number, list(functions.values()))
     except (NumbaError, UnsupportedBytecodeError) as error:
         reasons = re.findall(
             r"^ *((?:Unknown|Untyped|No impl|Invalid|Cannot|Unsupp|Use of).*)", str(error), re.M

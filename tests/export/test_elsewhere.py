@@ -19,6 +19,7 @@ import numpy as np
 import pytest
 from campaign import SEED, nightly, size
 from exported_library import NAME, Failed, Simulation, loaded, opened
+from registered import forgotten
 
 import afo_sim
 from afo_sim import native
@@ -29,6 +30,7 @@ from afo_sim.export.elsewhere.writing import write_elsewhere
 from afo_sim.metrics import SOLVED
 from afo_sim.model.build import build
 from afo_sim.model.supply_and_timer import controls
+from afo_sim.physics import Law, LawParameter
 from afo_sim.simulation import Recording
 
 HERE = pathlib.Path(__file__).with_name("elsewhere")
@@ -186,6 +188,37 @@ def test_every_bit_is_that_of_the_run(
     alone(compiled("play.c", *linked(c)), c, tmp_path / "played.bin", cwd=tmp_path)
     values = np.fromfile(tmp_path / "played.bin").reshape(-1, len(names)).T
     check_bits(c, runs(name), dict(zip(names, values, strict=True)))
+
+
+OWN_LAW = "orthosis.muscle.dorsiflexor.type"
+
+
+@pytest.mark.skipif(shutil.which("gcc") is None, reason="a user's law is linked by a C compiler")
+def test_a_law_of_a_users_own_is_played_without_the_package(export: Export, tmp_path: pathlib.Path) -> None:
+    export("seated", "c")  # skips where there is no library
+    area = LawParameter("area", "A", "m^2", 0.0, 0.01, "that the pressure pulls on", (1e-3, 3e-3))
+    sets = {"duration": "1 s", f"{OWN_LAW}.law": "exported", f"{OWN_LAW}.laws.exported.area": "20 cm^2"}
+    with forgotten():
+        afo_sim.register(Law("exported", lambda kappa, p, area: p * area * (1.0 - 3.0 * kappa), (area,)))
+        recording = afo_sim.run("seated", sets, step="fixed").whole()
+        for to in ("plugin", "c"):
+            write_elsewhere("seated", to, tmp_path / to, sets)
+    assert np.ptp(recording["ankle/angle"]) > 0.1 and not np.array_equal(
+        recording["ankle/angle"], afo_sim.run("seated", {"duration": "1 s"}, step="fixed")["ankle/angle"]
+    )
+    plugin, c, out = tmp_path / "plugin", tmp_path / "c", tmp_path / "played.npz"
+    alone(sys.executable, HERE / "plain.py", plugin, plugin / NAME, c / "variables.txt", out, cwd=tmp_path)
+    with np.load(out) as found:
+        check_bits(c, recording, {each.replace("|", "/"): found[each] for each in found.files})
+    program = (
+        "import pathlib, sys; from exported_library import opened\nit = opened(pathlib.Path(sys.argv[1]))\n"
+    )
+    program += "for _ in range(500): it.step()\nprint(repr(it.get('ankle/angle')))"
+    (c / "afo_sim_user.so").rename(c / "away.so")  # and without it nothing moves by another law
+    with pytest.raises(AssertionError, match="not a number in actuator"):
+        alone(*code(program), c, cwd=tmp_path)
+    (c / "away.so").rename(c / "afo_sim_user.so")
+    assert abs(float(alone(*code(program), c, cwd=tmp_path))) < 1.0
 
 
 def test_a_run_with_a_controller_in_python_is_played_from_its_folder(

@@ -11,11 +11,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from registered import forgotten
 
 import afo_sim as afo
 from afo_sim.common import extending, identity_of, packed
 from afo_sim.physics import FRICTIONS, LAWS, Law, LawParameter, forces
-from afo_sim.physics.user_kernels import FIRST_ID, KERNELS
+from afo_sim.physics.user_kernels import FIRST_USER_ID, KERNELS
 
 MUSCLE = "orthosis.muscle.dorsiflexor"
 SETS = {"duration": "1 s"}
@@ -35,12 +36,8 @@ def straight(contraction: float, pressure: float, area: float, lost: float) -> f
 
 @pytest.fixture(autouse=True)
 def forgets() -> Iterator[None]:
-    laws, frictions, added = dict(LAWS), dict(FRICTIONS), list(extending.ADDED)
-    yield
-    for table, before in ((LAWS, laws), (FRICTIONS, frictions)):
-        table.clear()
-        table.update(before)
-    extending.ADDED[:] = added
+    with forgotten():
+        yield
 
 
 def bare(contraction: float, pressure: float, *coefficients: float) -> float:
@@ -59,7 +56,7 @@ def by_law(law: str, **sets: Any) -> afo.Recording:
 
 def test_a_law_with_slopes_gives_the_bits_of_the_same_shipped_one() -> None:
     afo.register(replace(LAWS[OWN], name="mine", native_id=0))
-    assert LAWS["mine"].native_id >= FIRST_ID
+    assert LAWS["mine"].native_id >= FIRST_USER_ID
     shipped, own = afo.run("seated", SETS), by_law("mine")
     assert own.ok and float(np.ptp(own["ankle/angle"])) > 0.05
     for column, values in shipped.columns.items():
@@ -122,9 +119,8 @@ def test_a_law_registered_again_replaces_the_first_everywhere() -> None:
         muscle = afo.load(
             "muscle", "dmsp_20", {k.removeprefix(f"{MUSCLE}.type."): v for k, v in numbers.items()}
         )
-        return float(run["muscle/dorsiflexor_1/force"].max()), muscle.volume(
-            pressure="3 bar", contraction=0.1
-        )
+        force = float(muscle.force("3 bar", contraction=0.1))
+        return float(run["muscle/dorsiflexor_1/force"].max()), force
 
     def weaker(contraction: float, pressure: float, area: float, lost: float) -> float:
         return 0.5 * pressure * area * (1.0 - lost * contraction)

@@ -14,11 +14,12 @@ from typing import Any
 
 import pytest
 from installed import needs
+from registered import forgotten
 from sweep_runs import exact
 
-from afo_sim.common import InputError, extending, register
+from afo_sim.common import InputError, register
 from afo_sim.description import expand, load
-from afo_sim.physics import LAWS, Law, LawParameter
+from afo_sim.physics import Law, LawParameter
 from afo_sim.simulation import EVERYTHING
 from afo_sim.study import engine, processes
 from afo_sim.study.pool import Pool, pool
@@ -52,9 +53,9 @@ def straight(contraction: float, pressure: float, area: float) -> float:
 @pytest.fixture
 def user_law() -> Iterator[str]:
     area = LawParameter("area", "A", "m^2", 0.0, 0.01, "that the pressure pulls on", (1e-3, 3e-3))
-    register(Law("straight_2026", straight, (area,)))
-    yield "straight_2026"
-    del LAWS["straight_2026"], extending.ADDED[:]
+    with forgotten():
+        register(Law("straight_2026", straight, (area,)))
+        yield "straight_2026"
 
 
 @pytest.fixture(scope="module")

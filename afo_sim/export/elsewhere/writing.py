@@ -14,6 +14,7 @@ from afo_sim import native
 from afo_sim.common import InputError, check_writable, together, write_bytes, write_text
 from afo_sim.description import load
 from afo_sim.export.elsewhere.fmu import IDENTIFIER, binaries, description_of, zipped
+from afo_sim.export.elsewhere.user_library import link_user_library
 from afo_sim.export.elsewhere.variables import variables_of
 from afo_sim.legs import Attached, mjcf_beside
 from afo_sim.model import Built, as_run, started_xml, why_walked
@@ -78,6 +79,7 @@ def write_elsewhere(
             folder.mkdir(parents=True, exist_ok=True)
         _write_model(place, built.spec, data, inputs)
         _copy_library(library, code, beside)
+        link_user_library(built.model, code)
         if to != "plugin":
             write_bytes(place / "start.bin", np.ascontiguousarray(case.state, "<f8").tobytes())
             write_text(place / "variables.txt", "".join(f"{each.line}\n" for each in variables))
@@ -109,6 +111,7 @@ def export_attached(attached: Attached, out: pathlib.Path, *, force: bool = Fals
         data = attached.data()
         _write_model(scratch, attached.spec, data, np.tile(data.ctrl, (AT_REST, 1)))
         _copy_library(library, scratch, scratch)
+        link_user_library(attached.model, scratch)
         name, told = attached.spec.modelname, f"{AT_REST} steps at rest"
         _write_readme(scratch, "plugin", library, name=name, steps=told, prefix=attached.prefix)
         written = sorted(file.relative_to(scratch) for file in scratch.rglob("*") if file.is_file())

@@ -139,6 +139,11 @@ static int found_mujoco(char *why, int size) {
   for (int k = 0; version && !known && k < AFO_LAYOUTS; k++)
     if ((known = AFO_LAYOUT[k].version == version))
       memcpy(afo_sim_places, AFO_LAYOUT[k].places, sizeof afo_sim_places);
+#if !defined(_WIN32)
+  void *user = afo_sim_user_kernels[0] ? NULL : beside("afo_sim_user.so", 0); /* what an export brings */
+  void (*fill)(int64_t *) = user ? (void (*)(int64_t *))symbol(user, "afo_sim_user") : NULL;
+  if (fill) fill(afo_sim_user_kernels);
+#endif
   unlock();
   if (missing) return say(why, size, "there is no MuJoCo in this process, and none beside this library: %s is not found", missing);
   if (known) return 0;

@@ -35,7 +35,7 @@ RETIRED_FRICTIONS = {"vo_minh_2011": "maxwell_slip", "bouc_wen_1976": "maxwell_s
 def add(friction: Friction) -> None:
     """Add a friction of a user's own; InputError where it is wrong."""
     try:
-        number = _checked(replace(friction, native_id=user_kernels.FIRST_ID))
+        number = _checked(replace(friction, native_id=user_kernels.FIRST_USER_ID))
     except (ArithmeticError, KeyError, TypeError, ValueError) as error:
         raise InputError(f"is wrong: {error}", field="Friction", value=friction.name) from error
     user_kernels.add(friction, FRICTIONS, user_kernels.friction_bodies(friction, number))

@@ -1,0 +1,53 @@
+"""Laws and frictions of a user's own as a library beside the package's, which finds it there."""
+
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+
+import mujoco
+
+from afo_sim.common import InputError, child_environment, machine_code
+from afo_sim.physics import FIRST_USER_ID
+
+NAME = "afo_sim_user.so"
+
+
+def link_user_library(model: mujoco.MjModel, folder: pathlib.Path) -> None:
+    """Write the library of what a model's rows ask for; nothing where all of it is shipped."""
+    asked = set(model.actuator_user[model.actuator_user >= FIRST_USER_ID].tolist())
+    codes = {key: code for key, (code, _) in machine_code.USER_CODES.items() if float(key[0]) in asked}
+    if not codes:
+        return
+    found = next(filter(None, map(shutil.which, (os.environ.get("CC", "cc"), "gcc", "clang"))), None)
+    if found is None or sys.platform == "win32":
+        problem = "a law or friction of one's own is linked by a C compiler, and none is found"
+        raise InputError(problem, field="to", allowed="with gcc or clang installed, on Linux and macOS")
+    with tempfile.TemporaryDirectory() as scratch:
+        objects, entries, names = [], [], [code.symbol for code in codes.values()]
+        for k, ((number, gives), code) in enumerate(codes.items()):
+            objects.append(pathlib.Path(scratch, f"{k}.o"))
+            objects[-1].write_bytes(code.binary)
+            entries.append(
+                f"t[{3 * k}] = {number}; t[{3 * k + 1}] = {gives}; t[{3 * k + 2}] = (int64_t){code.symbol};"
+            )
+        declared = "".join(f"double {name}(void);\n" for name in names)
+        text = f"#include <stdint.h>\n{declared}void afo_sim_user(int64_t *t) {{ {' '.join(entries)} }}\n"
+        source = pathlib.Path(scratch, "user.c")
+        source.write_text(text, encoding="utf-8")
+        command = [
+            found,
+            "-shared",
+            "-fPIC",
+            "-O2",
+            str(source),
+            *map(str, objects),
+            "-lm",
+            "-o",
+            str(folder / NAME),
+        ]
+        done = subprocess.run(command, capture_output=True, text=True, env=child_environment())
+        if done.returncode:
+            raise InputError(f"a law of one's own cannot be linked: {done.stderr.strip()[-300:]}", field="to")
