@@ -3,11 +3,10 @@
 import pathlib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
-from afo_sim.common import InputError, Table, read_facts, table_of, unknown
+from afo_sim.common import InputError, JsonDict, Table, TableLike, read_facts, table_of, unknown
 from afo_sim.lab.measured import Known, columns_of
 
 # Column → the SI units that it may be given in.
@@ -54,7 +53,7 @@ class BenchLog:
 
     file: pathlib.Path
     columns: dict[str, np.ndarray]
-    bench: dict[str, Any]
+    bench: JsonDict
 
     @property
     def time(self) -> np.ndarray:
@@ -62,7 +61,7 @@ class BenchLog:
         return self.columns["time"] - float(self.bench.get("start", 0.0))
 
     @property
-    def muscle_key(self) -> tuple[Any, ...]:
+    def muscle_key(self) -> tuple[object, ...]:
         """What tells its muscle from another's."""
         return self.bench.get("muscle"), self.bench.get("total_length")
 
@@ -79,7 +78,7 @@ class BenchLog:
         read = 0.0 if early else float(np.interp(0.0, self.time, self.columns["pressure"]))
         return max(float(self.bench.get("start_pressure", read)), 0.0)
 
-    def stated(self, bench: Mapping[str, Any]) -> "BenchLog":
+    def stated(self, bench: Mapping[str, object]) -> "BenchLog":
         """The log with other settings of its bench, as texts or in SI."""
         for key in bench:
             if key not in BENCH:
@@ -123,7 +122,7 @@ class BenchLog:
         return inlet, outlet
 
 
-def read_bench_log(data: Any) -> BenchLog:
+def read_bench_log(data: TableLike | BenchLog) -> BenchLog:
     """A log of a bench, from a CSV or from {title with unit: array}."""
     if isinstance(data, BenchLog):
         return data

@@ -17,7 +17,7 @@ import itertools
 import pathlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 from pydantic import BaseModel
@@ -151,7 +151,7 @@ def _rows(folder: pathlib.Path, one: Prediction) -> Iterator[BenchRow]:
             values, fitted = fit.values, [*fitted, *fit.lines]
         predictors: dict[str, Predict] = {
             "as given": functools.partial(_replayed, bench=one.given),
-            "fitted": functools.partial(_replayed, bench=one.given | values),
+            "fitted": functools.partial(_replayed, bench={**one.given, **values}),
             "simpler": simple_model(seen, one.given),
         }
         for half, parts in halves.items():
@@ -188,7 +188,7 @@ def _joints(folder: pathlib.Path, one: Prediction, logs: Sequence[BenchLog]) -> 
         yield BenchRow(folder.name, f"{one.what} {stem}", "angle", *errors, *rest)
 
 
-def _replayed(log: BenchLog, bench: Mapping[str, Any]) -> Mapping[str, np.ndarray]:
+def _replayed(log: BenchLog, bench: Mapping[str, object]) -> Mapping[str, np.ndarray]:
     return replay(log, bench=bench).predicted
 
 

@@ -2,22 +2,22 @@
 
 import functools
 import math
+import os
 import pathlib
 import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
-from typing import Any
 
-from afo_sim.common import InputError, Shown, SimulationError, assets, digest, json_text, shown, unknown
-from afo_sim.description import load
+from afo_sim.common import InputError, Json, Shown, SimulationError, assets, digest, json_text, shown, unknown
+from afo_sim.description import Scenario, load
 from afo_sim.lab.ledger import devices
 from afo_sim.lab.ledger_predictions import si
 from afo_sim.metrics import coverage, decides
 from afo_sim.simulation import Progress, Recording, found_step_errors, limits_of
 from afo_sim.simulation.run import run
 
-Numbers = dict[str, Any]
+Numbers = dict[str, Json]
 _KINDS = ("user", "published", "fitted", "derived", "assumed", "set")  # of numbers; by hand for this run
 _MUSCLES = "DCBA"  # grades of muscles, the worst first
 _NOTICED = 0.01  # share of a band's width, below which a measurement is not planned [-]
@@ -94,14 +94,14 @@ class Credibility(Shown):
     def __repr__(self) -> str:
         return f"<Credibility of {self.recording.scenario['name']!r}: {self.judgement}>"
 
-    def save(self, folder: Any) -> Any:
+    def save(self, folder: str | os.PathLike[str]) -> list[pathlib.Path]:
         """Write credibility.html and credibility.json into a folder: the files."""
         return shown().credibility(self, pathlib.Path(folder))
 
 
 def credibility(
-    scenario: Any,
-    sets: Mapping[str, Any] | None = None,
+    scenario: str | os.PathLike[str] | Scenario | Mapping[str, object],
+    sets: Mapping[str, object] | None = None,
     *,
     question: str,
     context: str,
@@ -264,7 +264,7 @@ def _evidence(recording: Recording, metric: str, answer: Numbers, others: Sequen
     return found | {"limit_kept": int(kept)}
 
 
-def _inputs(scenario: Mapping[str, Any]) -> Numbers:
+def _inputs(scenario: Numbers) -> Numbers:
     """Kinds of a scenario's numbers, grades and fits of its muscles, its tissue beside the usual."""
     kinds = _kinds({key: part for key, part in scenario.items() if key != "limits"})  # of the verdict
     kinds["set"] = sum(part.startswith("set ") for part in scenario["description"].split("; "))
@@ -286,7 +286,7 @@ def _inputs(scenario: Mapping[str, Any]) -> Numbers:
     return found | {"tissue": tissue}
 
 
-def _kinds(node: Mapping[str, Any]) -> Counter[str]:
+def _kinds(node: Mapping[str, Json]) -> Counter[str]:
     """How many numbers of a table, and of those below, are of which kind; of laws that which is in use."""
     sources = (node.get("provenance") or {}).values()
     found = Counter("set" if told["source"] == "set for this run" else told["kind"] for told in sources)
@@ -333,6 +333,6 @@ def _tests() -> Numbers:
 
 
 @functools.cache
-def rules_of() -> dict[str, Any]:
+def rules_of() -> Numbers:
     """Factors, rules, risk and sources, as `models/credibility` states them."""
     return assets.read_toml(assets.folder("models") / "credibility" / "rules.toml")

@@ -2,9 +2,8 @@
 
 import math
 from collections.abc import Sequence
-from typing import Any
 
-from afo_sim.common import InputError, Notice, assets, format_quantity
+from afo_sim.common import InputError, Json, JsonDict, Notice, assets, format_quantity
 from afo_sim.description import Muscle, reader
 from afo_sim.lab.law_fit import LawFit
 from afo_sim.lab.law_problem import NOMINAL_LENGTH, described
@@ -14,7 +13,7 @@ from afo_sim.lab.solution import POINTS_PER_PARAMETER
 LIKE = "s1_215mm"
 # What a static characteristic does not tell of a muscle, and its unit.
 BESIDE_THE_LAW = {"damping": "m^2*s", "braid_stiffness": "N", "dead_volume": "m^3", "mass": "kg"}
-Sourced = dict[str, tuple[Any, dict[str, str]]]  # name → value as it is written, and what is known of it
+Sourced = dict[str, tuple[Json, dict[str, str]]]  # name → value as it is written, and what is known of it
 FEWEST = {"pressure": 3, "load": 3}  # groups to leave out in turn: with two, each is extrapolated from one
 GROSS = 3.0  # times the error of the law that fits best: the two orders contradict each other
 
@@ -37,7 +36,7 @@ def grade(fit: LawFit, data: Measured) -> str:
     return "A" if fit.identifiable and length and not taken_over(data) else "C"
 
 
-def muscle_table(fit: LawFit, data: Measured, like: str = LIKE) -> dict[str, Any]:
+def muscle_table(fit: LawFit, data: Measured, like: str = LIKE) -> JsonDict:
     """The description of one data set's muscle, as plain data that `reader.load` takes."""
     law, covariance = fit.problem.law, fit.covariance
     if covariance is not None:
@@ -73,7 +72,7 @@ def muscle_table(fit: LawFit, data: Measured, like: str = LIKE) -> dict[str, Any
     }
 
 
-def _table(sourced: Sourced) -> dict[str, Any]:
+def _table(sourced: Sourced) -> JsonDict:
     """Values by name, and their sources as their provenance."""
     values = {name: value for name, (value, _) in sourced.items()}
     return values | {"provenance": {name: source for name, (_, source) in sourced.items()}}
@@ -116,7 +115,7 @@ def _geometry(fit: LawFit, data: Measured) -> Sourced:
     }
 
 
-def _fitted(fit: LawFit, name: str) -> tuple[Any, dict[str, str]]:
+def _fitted(fit: LawFit, name: str) -> tuple[Json, dict[str, str]]:
     """A parameter's value as text, and what is known of it."""
     si = described(fit.problem.law)[name].unit
     if name not in fit.values:

@@ -3,13 +3,13 @@
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from scipy.optimize import OptimizeResult, least_squares
 from scipy.stats import qmc
 
-from afo_sim.common import EXAMPLES, InputError, unknown
+from afo_sim.common import EXAMPLES, InputError, JsonMapping, unknown
 from afo_sim.lab.measured import Measured, levels
 from afo_sim.lab.solution import FitParameter, FitProblem
 from afo_sim.physics import LAWS, Braid, Law, LawParameter, contractions, forces
@@ -53,7 +53,7 @@ class LawProblem(FitProblem):
         return self.data[0].loaded
 
     @property
-    def options(self) -> Mapping[str, Any]:
+    def options(self) -> JsonMapping:
         """Of scipy's least_squares."""
         tight = dict.fromkeys(("ftol", "xtol", "gtol"), 1e-12)
         loss = {"loss": self.loss, "f_scale": self.outlying}

@@ -5,7 +5,7 @@ import math
 import pathlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, get_args
+from typing import get_args
 
 import numpy as np
 
@@ -97,14 +97,14 @@ class StaticFit(Shown):
 
 
 def fit(
-    data: Any,
+    data: object,
     *,
     law: str = "all",
     hold_out: str = "all",
-    test: Any = (),
+    test: object = (),
     free: Sequence[str] = (),
-    fixed: Mapping[str, Any] | None = None,
-    facts: Mapping[str, Any] | None = None,
+    fixed: Mapping[str, object] | None = None,
+    facts: Mapping[str, object] | None = None,
     loss: str = "linear",
     like: str = law_muscle.LIKE,
     report: Callable[[str], None] = lambda text: None,
@@ -158,7 +158,7 @@ def fit(
 
 
 def _problems(
-    law: str, points: Sequence[Measured], free: Sequence[str], fixed: Mapping[str, Any], loss: str
+    law: str, points: Sequence[Measured], free: Sequence[str], fixed: Mapping[str, object], loss: str
 ) -> tuple[list[LawProblem], dict[str, str]]:
     """The problem of one law, or of each that the data can identify; the reasons why not of the others."""
     found, skipped, refused = [], {}, []
@@ -194,7 +194,7 @@ def _fitted(
     return dataclasses.replace(result, held_out=kept)
 
 
-def _check(law: str, hold_out: str, loss: str, like: str, fixed: Mapping[str, Any]) -> None:
+def _check(law: str, hold_out: str, loss: str, like: str, fixed: Mapping[str, object]) -> None:
     choices = {"hold_out": (hold_out, HOLD_OUT), "loss": (loss, get_args(Loss)), "law": (law, ("all", *LAWS))}
     for field, (value, allowed) in choices.items():
         if value not in allowed:
@@ -210,9 +210,9 @@ def _check(law: str, hold_out: str, loss: str, like: str, fixed: Mapping[str, An
         raise error.replaced(file=None, field="like", value=like) from None
 
 
-def _read(sources: Sequence[Any], facts: Mapping[str, Any]) -> tuple[list[Measured], int]:
+def _read(sources: Sequence[object], facts: Mapping[str, object]) -> tuple[list[Measured], int]:
     """The usable points of each data set, with what the caller states of the muscle; how many are not."""
-    values: dict[str, Any] = {}
+    values: dict[str, float] = {}
     for key, text in facts.items():
         unit = HEADER.get(key)
         if unit is None:
@@ -231,7 +231,7 @@ def _read(sources: Sequence[Any], facts: Mapping[str, Any]) -> tuple[list[Measur
     return data, left_out
 
 
-def _fixed(law: str, texts: Mapping[str, Any], *, only: bool) -> dict[str, float]:
+def _fixed(law: str, texts: Mapping[str, object], *, only: bool) -> dict[str, float]:
     """Values of the parameters that are held; with several laws, of those that this law has."""
     units = {name: p.unit for name, p in described(LAWS[law]).items()}
     known = {name: text for name, text in texts.items() if name in units}
@@ -262,7 +262,7 @@ def write(found: StaticFit, folder: pathlib.Path) -> None:
         write_sealed(place / "muscle.toml", text, "muscle")
 
 
-def _fit_as_json(each: LawFit) -> dict[str, Any]:
+def _fit_as_json(each: LawFit) -> dict[str, object]:
     """A fit as plain data, SI but for the residuals, whose unit is stated."""
     factor, unit = law_muscle.residual_unit(each)
     return {

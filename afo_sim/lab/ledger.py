@@ -19,14 +19,14 @@ import functools
 import pathlib
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, TypeVar
+from typing import Literal, TypeVar
 
 import numpy as np
 from pydantic import BaseModel, ValidationError
 from pydantic import Field as Option
 from scipy.special import ndtri, stdtrit
 
-from afo_sim.common import InputError, assets, nearest_name, unknown
+from afo_sim.common import FloatOrArray, InputError, JsonDict, assets, nearest_name, unknown
 from afo_sim.description import PROBLEMS, load
 from afo_sim.lab.identifiability import rms
 from afo_sim.lab.ledger_predictions import PREDICTIONS, contracted, si
@@ -95,7 +95,7 @@ class Device(BaseModel, frozen=True, extra="forbid"):
     source: str = Option(min_length=1)
     measured: tuple[Measured, ...] = Option(min_length=1)
 
-    def draws(self) -> list[dict[str, Any]]:
+    def draws(self) -> list[JsonDict]:
         """What is given, and draws of what is not known: each DRAWS-th part of every range once."""
         rng = np.random.default_rng(SEED)
         shares = {key: (rng.permutation(DRAWS) + rng.random(DRAWS)) / DRAWS for key in sorted(self.unknown)}
@@ -104,7 +104,7 @@ class Device(BaseModel, frozen=True, extra="forbid"):
         return [self.known | one | {"draw": k} for k, one in enumerate(drawn)]
 
     @property
-    def known(self) -> dict[str, Any]:
+    def known(self) -> JsonDict:
         """What is given."""
         return {key: number.value for key, number in self.given.items()}
 
@@ -148,7 +148,7 @@ class LedgerRow:
         return VERDICTS[2 if 0.5 * (high - low) + error > SAYS_NOTHING * abs(self.measured) else 0]
 
 
-def interval_score(low: Any, high: Any, x: Any) -> Any:
+def interval_score(low: FloatOrArray, high: FloatOrArray, x: FloatOrArray) -> FloatOrArray:
     """The interval score of bands over the measured values [-]; numbers or arrays."""
     beyond = np.maximum(low - x, 0.0) + np.maximum(x - high, 0.0)
     return (high - low + 2.0 / ALPHA * beyond) / np.abs(x)

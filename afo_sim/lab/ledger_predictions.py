@@ -2,19 +2,18 @@
 
 import functools
 import math
-from collections.abc import Callable, Mapping
-from typing import Any
+from collections.abc import Callable
 
 import numpy as np
 
-from afo_sim.common import RATIOS, assets, parse_quantity, read_any_quantity
+from afo_sim.common import RATIOS, JsonMapping, assets, parse_quantity, read_any_quantity
 from afo_sim.description import Muscle, load
 from afo_sim.lab.law_result import fit
 from afo_sim.lab.validation_knee import knee_tests, torque
 from afo_sim.physics import passive_moment
 from afo_sim.simulation.run import run
 
-Table = Mapping[str, Any]
+Table = JsonMapping
 STEP = math.radians(0.1)
 BRIEF = {"duration": "2.6 s"}  # hardly more than the settled strides
 FITTED = "tondu_lopez_2000_bladder"  # law of a muscle that is fitted to another one's table

@@ -5,7 +5,6 @@ import pathlib
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -14,7 +13,10 @@ from afo_sim.common import (
     EXAMPLES,
     GRAVITY,
     InputError,
+    JsonMapping,
+    Keywords,
     Table,
+    TableLike,
     in_unit,
     nearest_name,
     number,
@@ -70,7 +72,7 @@ class Measured:
     change: np.ndarray | None
     curve: np.ndarray
     loaded: bool
-    facts: dict[str, Any]
+    facts: Keywords
     slack: np.ndarray | None = None
 
     def __len__(self) -> int:
@@ -98,12 +100,12 @@ def levels(pressure: np.ndarray, wide: float) -> np.ndarray:
     return np.searchsorted(np.unique(ordered[starts]), pressure, side="right") - 1
 
 
-def several(data: Any) -> list[Any]:
+def several(data: TableLike) -> list[TableLike]:
     """The data sets of an argument that may hold one or more."""
     return list(data) if isinstance(data, list | tuple) else [data]
 
 
-def require_once(sources: Sequence[Any]) -> None:
+def require_once(sources: Sequence[TableLike]) -> None:
     """Refuse a file that is given twice."""
     files = [os.path.realpath(each) for each in sources if isinstance(each, str | os.PathLike)]
     for file in files:
@@ -111,7 +113,7 @@ def require_once(sources: Sequence[Any]) -> None:
             raise InputError("is given twice: its points would count double", file=file)
 
 
-def read_measured(data: Any, known: Mapping[str, float] | None = None) -> Measured:
+def read_measured(data: TableLike, known: Mapping[str, float] | None = None) -> Measured:
     """Measured points from a CSV, or from columns in memory."""
     table = table_of(data, EXAMPLE, "data")
     file = table.file
@@ -149,7 +151,7 @@ def read_measured(data: Any, known: Mapping[str, float] | None = None) -> Measur
     return Measured(file, pressure, force, contraction, change, curve, loaded, facts)
 
 
-def check_facts(file: pathlib.Path | None, facts: Mapping[str, Any], group: str = "") -> None:
+def check_facts(file: pathlib.Path | None, facts: JsonMapping, group: str = "") -> None:
     """Refuse facts about a muscle that cannot be, from a file's header or from the argument `group`."""
     for key, (si, low, high) in POSSIBLE.items():
         if key in facts and not low <= facts[key] <= high:

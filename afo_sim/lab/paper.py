@@ -10,9 +10,8 @@ Each file of `models/papers` is a paper. A `row` is a system, formula, table, ex
 import functools
 from collections import Counter
 from dataclasses import dataclass
-from typing import Any
 
-from afo_sim.common import Shown, assets, unknown
+from afo_sim.common import JsonDict, Shown, assets, unknown
 from afo_sim.lab import paper_values
 from afo_sim.lab.validation import brief, published
 from afo_sim.lab.validation_row import Report, Row, counted
@@ -110,14 +109,14 @@ def paper(name: str, report: Report = None) -> Paper:
 
 
 @functools.cache
-def _told(name: str) -> dict[str, Any]:
+def _told(name: str) -> JsonDict:
     files = {file.stem: file for file in (assets.folder("models") / "papers").glob("*.toml")}
     if name not in files:
         raise unknown(name, sorted(files), field="paper", problem="is no paper of this program")
     return assets.read_toml(files[name])
 
 
-def _claim(told: dict[str, Any]) -> Claim:
+def _claim(told: JsonDict) -> Claim:
     same = {"source": told["place"], "why": told.get("why", ""), "quantity": ""}
     rows = tuple(row for value in told.get("value", ()) for row in paper_values.rows_of(same | value))
     outcome = min((row.outcome for row in rows), key=ORDER.index, default=told.get("outcome", ""))

@@ -23,11 +23,10 @@ import fnmatch
 import functools
 import math
 from collections.abc import Callable, Mapping
-from typing import Any
 
 import numpy as np
 
-from afo_sim.common import assets, format_quantity
+from afo_sim.common import JsonDict, Mixed, assets, format_quantity
 from afo_sim.description import load
 from afo_sim.lab import stand_trial, validation_knee, validation_laws, validation_s1
 from afo_sim.lab.calf_share import calf_share
@@ -52,7 +51,7 @@ REPEATS = 10
 
 
 @functools.cache
-def _recorded(scenario: str, sets: tuple[tuple[str, Any], ...]) -> Recording:
+def _recorded(scenario: str, sets: tuple[tuple[str, object], ...]) -> Recording:
     return run(scenario, dict(sets))
 
 
@@ -61,7 +60,7 @@ def recorded(told: Told) -> Recording:
     return _recorded(told["scenario"], tuple(told.get("set", {}).items()))
 
 
-def _of_run(told: Told) -> Any:
+def _of_run(told: Told) -> float | list[float]:
     found = recorded(told)
     if "metric" in told:
         return found.metrics[told["metric"]].value
@@ -98,7 +97,7 @@ def _apart(told: Told) -> float:
     return float(100.0 * apart / swing if told.get("of_swing") else np.degrees(apart))
 
 
-def _on_stand(told: Told) -> Any:
+def _on_stand(told: Told) -> float | list[float]:
     (trial,) = stand(told["test"], told["muscle"], **told.get("given", {})).trials
     if "column" in told:
         return float(TAKE[told["take"]](trial.curves[0][told["column"]]))
@@ -109,7 +108,7 @@ def _on_stand(told: Told) -> Any:
 
 
 def _described(told: Told) -> float:
-    found: Any = load(told["kind"], told["name"])
+    found: Mixed = load(told["kind"], told["name"])
     for part in told["key"].split("."):
         found = found[part] if isinstance(found, Mapping) else getattr(found, part)
     return len(found) if isinstance(found, tuple | Mapping) else float(found)
@@ -136,7 +135,7 @@ def _repeats(told: Told) -> float:
     return float(np.std(read, ddof=1))
 
 
-VALUES: dict[str, Callable[[Told], Any]] = {
+VALUES: dict[str, Callable[[Told], Mixed]] = {
     "run": _of_run,
     "apart": _apart,
     "stand": _on_stand,
@@ -155,7 +154,7 @@ VALUES: dict[str, Callable[[Told], Any]] = {
 
 
 @functools.cache
-def validated() -> tuple[dict[str, Any], ...]:
+def validated() -> tuple[JsonDict, ...]:
     """What is told in `models/validation`, row by row, in the order of its files."""
     return tuple(
         {"part": part} | group | row

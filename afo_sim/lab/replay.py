@@ -4,14 +4,13 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, fields, replace
-from typing import Any
 
 import numpy as np
 from scipy.optimize import OptimizeResult
 from scipy.stats import t
 
 from afo_sim import native
-from afo_sim.common import GRAVITY, InputError, Notice, SimulationError, unknown
+from afo_sim.common import GRAVITY, Given, InputError, Mixed, Notice, SimulationError, TableLike, unknown
 from afo_sim.description import Muscle, load
 from afo_sim.lab.bench_log import BENCH, HOLD, TIMES, VALVE, BenchLog, read_bench_log
 from afo_sim.lab.identifiability import Believed, memory, refused
@@ -55,7 +54,7 @@ FITTED: dict[str, tuple[float, float, str]] = {
     "mounting_stiffness": (1e4, 1e9, "N/mm"),
     "dead_band": (0.0, 1e5, "bar"),
 }
-Laid = Mapping[str, Any] | None  # keys and values
+Laid = Mapping[str, object] | None  # keys and values
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -109,7 +108,7 @@ class Replay:
         return {name: loop_width(time, each["pressure"], each["force"]) for name, each in sides.items()}
 
 
-def replay(log: Any, muscle: Any = None, *, sets: Laid = None, bench: Laid = None) -> Replay:
+def replay(log: TableLike, muscle: Given = None, *, sets: Laid = None, bench: Laid = None) -> Replay:
     """Replay a log through its valves where a supply is stated, else under the measured pressure."""
     read = read_bench_log(log).stated(bench or {})
     plan = _plan(read, muscle_of(read, muscle, sets))
@@ -127,7 +126,7 @@ def _compared(plan: ReplayPlan, predicted: Rows) -> dict[str, Comparison]:
     return {k: Comparison(k, *alike, y, predicted[k], 0) for k, y in measured if k not in given}
 
 
-def muscle_of(log: BenchLog, muscle: Any = None, sets: Laid = None) -> Muscle:
+def muscle_of(log: BenchLog, muscle: Given = None, sets: Laid = None) -> Muscle:
     """The muscle, with what the log says of it, and with what is laid over that."""
     bench = log.bench
     names = ("total_length", "free_contraction", "blocked_force")
@@ -144,7 +143,7 @@ def muscle_of(log: BenchLog, muscle: Any = None, sets: Laid = None) -> Muscle:
     return found.with_values(force_factor=left * found.force_factor)
 
 
-def _needed(log: BenchLog, key: str, example: str) -> Any:
+def _needed(log: BenchLog, key: str, example: str) -> Mixed:
     if key not in log.bench:
         allowed = f'a header line "# {key}: {example}"'
         raise InputError("is not stated", file=log.file, field=key, allowed=allowed)
@@ -174,7 +173,7 @@ def _plan(log: BenchLog, muscle: Muscle) -> ReplayPlan:
     def excess(kappa: float) -> float:
         return force_at(muscle, kappa, first) - weight - spring * kappa * muscle.nominal_length
 
-    start: Any = crossing(excess, (), -0.5, 0.7, 52) if hung else shortened(log, muscle)
+    start: Mixed = crossing(excess, (), -0.5, 0.7, 52) if hung else shortened(log, muscle)
     if start is None:
         _needed(log, "length", "28 cm")
     surroundings = {each.name for each in fields(Laboratory)} - {"supply", "valve", "timestep"}
@@ -219,9 +218,9 @@ def loop_width(time: np.ndarray, pressure: np.ndarray, force: np.ndarray) -> flo
     return float(np.median(gaps)) if len(gaps) else math.nan
 
 
-def greatest(logs: Sequence[BenchLog]) -> dict[tuple[Any, str], float]:
+def greatest(logs: Sequence[BenchLog]) -> dict[tuple[Mixed, str], float]:
     """Greatest measured value by muscle and channel, by which errors are divided."""
-    found: dict[tuple[Any, str], float] = {}
+    found: dict[tuple[Mixed, str], float] = {}
     for log in logs:
         for name, values in log.columns.items():
             key = log.muscle_key, name
@@ -241,7 +240,7 @@ class ReplayProblem(FitProblem):
     inside = 0.01  # a search that begins at a bound hardly leaves it
 
     @property
-    def options(self) -> Mapping[str, Any]:
+    def options(self) -> Mapping[str, object]:
         """Of scipy's least_squares."""
         return {"jac": self.slopes, "xtol": 1e-4, "ftol": 1e-4, "max_nfev": 30}
 
@@ -314,7 +313,7 @@ class ReplayFit(Believed):
 
 
 def fit_replay(
-    logs: Sequence[Any], names: Sequence[str], channels: Sequence[str] = (), *, bench: Laid = None,
+    logs: Sequence[TableLike], names: Sequence[str], channels: Sequence[str] = (), *, bench: Laid = None,
     sets: Laid = None,
 ) -> ReplayFit:  # fmt: skip
     """Fit settings of bench and muscle to logs, one value for all, within each setting's physical range."""
@@ -335,7 +334,7 @@ def fit_replay(
         low, high, shown = FITTED[name]
         logarithmic = low > 0.0
         middle = math.sqrt(low * high) if logarithmic else 0.0
-        inlets = read[0].bench.get(name.removeprefix("outlet_"), middle)
+        inlets: float = read[0].bench.get(name.removeprefix("outlet_"), middle)
         start[name] = min(max(float(read[0].bench.get(name, inlets)), low), high)
         size = start[name] if logarithmic else 0.02 * (high - low)
         ends = (low, high, low, high)

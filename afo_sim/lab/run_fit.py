@@ -8,12 +8,11 @@ import functools
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from scipy.optimize import OptimizeResult
 
-from afo_sim.common import InputError, Notice, Shown, SimulationError
+from afo_sim.common import Given, InputError, JsonDict, Keywords, Notice, Shown, SimulationError, TableLike
 from afo_sim.description import Scenario, load
 from afo_sim.lab.identifiability import Believed, memory, refused, rms, unidentified
 from afo_sim.lab.run_problem import HELD_OUT, RunProblem, differences, pose, run_at, sets_of
@@ -116,9 +115,9 @@ class FitRun(Believed, Shown):
         return (*lacking, *self.after.warnings)
 
     @property
-    def sets(self) -> dict[str, Any]:
+    def sets(self) -> JsonDict:
         """Dotted keys and values that lay the fitted parameters over the scenario, each with its source."""
-        found: dict[str, Any] = {}
+        found: Keywords = {}
         for parameter in self.problem.free:
             source = f"fitted to {self.problem.log.file.name}; {self.belief(parameter)}"
             found |= sets_of(parameter, self.values[parameter.name], source)
@@ -140,12 +139,12 @@ class FitRun(Believed, Shown):
 
 
 def fit_run(
-    scenario: Any,
-    log: Any,
+    scenario: Given,
+    log: TableLike,
     names: Sequence[str] = (),
     *,
-    sets: Mapping[str, Any] | None = None,
-    noise: Mapping[str, Any] | None = None,
+    sets: Mapping[str, object] | None = None,
+    noise: Mapping[str, object] | None = None,
     hold_out: float = HELD_OUT,
     report: Progress = lambda text: None,
 ) -> FitRun:
@@ -214,7 +213,7 @@ class RunSearch(FitProblem):
         self.rough: set[str] = set()
 
     @property
-    def options(self) -> Mapping[str, Any]:
+    def options(self) -> Mapping[str, object]:
         """Of scipy's least_squares."""
         return {"jac": self.slopes, "ftol": 1e-7, "xtol": 1e-6, "gtol": 1e-12, "max_nfev": MOST_RUNS}
 

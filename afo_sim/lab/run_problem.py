@@ -3,12 +3,15 @@
 import pathlib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
 from afo_sim.common import (
+    Given,
     InputError,
+    JsonDict,
+    Keywords,
+    TableLike,
     format_quantity,
     quantity_at,
     read_facts,
@@ -70,10 +73,10 @@ class Log:
     file: pathlib.Path
     time: np.ndarray
     channels: tuple[Channel, ...]
-    facts: dict[str, Any]
+    facts: Keywords
 
 
-def read_log(data: Any, scenario: Scenario) -> Log:
+def read_log(data: TableLike, scenario: Scenario) -> Log:
     """A log, read against the scenario that it was taken of."""
     table, known = table_of(data, EXAMPLE, "log"), dict(_names(scenario))
     file, units = table.file, {name: (describe(c[0])[0] if c else "s",) for name, c in known.items()}
@@ -117,7 +120,7 @@ def recorded_columns(scenario: Scenario) -> list[str]:
     return [name for name in formulas(build(scenario)) if name != "time" and not name.startswith("qpos/")]
 
 
-def read_noise(log: Log, texts: dict[str, Any]) -> dict[str, float]:
+def read_noise(log: Log, texts: JsonDict) -> dict[str, float]:
     """The noise of each channel [SI], by title: as stated ({"angle": "0.5 deg"}), else estimated."""
     for channel in log.channels:
         if np.ptp(channel.values) == 0.0 and channel.title not in texts:
@@ -139,7 +142,7 @@ def read_noise(log: Log, texts: dict[str, Any]) -> dict[str, float]:
 _CONDUCTANCE = ("chamber", ("", "dm^3/(s*bar)"), (1e-12, 1e-7), 5e-10, True)
 _WALL, _TUBE = "orthosis.chamber.{}.wall_conductance", "orthosis.chamber.{}.tube_volume"
 # Name, key, of each, SI unit and that for people's eyes, what is searched, usual size, as a ratio.
-_ALL: tuple[tuple[Any, ...], ...] = (
+_ALL: tuple[tuple[str, str, str, tuple[str, str], tuple[float, float], float, bool], ...] = (
     # R of the muscles' damper
     ("damping", "orthosis.muscle.{}.type.damping", "muscle", ("", "m^2*s"), (1e-7, 1e-1), 1e-4, True),
     ("inlet_conductance", "orthosis.chamber.{}.inlet.conductance", *_CONDUCTANCE),
@@ -160,7 +163,7 @@ KINDS = {
 }
 
 
-def sets_of(parameter: FitParameter, value: float, source: str) -> dict[str, Any]:
+def sets_of(parameter: FitParameter, value: float, source: str) -> JsonDict:
     """Dotted keys and values that give a scenario a value of a parameter."""
     first, found = next(iter(parameter.keys), ""), {}
     for key, share in parameter.keys.items():
@@ -214,7 +217,7 @@ def _find(name: str, scenario: Scenario) -> FitParameter:
 class RunProblem:
     """A scenario as plain data, its free parameters, and the log that they are fitted to; SI."""
 
-    scenario: dict[str, Any]
+    scenario: JsonDict
     free: tuple[FitParameter, ...]
     log: Log
     noise: dict[str, float]
@@ -233,8 +236,8 @@ class RunProblem:
 
 
 def pose(
-    source: Any, data: Any, names: Sequence[str] = (), *, sets: Mapping[str, Any] | None = None,
-    noise: Mapping[str, Any] | None = None, hold_out: float = HELD_OUT,
+    source: Given, data: TableLike, names: Sequence[str] = (), *, sets: Mapping[str, object] | None = None,
+    noise: Mapping[str, object] | None = None, hold_out: float = HELD_OUT,
 ) -> RunProblem:  # fmt: skip
     """Read a log against a scenario, and find what is to be fitted."""
     if not 0.0 <= hold_out <= 0.9:

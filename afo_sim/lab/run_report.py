@@ -1,9 +1,8 @@
 """A dynamic fit in files and in words: the fitted scenario, its numbers, tables and remarks to print."""
 
 import pathlib
-from typing import Any
 
-from afo_sim.common import write_json, write_sealed
+from afo_sim.common import JsonDict, write_json, write_sealed
 from afo_sim.description import reader, toml_text
 from afo_sim.description.portable import portable
 from afo_sim.lab.run_fit import FitRun
@@ -23,7 +22,7 @@ def write(fit: FitRun, folder: pathlib.Path) -> None:
         reader.load("scenario", folder / SCENARIO)  # it must be one
 
 
-def _as_json(fit: FitRun) -> dict[str, Any]:
+def _as_json(fit: FitRun) -> JsonDict:
     """The fit as plain data, SI."""
     problem = fit.problem
     return {

@@ -3,19 +3,19 @@
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
 from scipy.optimize import OptimizeResult, least_squares
 
-from afo_sim.common import InputError, Notice, in_unit
+from afo_sim.common import InputError, JsonDict, JsonMapping, Mixed, Notice, in_unit
 from afo_sim.lab.identifiability import intervals, unidentified
 
 Progress = Callable[[str], None]
 CORRELATED = 0.98  # two parameters with more are not told apart
 VAGUE = 0.5  # a half-interval of more than this share of the parameter's size tells nothing
 POINTS_PER_PARAMETER = 2.0  # with fewer no interval is given
-Refit = Callable[[Any], Mapping[str, float]]
+Refit = Callable[[Mixed], Mapping[str, float]]  # of the problem without a part of its data
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ class FitProblem:
     missed: Callable[[Mapping[str, float]], tuple[np.ndarray, np.ndarray, np.ndarray]]
 
     @property
-    def options(self) -> Mapping[str, Any]:
+    def options(self) -> JsonMapping:
         """Of scipy's least_squares."""
         return {}
 
@@ -144,7 +144,7 @@ class FitProblem:
 class Solution:
     """Where a search ended; `half` are half the 95 % intervals of the coordinates `x`."""
 
-    problem: Any
+    problem: Mixed
     x: np.ndarray
     half: np.ndarray
     correlation: np.ndarray
@@ -291,7 +291,7 @@ def require_left_out(asked: Sequence[str], found: Mapping[str, HeldOut]) -> None
             raise InputError(problem, field="hold_out", value=kind, allowed=allowed)
 
 
-def held_out_json(found: Mapping[str, HeldOut], factor: float = 1.0) -> dict[str, Any]:
+def held_out_json(found: Mapping[str, HeldOut], factor: float = 1.0) -> JsonDict:
     """The errors of what was left out, by kind: of all and of each part."""
     return {
         kind: {"rms": factor * each.rms} | {name: factor * each.of(name) for name in each.errors}

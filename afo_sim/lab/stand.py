@@ -6,11 +6,10 @@ import os
 import pathlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from afo_sim.common import GRAVITY, InputError, Shown, parse_quantity, quantity_at, unknown
+from afo_sim.common import GRAVITY, Given, InputError, Keywords, Shown, parse_quantity, quantity_at, unknown
 from afo_sim.description import Muscle
 from afo_sim.description import load as load_description
 from afo_sim.lab import stand_trial
@@ -21,7 +20,7 @@ from afo_sim.lab.stand_trial import Trial
 
 Amount = str | float  # "3 bar", or a number in SI
 Amounts = Amount | Sequence[Amount] | None
-AnyMuscle = str | os.PathLike[str] | Mapping[str, Any] | Muscle
+AnyMuscle = str | os.PathLike[str] | Mapping[str, object] | Muscle
 
 CHARACTERISTICS: tuple[Kind, ...] = ("isobaric", "isotonic", "isometric")  # the tests of "all", of S3
 AMOUNTS = ("pressure", "load", "contraction", "length", "stiffness")  # arguments
@@ -83,7 +82,7 @@ def stand(
     time: Amount | None = None,
     static: bool = False,
     compare: str | os.PathLike[str] | Measured | None = None,
-    sets: Mapping[str, Any] | None = None,
+    sets: Mapping[str, object] | None = None,
     report: Callable[[int, int, str], None] | None = None,
 ) -> Stand:
     """Test muscles on the stand.
@@ -132,7 +131,7 @@ def stand(
     data = read_measured(pathlib.Path(compare)) if isinstance(compare, str | os.PathLike) else compare
     pair = {"supply": supply, "time": time}.items()
     top, duration = (None if x is None else _number(name, x) for name, x in pair)
-    given: dict[str, Any] = {} if duration is None else {"duration": duration}
+    given: Keywords = {} if duration is None else {"duration": duration}
     given["laboratory"] = Laboratory(top, None if valve is None else load_description("valve", valve))
     if series is not None and not 1 <= series <= 20:
         raise InputError("is out of range", field="series", value=series, allowed="1 to 20")
@@ -156,7 +155,7 @@ def in_series(muscle: Muscle, count: int) -> Muscle:
     if count == 1:
         return muscle
     grown, damper = ("total_length", "end_length", "dead_volume", "mass"), muscle.damper
-    values: dict[str, Any] = {key: count * getattr(muscle, key) for key in grown}
+    values: Keywords = {key: count * getattr(muscle, key) for key in grown}
     if damper is not None:
         lines = {key: getattr(damper, key) for key in ("contracting", "relaxing", "relaxing_above")}
         less = {key: (b[0] / count, b[1] / count) for key, b in lines.items() if b is not None}
@@ -182,7 +181,7 @@ def sensitivity(muscle: Muscle, pressure: float, contraction: float = 0.0) -> di
     return found
 
 
-def _several(value: Any) -> tuple[Any, ...]:
+def _several(value: Given) -> tuple[Given, ...]:
     """One or several as a tuple."""
     if value is None:
         return ()
@@ -190,7 +189,7 @@ def _several(value: Any) -> tuple[Any, ...]:
     return (value,) if one or not isinstance(value, Sequence | np.ndarray) else tuple(value)
 
 
-def _kinds(test: Any, given: Sequence[str]) -> tuple[Kind, ...]:
+def _kinds(test: Given, given: Sequence[str]) -> tuple[Kind, ...]:
     """The tests to run; refuse arguments that none of them takes."""
     allowed = (*KINDS, "all")
     if test not in allowed:
@@ -203,7 +202,7 @@ def _kinds(test: Any, given: Sequence[str]) -> tuple[Kind, ...]:
     return kinds
 
 
-def _muscles(muscle: Any, law: Any, friction: Any, sets: Mapping[str, Any] | None) -> list[Muscle]:
+def _muscles(muscle: Given, law: Given, friction: Given, sets: Mapping[str, object] | None) -> list[Muscle]:
     """Every muscle with every law and friction."""
     found = []
     for one in _several(muscle):
@@ -233,7 +232,7 @@ def _told(kind: str, muscle: Muscle, lengths: Sequence[Amount]) -> Iterator[None
 
 def _arguments(
     amounts: Mapping[str, Sequence[Amount]], ends: bool, data: Measured | None, kind: str, muscle: Muscle
-) -> dict[str, Any]:
+) -> Keywords:
     """The arguments of a kind's plan, from amounts and from measured points."""
     si = {name: [_number(name, value) for value in values] for name, values in amounts.items()}
     si["contraction"] += [1.0 - length / muscle.nominal_length for length in si["length"]]

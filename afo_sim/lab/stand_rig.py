@@ -15,7 +15,6 @@ import copy
 import os
 from collections.abc import Callable
 from itertools import pairwise
-from typing import Any
 
 import mujoco
 import numpy as np
@@ -29,6 +28,8 @@ from afo_sim.common import (
     HEAT_CAPACITY_RATIO,
     STANDARD_DENSITY,
     InputError,
+    Keywords,
+    Mixed,
 )
 from afo_sim.lab.stand_plan import StandPlan
 from afo_sim.model import get_state
@@ -77,7 +78,7 @@ def _circuit_of(plan: StandPlan) -> native.Circuit:
     laboratory = plan.laboratory
     # as wide as the time step allows: the chamber follows within a few steps
     wide = REGULATOR_NUMBER / plan.timestep / (_per_slope(plan) * laminar_slope(1.0, REGULATOR_RATIO))
-    valve: Any = native.CircuitValve(wide, REGULATOR_RATIO) if plan.valve is None else plan.valve
+    valve: Mixed = native.CircuitValve(wide, REGULATOR_RATIO) if plan.valve is None else plan.valve
     room, wall = laboratory.tube_volume, laboratory.wall_conductance
     volumes, edges, port = [], [], ""
     if laboratory.line_length > 0.0:  # the valves open into the gauge's volume, and a line leads on in cells
@@ -95,7 +96,7 @@ def _circuit_of(plan: StandPlan) -> native.Circuit:
     if laboratory.leak_conductance > 0.0:
         c = laboratory.leak_conductance  # measured leaks follow the gauge pressure, and no orifice
         edges.append(flow_edge.relief("leak", CHAMBER, c, 0.0, limit=0.0, per_excess=c * STANDARD_DENSITY))
-    ways: dict[str, Any] = {"port": port, "wall_conductance_by_flow": laboratory.wall_conductance_by_flow}
+    ways: Keywords = {"port": port, "wall_conductance_by_flow": laboratory.wall_conductance_by_flow}
     chamber = native.CircuitChamber(CHAMBER, "slide", room, wall, valve, plan.outlet or valve, **ways)
     muscle = native.CircuitMuscle(MUSCLE, (MUSCLE,), plan.muscle.row, 0.0, CHAMBER, _mounting(plan))
     return native.Circuit((muscle,), (chamber,), volumes=tuple(volumes), restrictions=tuple(edges))

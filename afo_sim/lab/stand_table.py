@@ -5,11 +5,10 @@ import json
 import pathlib
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from afo_sim.common import InputError, parquet_writer, replacing, titles
+from afo_sim.common import InputError, JsonDict, parquet_writer, replacing, titles
 from afo_sim.common.versions import versions
 from afo_sim.description import Muscle
 from afo_sim.lab.measured import Measured
@@ -158,7 +157,7 @@ def write_parquet(trials: Sequence[Trial], path: pathlib.Path) -> None:
         writer.write_table(pa.table(arrays, schema=schema))
 
 
-def summary(trials: Sequence[Trial], compared: Sequence[Comparison]) -> dict[str, Any]:
+def summary(trials: Sequence[Trial], compared: Sequence[Comparison]) -> JsonDict:
     """Muscles, numbers per curve, warnings, errors against measured points, versions."""
     return {
         "tests": [

@@ -4,7 +4,6 @@ import pathlib
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 
@@ -68,7 +67,7 @@ class Torques:
 
 
 def read_torques(
-    data: Any, *, chamber: str = "", difference: bool = False, rates: tuple[float, float] = RATES
+    data: object, *, chamber: str = "", difference: bool = False, rates: tuple[float, float] = RATES
 ) -> Torques:
     """Measured torques from a CSV, or from columns in memory."""
     table = table_of(data, EXAMPLE, "data")
@@ -173,7 +172,7 @@ def _still(file: pathlib.Path, columns: Columns, rates: tuple[float, float]) -> 
         raise InputError(problem, file=file, field="time", value=least, allowed=allowed)
     stretch = np.cumsum(np.diff(still.astype(int), prepend=0) == 1)
     turned, filled = np.floor(angle / CELL_ANGLE + 0.5), np.floor(pressure / CELL_PRESSURE + 0.5)
-    cells: dict[tuple[Any, ...], list[int]] = {}
+    cells: dict[tuple[object, ...], list[int]] = {}
     for k in np.flatnonzero(still):
         key = columns["group"][k], stretch[k], turned[k], filled[k]
         cells.setdefault(key, []).append(int(k))

@@ -14,12 +14,11 @@ is left out: at rest it acts either way.
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from afo_sim.common import InputError, format_quantity
+from afo_sim.common import InputError, Json, JsonDict, format_quantity
 from afo_sim.description import Joint, Mounting, MuscleGroup, Orthosis, at_rest, reader
 from afo_sim.model import paths_of
 from afo_sim.physics import LAWS, anchor_displacement, on_anchors, row, tensions
@@ -209,6 +208,6 @@ def fitted_orthosis(
     return found
 
 
-def _put(table: dict[str, Any], key: str, value: Any, source: str) -> None:
+def _put(table: JsonDict, key: str, value: Json, source: str) -> None:
     table[key] = value
     table["provenance"] = table.get("provenance", {}) | {key: {"kind": "fitted", "source": source}}

@@ -4,11 +4,10 @@ import os
 import pathlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
-from afo_sim.common import InputError, Notice, Shown, nearest_name, quantity_at, unknown
+from afo_sim.common import Given, InputError, Notice, Shown, TableLike, nearest_name, quantity_at, unknown
 from afo_sim.description import Orthosis, reader
 from afo_sim.lab import torque_problem, torque_solution
 from afo_sim.lab.identifiability import Believed, refused
@@ -115,14 +114,14 @@ class TorqueFit(Believed, Shown):
 
 
 def fit_torque(
-    data: Any,
-    orthosis: Any,
+    data: TableLike,
+    orthosis: Given,
     fit: Sequence[str] = USUAL_FIT,
     *,
-    hold_out: Any = "all",
+    hold_out: str | TableLike = "all",
     chamber: str = "",
     torque: str = "device",
-    rates: Mapping[str, Any] | None = None,
+    rates: Mapping[str, object] | None = None,
     report: Progress = lambda text: None,
 ) -> TorqueFit:
     """Fit the compliance between device and joint, and the muscle's law, to measured static torque.
@@ -202,7 +201,7 @@ def fit_torque(
     return TorqueFit(solution, tuple(lines), found, kind, alone, groups, *doubted, shared, laws)
 
 
-def _held(hold_out: Any) -> tuple[tuple[str, ...], list[Any]]:
+def _held(hold_out: str | TableLike) -> tuple[tuple[str, ...], list[TableLike]]:
     """The kinds of parts to leave out, and further data to predict."""
     given = several(hold_out)
     kinds = [each for each in given if isinstance(each, str) and each in HOLD_OUT]
@@ -217,7 +216,7 @@ def _held(hold_out: Any) -> tuple[tuple[str, ...], list[Any]]:
     return tuple(dict.fromkeys(kind for kind in kinds if kind != "none")), unseen
 
 
-def _orthoses(orthosis: Any) -> dict[str, Orthosis]:
+def _orthoses(orthosis: Given) -> dict[str, Orthosis]:
     """The orthosis of every group, under its name; under "" the one of all."""
     by_group = isinstance(orthosis, Mapping) and not ({"muscle", "range_of_motion"} & set(orthosis))
     found = {}
@@ -231,7 +230,7 @@ def _orthoses(orthosis: Any) -> dict[str, Orthosis]:
     return found
 
 
-def _read(data: Any, chamber: str, difference: bool, rates: Mapping[str, Any] | None) -> Torques:
+def _read(data: TableLike, chamber: str, difference: bool, rates: Mapping[str, object] | None) -> Torques:
     """The readings of one or several files; several files are groups of their own."""
     sources = several(data)
     if not sources:

@@ -5,13 +5,12 @@ import itertools
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
 from scipy.optimize import OptimizeResult
 
-from afo_sim.common import EXAMPLES, InputError, Notice, unknown
+from afo_sim.common import EXAMPLES, InputError, JsonMapping, Notice, unknown
 from afo_sim.description import Orthosis
 from afo_sim.lab.identifiability import memory, rms
 from afo_sim.lab.measured import levels
@@ -110,7 +109,7 @@ class TorqueProblem(FitProblem):
         return sum(len(group) for group in self.groups)
 
     @property
-    def options(self) -> Mapping[str, Any]:
+    def options(self) -> JsonMapping:
         """Of scipy's least_squares."""
         tight = dict.fromkeys(("ftol", "xtol", "gtol"), 1e-11)
         return {"jac": "3-point", "x_scale": "jac", "max_nfev": 200, **tight}

@@ -2,11 +2,10 @@
 
 import pathlib
 import re
-from typing import Any
 
 import numpy as np
 
-from afo_sim.common import write_json, write_sealed
+from afo_sim.common import JsonDict, write_json, write_sealed
 from afo_sim.description import reader, toml_text
 from afo_sim.description.portable import portable
 from afo_sim.lab.identifiability import rms
@@ -43,7 +42,7 @@ def folders(found: TorqueFit) -> dict[str, pathlib.Path]:
     return {name: pathlib.Path(re.sub(r"[^\w-]", "_", name)) for name in names}
 
 
-def as_json(found: TorqueFit) -> dict[str, Any]:
+def as_json(found: TorqueFit) -> JsonDict:
     """The fit as plain data, SI."""
     problem, intervals = found.problem, found.intervals
     return {

@@ -6,14 +6,12 @@ that of Bolen, Elzein, Pang & Hunt, Actuators 2026.
 
 import functools
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from scipy.optimize import least_squares
 
-from afo_sim.common import assets, read_table
+from afo_sim.common import JsonDict, JsonMapping, Keywords, assets, read_table
 from afo_sim.description import Muscle, reader
 from afo_sim.lab.identifiability import rms
 from afo_sim.lab.measured import Known, columns_of
@@ -133,10 +131,10 @@ def fit(tests: tuple[KneeTest, ...], offset: bool = False) -> tuple[float, float
     return START_STIFFNESS * math.exp(x[0]), START_OFFSET * float(x[1]) if offset else 0.0
 
 
-def of_test(told: Mapping[str, Any]) -> dict[str, Any]:
+def of_test(told: JsonMapping) -> JsonDict:
     """A test's torque: "rigid", "measured" (length, arm), or the others' "stiffness" (and "offset")."""
     test, how = knee_tests()[told["test"]], told["torque"]
-    known: dict[str, Any] = {"count": len(test)}
+    known: Keywords = {"count": len(test)}
     if how in ("rigid", "measured"):
         found = rigid_torque(test, measured=how == "measured")
     else:
@@ -149,7 +147,7 @@ def of_test(told: Mapping[str, Any]) -> dict[str, Any]:
     return known | {"simulated": known[told["take"]]}
 
 
-def muscles(told: Mapping[str, Any]) -> np.ndarray:
+def muscles(told: JsonMapping) -> np.ndarray:
     """Errors of all torques by a law, through the simulator's own muscle at rest [N·m]."""
     errors = []
     for test in knee_tests().values():

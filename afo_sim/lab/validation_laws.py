@@ -2,11 +2,10 @@
 
 import math
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 
-from afo_sim.common import NORMAL_DENSITY, STANDARD_DENSITY, assets
+from afo_sim.common import NORMAL_DENSITY, STANDARD_DENSITY, JsonDict, JsonMapping, assets
 from afo_sim.description import Muscle, load
 from afo_sim.lab.law_fit import fit_law, held_out
 from afo_sim.lab.law_problem import pose, select, take
@@ -21,7 +20,7 @@ from afo_sim.physics import (
     tube_critical_ratio,
 )
 
-Told = Mapping[str, Any]
+Told = JsonMapping
 Parameters = Mapping[str, float] | None
 BAR = 1e5  # [Pa]
 SONIC = 1e-8  # dm³/(s·bar) in m³/(s·Pa)
@@ -101,7 +100,7 @@ def along(told: Told) -> float:
     return float(np.polyval(np.polyfit(data.pressure[here], data.force[here], 1), told["bar"] * BAR))
 
 
-def curve(told: Told) -> dict[str, Any]:
+def curve(told: Told) -> JsonDict:
     """Errors of a law on the maker's points; at one `bar` their bound is a share of the largest force."""
     (muscle, law, parameters), (data, _) = _asked(told), select(characteristic(told["muscle"]))
     if "bar" in told:

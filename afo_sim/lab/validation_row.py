@@ -14,15 +14,16 @@ its `rows` have in common. Keys are those of `Row`, those by which it is compute
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Literal, TypeVar
+from typing import Literal, TypeVar
 
 import numpy as np
 
+from afo_sim.common import JsonMapping, Keywords, Mixed
 from afo_sim.lab.identifiability import rms
 
 Outcome = Literal["agrees", "FAILED", "erratum", "disagrees", "cannot tell", "compared", "lost"]
 # What a row has where nothing is told.
-ABSENT: dict[str, Any] = {"published": None, "expected": None, "tolerance": None, "unit": "", "held_out": {}}
+ABSENT: Keywords = {"published": None, "expected": None, "tolerance": None, "unit": "", "held_out": {}}
 ABSENT |= {"foils": {}, "cell": False, "sourcing": ""}
 Counted = TypeVar("Counted")
 Report = Callable[[int, int], None] | None  # takes how many are done, and in all
@@ -58,9 +59,9 @@ class Row:
     cell: bool = False  # one number of a table that has a row of its own
 
     @classmethod
-    def of(cls, told: Mapping[str, Any], value: Any) -> "Row":
+    def of(cls, told: JsonMapping, value: Mixed) -> "Row":
         """What is told with its value: a number, a curve's errors, or either as `simulated` of a table."""
-        known: dict[str, Any] = {**ABSENT, **told}
+        known: Keywords = {**ABSENT, **told}
         known |= value if isinstance(value, Mapping) else {"simulated": value}
         quantity, sourcing = (known[key].format_map(known) for key in ("quantity", "sourcing"))
         if known.get("outcome") == "lost":

@@ -1,12 +1,10 @@
 """Keerthana et al. (S1): bench and simulation tables, each beside two models that must do worse."""
 
 import math
-from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 
-from afo_sim.common import GRAVITY, assets
+from afo_sim.common import GRAVITY, JsonDict, JsonMapping, Mixed, assets
 from afo_sim.description import load
 from afo_sim.lab.identifiability import rms
 from afo_sim.lab.law_fit import fit_law, held_out
@@ -55,7 +53,7 @@ def scatter(data: Measured, change: np.ndarray) -> float:
     return float(np.sqrt((left**2).sum() / (len(data) - np.linalg.matrix_rank(ways))))
 
 
-def of_table(told: Mapping[str, Any]) -> Any:
+def of_table(told: JsonMapping) -> Mixed:
     """Of a `table` its errors, its cells, how many are `within` the limit, relative error, bias, misprint."""
     number, data = told["table"], table(told["table"])
     printed, simulated = _change(number), model(number, data.force, data.pressure)
@@ -95,7 +93,7 @@ def of_table(told: Mapping[str, Any]) -> Any:
     return found | ({"expected": int(good.sum())} if told["take"] == "within" else {})
 
 
-def joint(told: Mapping[str, Any]) -> dict[str, Any]:
+def joint(told: JsonMapping) -> JsonDict:
     """Errors of tables I and II together [cm], and those of cells that a fit did not see."""
     tables = [table(1), table(2)]
     errors = [model(k, data.force, data.pressure) - _change(k) for k, data in enumerate(tables, 1)]
@@ -106,7 +104,7 @@ def joint(told: Mapping[str, Any]) -> dict[str, Any]:
     return {"simulated": np.concatenate(errors), "held_out": found}
 
 
-def hung(told: Mapping[str, Any]) -> np.ndarray:
+def hung(told: JsonMapping) -> np.ndarray:
     """Change of length under the loads of tables I and II on the stand at rest, less the static one [cm]."""
     errors = []
     for number in (1, 2):

@@ -1,11 +1,10 @@
 """What a device takes from its supply: air of a stride and by the hour, flow, exergy, how far it sags."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
-from afo_sim.common import NORMAL_DENSITY, STANDARD_DENSITY
+from afo_sim.common import NORMAL_DENSITY, STANDARD_DENSITY, Doubles
 from afo_sim.metrics import peak
 from afo_sim.metrics.facts import Run
 from afo_sim.metrics.kernel import SILENT, R, S, base, block, has, kernel, plan, told
@@ -23,7 +22,7 @@ Rows = Mapping[str, np.ndarray]
 
 
 @register_jitable
-def _taken(b: Any) -> int:
+def _taken(b: Doubles) -> int:
     """Write the flow out of the supply [kg/s]; what is pushed back into it is not given back. Where to."""
     to, first, end = base(b, R.one), int(b[S.first]), int(b[S.end])
     for k in range(first, end):
@@ -124,7 +123,7 @@ NORMAL = "at 0 °C, 1.01325 bar, dry (DIN 1343)"
     of=Of.WORN,
 )
 @kernel(R.flow, R.chambers)
-def air_of(b: Any, out: Any) -> float:
+def air_of(b: Doubles, out: Doubles) -> float:
     """Air that is taken from the supply, and the chambers' highest and lowest pressures."""
     first, end, steps, grams, total = int(b[S.first]), int(b[S.end]), base(b, R.steps), 1e3 / b[S.cycles], 0.0
     flow = _taken(b)
@@ -160,7 +159,7 @@ def air_of(b: Any, out: Any) -> float:
     of=Of.WORN,
 )  # fmt: skip
 @kernel(R.flow, R.exergy, R.vented, R.chambers, R.orthosis, R.angle)
-def flow_of(b: Any, out: Any) -> float:
+def flow_of(b: Doubles, out: Doubles) -> float:
     """Exergy and positive work of a stride's air, and its flow by the hour and by the minute."""
     first, end, steps, flow = int(b[S.first]), int(b[S.end]), base(b, R.steps), _taken(b)
     taken, given = base(b, R.exergy), base(b, R.vented)

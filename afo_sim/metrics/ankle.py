@@ -2,11 +2,10 @@
 
 import math
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 
-from afo_sim.common import STANDARD_DENSITY
+from afo_sim.common import STANDARD_DENSITY, Doubles
 from afo_sim.metrics import peak
 from afo_sim.metrics.air_per_stride import CYCLE, bill, flow_of
 from afo_sim.metrics.kernel import NUMBERS, call, chambers, kernel
@@ -19,7 +18,7 @@ ROUND_OFF = 1e-12  # of a signal's size: what moves by no more stands still
 
 
 @kernel()
-def _rise(b: Any, out: Any) -> float:
+def _rise(b: Doubles, out: Doubles) -> float:
     time, signal, top, size = NUMBERS, NUMBERS + int(b[0]), 0, 0.0
     for k in range(int(b[0])):
         top = k if b[signal + k] > b[signal + top] else top

@@ -4,10 +4,10 @@ A height is that of a swing without a floor, which would catch the foot and hide
 """
 
 import math
-from typing import Any
 
 import numpy as np
 
+from afo_sim.common import Doubles
 from afo_sim.metrics import peak
 from afo_sim.metrics.kernel import R, S, base, has, kernel
 from afo_sim.metrics.metric import CLEARANCE, Of, reported
@@ -58,7 +58,7 @@ FOREFOOT = f"ball, pulp or tip {PASSING}; the heel is then on its way to the flo
     *(R.sole, R.healthy_sole, R.less_extended, R.more_extended, R.ball, R.healthy_ball),
     *(*SWING, R.toe, R.healthy_toe, R.needed, R.recorded_force, R.toe_load),
 )
-def clearances(b: Any, out: Any) -> float:
+def clearances(b: Doubles, out: Doubles) -> float:
     """Clearances of the outsole in swing: of all its points, and of the ball alone."""
     # Source: Event: Schulz 2011 (J. Biomech. 44: 1277). The greatest foot speed is 0.014 s behind it: De Asha
     # & Buckley 2015 (abstract). Floor: that of the same outsole standing flat.
@@ -107,7 +107,7 @@ AMONG = R.third  # mask of the rows in which an event may be
 
 
 @register_jitable
-def _clearance(b: Any, row: int, recorded: int, out: Any, to: int, without: int) -> float:
+def _clearance(b: Doubles, row: int, recorded: int, out: Doubles, to: int, without: int) -> float:
     """Write a point's clearance, its phase, and that to the recorded one's; phase of its event, or −1."""
     swing, out[to] = 0, math.nan
     for k in range(int(b[S.first]), int(b[S.end])):
@@ -127,7 +127,7 @@ def _clearance(b: Any, row: int, recorded: int, out: Any, to: int, without: int)
 
 
 @register_jitable
-def _event(b: Any, row: int) -> float:
+def _event(b: Doubles, row: int) -> float:
     """Phase of a height's lowest local minimum while the foot passes fast [-]; −1 where there is none."""
     first = int(b[S.first])
     k = lowest_minimum(b, base(b, row) + first, base(b, AMONG) + first, int(b[S.end]) - first)
@@ -135,7 +135,7 @@ def _event(b: Any, row: int) -> float:
 
 
 @register_jitable
-def lowest_minimum(b: Any, height: int, among: int, count: int) -> int:
+def lowest_minimum(b: Doubles, height: int, among: int, count: int) -> int:
     """Row of a height's lowest local minimum, of those where `among` is not 0; −1 where there is none."""
     near, found = max(1, round(NEAR * count)), -1
     for k in range(1, count - 1):

@@ -3,9 +3,8 @@
 import functools
 from collections.abc import Container, Iterable
 from dataclasses import asdict, dataclass
-from typing import Any
 
-from afo_sim.common import assets
+from afo_sim.common import JsonDict, assets
 from afo_sim.metrics.answer import listed
 
 KINDS = {  # metric: the kind of measured value that tells what its band is worth
@@ -52,7 +51,7 @@ def coverage(metric: str) -> Coverage | None:
     return coverages().get(KINDS.get(metric, ""))
 
 
-def counts(metrics: Iterable[str]) -> dict[str, dict[str, Any]]:
+def counts(metrics: Iterable[str]) -> dict[str, JsonDict]:
     """Of each metric that has a kind, for files."""
     return {name: asdict(found) for name in metrics if (found := coverage(name))}
 

@@ -1,8 +1,8 @@
 """How a foot meets the floor: with heel, flat or forefoot first, and how hard it slaps down after that."""
 
 import math
-from typing import Any
 
+from afo_sim.common import Doubles
 from afo_sim.metrics import peak
 from afo_sim.metrics.facts import Run
 from afo_sim.metrics.kernel import R, S, base, kernel
@@ -36,7 +36,7 @@ def laid(run: Run) -> Found:
     of=Of.STRIDE,
 )
 @kernel(*LEVEL, R.velocity)
-def contact(b: Any, out: Any) -> float:
+def contact(b: Doubles, out: Doubles) -> float:
     """Pitch at the heel strike that begins the stride, and the slap after it."""
     pitch = math.degrees(at(b, R.angle, 0.0) - at(b, R.shank, 0.0) - b[S.level])
     out[0] = pitch

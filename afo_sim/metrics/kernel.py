@@ -8,16 +8,16 @@ import functools
 import math
 from collections import namedtuple
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from typing import Any, NamedTuple, TypeVar
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
-from afo_sim.common import user_cache
+from afo_sim.common import Doubles, Function, NamedNumbers, user_cache
 from afo_sim.gait import norm
 from afo_sim.metrics.metric import REPORTED, load_all
 from afo_sim.physics import compiled_functions, register_jitable
 
-K = TypeVar("K", bound=Callable[..., Any])
+K = TypeVar("K", bound=Function)
 SILENT = -math.inf  # of a metric that is not said; NaN is one that is undefined
 BEYOND = 3  # places behind a row's last number, for windows that end there
 RECORDED_FORCE = "gait/ground_force_z"  # a column only where the foot is in contact with a floor
@@ -39,7 +39,7 @@ ROWS: dict[str, tuple[str, ...]] = dict.fromkeys(COMPUTED, ()) | {
     "chambers": ("valve/{}_inlet/mass_flow", "chamber/{}/pressure"),  # two rows of each chamber,
     "valves": ("valve/{}/switches", "valve/{}/coil"),  # and behind them two of each valve
 }  # fmt: skip
-R: Any = namedtuple("R", ROWS)(*range(len(ROWS)))
+R: NamedNumbers = namedtuple("R", ROWS)(*range(len(ROWS)))
 # Numbers of a stride's block; rows are counted from the first one in it.
 #   count : rows of the recording; first, end : the stride's own; number : of the stride; timestep [s]
 #   mass : of the body [kg]; density : of the gas at ANR [kg/m³]; cycles : that share what is counted
@@ -51,11 +51,11 @@ _NUMBERS = (
     "count first end number timestep mass density cycles start stop duration toe_off upright begun fastest "
     "level chambers valves norm rows table"
 )
-S: Any = namedtuple("S", _NUMBERS)(*range(len(_NUMBERS.split())))  # type: ignore[misc]
+S: NamedNumbers = namedtuple("S", _NUMBERS.split())(*range(len(_NUMBERS.split())))
 N_COMPUTED, NUMBERS = len(COMPUTED), 6  # numbers before the rows of `call`
 
 _SOURCES = user_cache.checksum(rooms=("gait", "metrics"))  # now, with the import, as that of other rooms
-READS: dict[Callable[..., Any], frozenset[int]] = {}  # rows of columns that each kernel reads
+READS: dict[Function, frozenset[int]] = {}  # rows of columns that each kernel reads
 
 
 def kernel(*reads: int) -> Callable[[K], K]:
@@ -69,7 +69,7 @@ def kernel(*reads: int) -> Callable[[K], K]:
 
 
 @functools.cache
-def compiled() -> dict[Callable[..., Any], Any]:
+def compiled() -> dict[Function, Function]:
     """C functions of all kernels, compiled once and kept."""
     load_all()
     own = [function for function in READS if function.__module__.startswith("afo_sim.")]
@@ -78,7 +78,7 @@ def compiled() -> dict[Callable[..., Any], Any]:
     return dict(zip(own, found, strict=True))
 
 
-def call(function: Callable[..., Any], numbers: Sequence[float], rows: Any, size: int = 1) -> np.ndarray:
+def call(function: Function, numbers: Sequence[float], rows: Doubles, size: int = 1) -> np.ndarray:
     """What a kernel writes of rows of one length; its block begins with their length and some numbers."""
     values = np.array(rows, float, ndmin=2)
     b, out = np.zeros(NUMBERS + values.size), np.empty(size)
@@ -88,7 +88,7 @@ def call(function: Callable[..., Any], numbers: Sequence[float], rows: Any, size
 
 
 @register_jitable
-def base(b: Any, row: int) -> int:
+def base(b: Doubles, row: int) -> int:
     """Place of a row in a block."""
     length = int(b[S.count]) + BEYOND
     if row < N_COMPUTED:
@@ -97,7 +97,7 @@ def base(b: Any, row: int) -> int:
 
 
 @register_jitable
-def has(b: Any, row: int) -> bool:
+def has(b: Doubles, row: int) -> bool:
     """Whether the recording has the column; the row of one that it has not is no number throughout."""
     return b[S.table + row] > 0.0
 
@@ -120,7 +120,7 @@ def _layout(reads: frozenset[int], names: tuple[str, ...]) -> tuple[tuple[str, .
     return tuple(found.values()), head
 
 
-def columns_read(function: Callable[..., Any], names: tuple[str, ...]) -> tuple[str, ...]:
+def columns_read(function: Function, names: tuple[str, ...]) -> tuple[str, ...]:
     """The columns that a kernel reads, of those that a recording has."""
     return _layout(READS[function], names)[0]
 
@@ -129,15 +129,15 @@ class Plan(NamedTuple):
     """What is called for metrics of a stride."""
 
     reads: frozenset[int]  # rows
-    calls: tuple[tuple[Any, int], ...]  # kernels, and where each writes [bytes]
+    calls: tuple[tuple[Function, int], ...]  # kernels, and where each writes [bytes]
     names: tuple[str, ...]  # of the numbers that they write
-    others: tuple[Callable[..., Any], ...]  # functions that are no kernels
+    others: tuple[Function, ...]  # functions that are no kernels
 
 
 @functools.lru_cache(maxsize=64)
-def plan(functions: tuple[Callable[..., Any], ...], names: tuple[str, ...]) -> Plan:
+def plan(functions: tuple[Function, ...], names: tuple[str, ...]) -> Plan:
     """Of functions that report metrics, and the names of a recording's columns."""
-    calls: list[tuple[Any, int]] = []
+    calls: list[tuple[Function, int]] = []
     told: list[str] = []
     reads: frozenset[int] = frozenset()
     for function in filter(READS.__contains__, functions):
@@ -164,7 +164,7 @@ def block(
     return b
 
 
-def told(calls: Collection[tuple[Any, int]], b: np.ndarray, size: int) -> list[float]:
+def told(calls: Collection[tuple[Function, int]], b: np.ndarray, size: int) -> list[float]:
     """What C functions of kernels write of a block, each from its place on [bytes]."""
     out = np.empty(size)
     out.fill(SILENT)

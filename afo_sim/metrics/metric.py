@@ -9,10 +9,10 @@ import pkgutil
 from collections.abc import Callable, Collection, Iterable, Iterator
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Any, NoReturn, Self, TypeVar
+from typing import NoReturn, Self, TypeVar
 
 from afo_sim import metrics
-from afo_sim.common import InputError, Lazy, in_unit, nearest_name, parse_quantity
+from afo_sim.common import Function, Given, InputError, Lazy, in_unit, nearest_name, parse_quantity
 
 CLEARANCE, CONTACT, ANKLE = "Clearance in swing", "Initial contact and loading", "Angle"
 PUSH_OFF = "Push-off"
@@ -105,19 +105,19 @@ class Metric(float):
     def __ne__(self, other: object) -> bool:
         return not self == other
 
-    def __lt__(self, other: Any) -> bool:
+    def __lt__(self, other: Given) -> bool:
         return float(self) < self._other(other)
 
-    def __le__(self, other: Any) -> bool:
+    def __le__(self, other: Given) -> bool:
         return float(self) <= self._other(other)
 
-    def __gt__(self, other: Any) -> bool:
+    def __gt__(self, other: Given) -> bool:
         return float(self) > self._other(other)
 
-    def __ge__(self, other: Any) -> bool:
+    def __ge__(self, other: Given) -> bool:
         return float(self) >= self._other(other)
 
-    def _other(self, other: Any) -> Any:
+    def _other(self, other: Given) -> Given:
         """The other side of a comparison, in this unit."""
         if isinstance(other, Metric):
             return float(other) if other.unit == self.unit else float(other.to(self.unit))
@@ -175,8 +175,8 @@ class MetricEntry:
 
 
 METRICS: dict[str, MetricEntry] = {}
-REPORTED: dict[Callable[..., Any], list[MetricEntry]] = {}  # by the function that reports them
-Reports = TypeVar("Reports", bound=Callable[..., Any])
+REPORTED: dict[Function, list[MetricEntry]] = {}  # by the function that reports them
+Reports = TypeVar("Reports", bound=Function)
 
 
 def reported(
@@ -310,7 +310,7 @@ def told(problem: str, name: str) -> str:
     return f"{problem} any more ({found[1]})" if found else problem
 
 
-def no_metric(problem: str, name: str, names: Iterable[str], **at: Any) -> InputError:
+def no_metric(problem: str, name: str, names: Iterable[str], **at: Given) -> InputError:
     """An error for a metric that is none of `names`; `at` as InputError has it."""
     return InputError(told(problem, name), value=name, nearest=instead(name, names), **at)
 

@@ -2,10 +2,10 @@
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
+from afo_sim.common import Doubles
 from afo_sim.metrics import peak
 from afo_sim.metrics.heel_contact import LOADING
 from afo_sim.metrics.kernel import R, S, base, has, kernel
@@ -75,7 +75,7 @@ def needs(stride: Stride) -> list[Need]:
     of=Of.STRIDE,
 )  # fmt: skip
 @kernel(R.force, R.shank, R.needed, R.tissue)
-def torque_deficit(b: Any, out: Any) -> float:
+def torque_deficit(b: Doubles, out: Doubles) -> float:
     """Torque that the patient lacks in the healthy ankle's motion."""
     # Perry & Burnfield 2010: initial and mid swing end, and terminal swing begins, with the upright shank
     if not has(b, R.needed):  # a patient's own walk: no healthy ankle is known of it
@@ -114,7 +114,7 @@ def torque_deficit(b: Any, out: Any) -> float:
     of=Of.WORN,
 )
 @kernel(R.force, R.shank, R.orthosis, R.needed)
-def torque_given(b: Any, out: Any) -> float:
+def torque_given(b: Doubles, out: Doubles) -> float:
     """Torque of the orthosis about the ankle, and how much of the need it covers."""
     first, end, own, lacked = int(b[S.first]), int(b[S.end]), base(b, R.orthosis), base(b, R.needed)
     missing, unneeded = base(b, R.one), base(b, R.other)
@@ -143,7 +143,7 @@ def torque_given(b: Any, out: Any) -> float:
     of=Of.WORN,
 )
 @kernel(R.inversion)
-def inversion(b: Any, out: Any) -> float:
+def inversion(b: Doubles, out: Doubles) -> float:
     """Greatest moments to the inside and to the outside in a stride, positive numbers."""
     if has(b, R.inversion):
         out[0], out[1] = peak.peak(b, R.inversion, 1.0), peak.peak(b, R.inversion, -1.0)
@@ -160,7 +160,7 @@ def inversion(b: Any, out: Any) -> float:
     of=Of.WORN,
 )
 @kernel(R.orthosis, R.angle, R.healthy_moment, R.healthy_angle)
-def work_given(b: Any, out: Any) -> float:
+def work_given(b: Doubles, out: Doubles) -> float:
     """Work of the orthosis on the ankle, torque over angle; taken power is positive."""
     given, taken, steps = work(b, R.orthosis, R.angle, b[S.start], b[S.stop])
     out[0], out[1] = given, 0.0 - taken
@@ -172,7 +172,7 @@ def work_given(b: Any, out: Any) -> float:
 
 @register_jitable
 def work(
-    b: Any, torque: int, angle: int, start: float, end: float, least: float = -np.inf
+    b: Doubles, torque: int, angle: int, start: float, end: float, least: float = -np.inf
 ) -> tuple[float, float, int]:
     """Work of a torque in a window [J/kg]: given, taken, steps; its power goes to the row `one` [W/kg]."""
     count, n = int(b[S.count]), places(start, end)
@@ -211,7 +211,7 @@ HELD = "the verdict compares it with the scenario's limits"
     of=Of.STRIDE,
 )  # fmt: skip
 @kernel(R.force, R.angle, R.healthy_angle)
-def push_off(b: Any, out: Any) -> float:
+def push_off(b: Doubles, out: Doubles) -> float:
     """Range of the ankle, and its plantarflexion at toe-off, beside those of the recorded ankle."""
     first, n, stance = int(b[S.first]), int(b[S.end]) - int(b[S.first]), 0
     while stance < n and b[base(b, R.phase) + first + stance] < b[S.toe_off]:
@@ -237,7 +237,7 @@ def push_off(b: Any, out: Any) -> float:
     of=Of.WORN,
 )  # fmt: skip
 @kernel(R.force, R.orthosis, R.angle)
-def against_push_off(b: Any, out: Any) -> float:
+def against_push_off(b: Doubles, out: Doubles) -> float:
     """Dorsiflexion torque of the orthosis in push-off, and the work that it takes from plantarflexion."""
     start, end = edge(b, HEEL_RISE), edge(b, b[S.toe_off])
     out[0] = peak.peak_within(b, R.orthosis, start, end, 1.0)
@@ -260,7 +260,7 @@ GIVEN = f"of its plantarflexion torque, {OVER}"
     of=Of.WORN,
 )  # fmt: skip
 @kernel(R.force, R.orthosis, R.angle, R.healthy_moment, R.healthy_angle)
-def for_push_off(b: Any, out: Any) -> float:
+def for_push_off(b: Doubles, out: Doubles) -> float:
     """Plantarflexion torque of the orthosis in push-off, its work, and what it takes from dorsiflexion."""
     start, end = edge(b, HEEL_RISE), edge(b, b[S.toe_off])
     own, down = base(b, R.orthosis), base(b, R.other)

@@ -1,9 +1,8 @@
 """The peak of a signal as its largest mean over 10 ms: what a single instant shows may be an impact."""
 
-from typing import Any
-
 import numpy as np
 
+from afo_sim.common import Doubles
 from afo_sim.metrics.kernel import NUMBERS, R, S, base, call, kernel
 from afo_sim.metrics.window import mean
 from afo_sim.physics import register_jitable
@@ -26,7 +25,7 @@ def positive(value: float) -> float:
 
 
 @register_jitable
-def greatest(b: Any, start: int, count: int, sign: float) -> float:
+def greatest(b: Doubles, start: int, count: int, sign: float) -> float:
     """The greatest of ± some numbers; no number where one is none."""
     most = -np.inf
     for k in range(start, start + count):
@@ -36,7 +35,7 @@ def greatest(b: Any, start: int, count: int, sign: float) -> float:
 
 
 @register_jitable
-def highest(b: Any, start: int, count: int, length: float, sign: float) -> float:
+def highest(b: Doubles, start: int, count: int, length: float, sign: float) -> float:
     """Largest mean of ± a signal over `length` steps that begin or end at a row, straight between rows."""
     if count < 2:
         return sign * b[start] if count else 0.0
@@ -59,7 +58,7 @@ def highest(b: Any, start: int, count: int, length: float, sign: float) -> float
 
 
 @register_jitable
-def highest_step(b: Any, start: int, count: int, length: float, sign: float) -> float:
+def highest_step(b: Doubles, start: int, count: int, length: float, sign: float) -> float:
     """Largest mean over `length` steps of ± what is a mean over each step."""
     length = min(length, float(count))
     whole, most, area = int(length), -np.inf, 0.0
@@ -79,14 +78,14 @@ def highest_step(b: Any, start: int, count: int, length: float, sign: float) -> 
 
 
 @register_jitable
-def peak(b: Any, row: int, sign: float) -> float:
+def peak(b: Doubles, row: int, sign: float) -> float:
     """Peak over 10 ms of ± a row over the stride; at least zero."""
     first, length = int(b[S.first]), WINDOW / b[S.timestep]
     return positive(highest(b, base(b, row) + first, int(b[S.end]) - first, length, sign))
 
 
 @register_jitable
-def peak_within(b: Any, row: int, start: float, end: float, sign: float) -> float:
+def peak_within(b: Doubles, row: int, start: float, end: float, sign: float) -> float:
     """The same within a window; the mean of a shorter window, and 0 of an empty one."""
     at, count, length = base(b, row), int(b[S.count]), WINDOW / b[S.timestep]
     if end - start <= length:
@@ -100,13 +99,13 @@ def peak_within(b: Any, row: int, start: float, end: float, sign: float) -> floa
 
 
 @register_jitable
-def power_peak(b: Any, steps: int, sign: float) -> float:
+def power_peak(b: Doubles, steps: int, sign: float) -> float:
     """Peak over 10 ms of ± the power of steps that the row `one` begins with; at least zero."""
     return positive(highest_step(b, base(b, R.one), steps, WINDOW / b[S.timestep], sign))
 
 
 @kernel()
-def _peaks(b: Any, out: Any) -> float:
+def _peaks(b: Doubles, out: Doubles) -> float:
     out[0] = highest(b, NUMBERS, int(b[0]), b[1], 1.0)
     return 0.0
 

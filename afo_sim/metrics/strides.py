@@ -2,14 +2,13 @@
 
 import itertools
 import math
-from collections.abc import Callable, Container, Mapping
+from collections.abc import Container, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
-from afo_sim.common import GRAVITY, STANDARD_DENSITY
+from afo_sim.common import GRAVITY, STANDARD_DENSITY, Doubles, Function
 from afo_sim.gait import STANCE_FORCE, STANCE_SHARE
 from afo_sim.metrics.kernel import (
     N_COMPUTED,
@@ -40,7 +39,7 @@ INTERNAL = ("ankle/moment/passive", "ankle/moment/biological", ORTHOSIS)  # the 
 
 
 @register_jitable
-def below(b: Any, start: int, count: int, value: float) -> int:
+def below(b: Doubles, start: int, count: int, value: float) -> int:
     """Which of rising numbers is the last one that is no greater than a value, or the last but one."""
     low, high = 0, count - 1
     while high - low > 1:
@@ -53,7 +52,7 @@ def below(b: Any, start: int, count: int, value: float) -> int:
 
 
 @register_jitable
-def place(b: Any, phase: float) -> float:
+def place(b: Doubles, phase: float) -> float:
     """Where a phase lies among the rows; beyond the last row as the last step goes on."""
     way = base(b, R.phase)
     k = below(b, way, int(b[S.count]), phase)
@@ -62,7 +61,7 @@ def place(b: Any, phase: float) -> float:
 
 
 @register_jitable
-def edge(b: Any, phase: float) -> float:
+def edge(b: Doubles, phase: float) -> float:
     """The same of a window's start or end: on a row, if it is close to it."""
     found = place(b, phase)
     near = float(int(found + 0.5))
@@ -70,13 +69,13 @@ def edge(b: Any, phase: float) -> float:
 
 
 @register_jitable
-def at(b: Any, row: int, phase: float) -> float:
+def at(b: Doubles, row: int, phase: float) -> float:
     """A row at a phase from 0 to 1, linear between its values."""
     return row_at(b, base(b, row), int(b[S.count]), place(b, phase))
 
 
 @register_jitable
-def _smallest(b: Any, low: int, high: int, k: int) -> float:
+def _smallest(b: Doubles, low: int, high: int, k: int) -> float:
     """The k-th smallest of some numbers, which change places (Hoare 1961, doi 10.1145/366622.366647)."""
     while low < high:
         pivot, i, j = b[(low + high) // 2], low, high
@@ -93,7 +92,7 @@ def _smallest(b: Any, low: int, high: int, k: int) -> float:
 
 
 @register_jitable
-def quantile(b: Any, first: int, count: int, share: float) -> float:
+def quantile(b: Doubles, first: int, count: int, share: float) -> float:
     """Quantile of some numbers, which change places: linear between the nearest of their order."""
     if count == 0:
         return np.nan
@@ -109,7 +108,7 @@ LEVEL = R.angle, R.shank, R.pitch
 
 
 @kernel(R.time, R.stride, R.cycle)
-def events(b: Any, out: Any) -> float:
+def events(b: Doubles, out: Doubles) -> float:
     """Write what the metrics of a stride share: numbers of its block, and the rows that are computed."""
     # who needs `toe_off` reads R.force besides, `upright` R.force and R.shank, `level` LEVEL, others SWING
     first, end, lean, force = int(b[S.first]), int(b[S.end]), base(b, R.shank), base(b, R.force)
@@ -178,7 +177,7 @@ class Stride:
         """The stride's rows with one more on either side."""
         return slice(max(self.rows.start - 1, 0), self.rows.stop + 1)
 
-    def values(self, functions: tuple[Callable[..., Any], ...]) -> dict[str, float]:
+    def values(self, functions: tuple[Function, ...]) -> dict[str, float]:
         """What functions of the registry report of it, by name; NaN where one is undefined."""
         planned = plan((events, *functions), tuple(self.columns))
         b, names = self._block(planned.reads), tuple(self.columns)

@@ -6,10 +6,10 @@ again; a venting is the other way round. A 3/2 valve vents from where its coil h
 
 import math
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 
+from afo_sim.common import Doubles
 from afo_sim.metrics.air_per_stride import SET
 from afo_sim.metrics.facts import Run
 from afo_sim.metrics.kernel import NUMBERS, R, S, base, call, chambers, has, kernel, valves
@@ -22,7 +22,7 @@ SECONDS = 3600.0  # of an hour
 
 
 @register_jitable
-def _rise(b: Any, coil: int, counts: int, count: int, k: int) -> float:
+def _rise(b: Doubles, coil: int, counts: int, count: int, k: int) -> float:
     """How often a coil is switched on in a row's step: by what its drive counts, else (−1) by its current."""
     if counts >= 0:
         return max(b[counts + k + 1] - b[counts + k], 0.0) if k + 1 < count else 0.0
@@ -30,7 +30,7 @@ def _rise(b: Any, coil: int, counts: int, count: int, k: int) -> float:
 
 
 @kernel()
-def _rises(b: Any, out: Any) -> float:
+def _rises(b: Doubles, out: Doubles) -> float:
     for k in range(int(b[0])):
         out[k] = _rise(b, NUMBERS, NUMBERS if b[1] else -1, int(b[0]), k)
     return 0.0
@@ -45,7 +45,7 @@ def rises(columns: Mapping[str, np.ndarray], valve: str) -> np.ndarray:
 
 @reported(AIR, ("switches_per_stride_{}", "", "Switchings per stride, {}", ON), of=Of.WORN)
 @kernel(R.valves)
-def switching(b: Any, out: Any) -> float:
+def switching(b: Doubles, out: Doubles) -> float:
     """Switchings of each valve in a stride."""
     for valve in range(int(b[S.valves])):
         row, out[valve] = R.chambers + 2 * int(b[S.chambers]) + 2 * valve, 0.0
@@ -128,7 +128,7 @@ def is_filling(metric: str) -> bool:
 
 
 @kernel()
-def _fills(b: Any, out: Any) -> float:
+def _fills(b: Doubles, out: Doubles) -> float:
     """Longest filling and venting, each until the other begins; ∞ where one of them falls short."""
     # One whose pressure is there as it begins does not count, nor one that the last row cuts short.
     n, at = int(b[0]), NUMBERS

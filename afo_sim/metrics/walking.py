@@ -10,13 +10,12 @@ reports stands in the modules of its subjects: clearance, push-off, torque, air,
 
 import functools
 import math
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from afo_sim.common import STANDARD_DENSITY, Notice
+from afo_sim.common import STANDARD_DENSITY, Doubles, Function, Notice
 from afo_sim.metrics.kernel import R, S, base, chambers, kernel
 from afo_sim.metrics.metric import (
     ANKLE,
@@ -150,7 +149,7 @@ def stride_metric(stride: Stride, name: str) -> float:
 
 
 @functools.lru_cache(maxsize=64)  # cases of a sweep have the same columns
-def _functions(columns: tuple[str, ...]) -> tuple[Callable[..., Any], ...]:
+def _functions(columns: tuple[str, ...]) -> tuple[Function, ...]:
     return functions_of(*((Of.STRIDE, Of.WORN) if has_orthosis(columns) else (Of.STRIDE,)))
 
 
@@ -166,7 +165,7 @@ def has_orthosis(columns: Iterable[str]) -> bool:
     of=Of.STRIDE,
 )
 @kernel(R.force)
-def _timing(b: Any, out: Any) -> float:
+def _timing(b: Doubles, out: Doubles) -> float:
     """Durations of the stride and of its stance."""
     out[0], out[1] = b[S.duration], 100.0 * b[S.toe_off]
     return 0.0
@@ -187,7 +186,7 @@ def _timing(b: Any, out: Any) -> float:
     of=Of.STRIDE,
 )  # fmt: skip
 @kernel(R.force, *LEVEL, R.healthy_angle)
-def _ankle(b: Any, out: Any) -> float:
+def _ankle(b: Doubles, out: Doubles) -> float:
     """Ankle angle of the stride, and its distance from the recorded walker and from the norm."""
     first, end, toe_off = int(b[S.first]), int(b[S.end]), b[S.toe_off]
     way, own, recorded = base(b, R.phase), base(b, R.angle), base(b, R.healthy_angle)
@@ -214,7 +213,7 @@ def _ankle(b: Any, out: Any) -> float:
 
 
 @register_jitable
-def _norm(b: Any, phase: float) -> float:
+def _norm(b: Doubles, phase: float) -> float:
     """Ankle angle of the norm, of a foot that stands flat under an upright shank at `level` [rad]."""
     norm, turned = int(b[S.norm]) + 1, phase - 1.0 if phase >= 1.0 else max(phase, 0.0)
     count = int(b[norm - 1])

@@ -2,10 +2,10 @@
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
+from afo_sim.common import Doubles
 from afo_sim.metrics.kernel import NUMBERS, call, kernel
 from afo_sim.physics import register_jitable
 
@@ -19,7 +19,7 @@ def rectified(value: float) -> float:
 
 
 @register_jitable
-def row_at(b: Any, base: int, count: int, place: float) -> float:
+def row_at(b: Doubles, base: int, count: int, place: float) -> float:
     """A row's value at a place from 0 on, straight between two, beyond the last as there."""
     if place >= count - 1.0:
         return b[base + count - 1]
@@ -40,7 +40,7 @@ def place_of(start: float, end: float, k: int) -> float:
 
 
 @register_jitable
-def mean(b: Any, base: int, count: int, start: float, end: float) -> float:
+def mean(b: Doubles, base: int, count: int, start: float, end: float) -> float:
     """Mean of a row over a window; 0 where it is empty."""
     area, at, before = 0.0, start, row_at(b, base, count, start)
     for k in range(1, places(start, end)):
@@ -68,14 +68,14 @@ def crossed(before: float, at: float, value_before: float, value: float) -> floa
 
 
 @kernel()
-def _part(b: Any, out: Any) -> float:
+def _part(b: Doubles, out: Doubles) -> float:
     for k in range(places(b[1], b[2])):
         out[k] = row_at(b, NUMBERS, int(b[0]), place_of(b[1], b[2], k))
     return 0.0
 
 
 @kernel()
-def _shares(b: Any, out: Any) -> float:
+def _shares(b: Doubles, out: Doubles) -> float:
     for k in range(int(b[2])):
         out[k] = share(int(b[1]) + k, int(b[1]), int(b[1] + b[2]) - 1, b[3], b[4])
     return 0.0

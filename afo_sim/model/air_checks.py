@@ -2,8 +2,7 @@
 
 import functools
 import math
-from collections.abc import Callable, Iterator, Mapping
-from typing import Any
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
@@ -14,6 +13,8 @@ from afo_sim.common import (
     HEAT_CAPACITY_RATIO,
     STANDARD_DENSITY,
     InputError,
+    JsonMapping,
+    Keywords,
     Notice,
     in_unit,
 )
@@ -55,7 +56,7 @@ def _of_device(orthosis: Orthosis) -> tuple[tuple[Notice, ...], tuple[Notice, ..
         if tube is not None and length is not None and length > LONG_TUBE:
             text = "the tube of {subject} is {length:.3g} m long: tubes have no delay here, and sound takes "
             text += "{delay} through it (2.9 ms/m); they are tested to 2 m"
-            data: dict[str, Any] = {"length": length, "delay": _ms(tube.delay(length))}
+            data: Keywords = {"length": length, "delay": _ms(tube.delay(length))}
             long.append(Notice("tube-long", text, subject=where, **data))
     return tuple(_lost(orthosis)), tuple(long)
 
@@ -104,7 +105,7 @@ def _pressures(scenario: Scenario) -> Iterator[Notice]:
             continue
         (low, high), pressure = valve.working_pressure, highest.get(before, 0.0)
         has = "valve {subject} ({valve}) has {shown} before it, "
-        data: dict[str, Any] = {
+        data: Keywords = {
             "low": low,
             "high": high,
             "valve": valve.name or "unnamed",
@@ -164,7 +165,7 @@ def _shortest(scenario: Scenario) -> dict[str, float]:
     controller = scenario.controller
     clock = scenario.timer or (controller.timer if controller is not None else None)
     found: dict[str, float] = {}
-    tables: Mapping[str, Any]
+    tables: JsonMapping
     if controller is not None and controller.pid is not None and controller.pid.pressures is None:
         named, period = controller.pid.named.values(), 1.0 / controller.rate
         return {f"{name}_{side}": period for name in named for side in ("inlet", "outlet")}

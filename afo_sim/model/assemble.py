@@ -10,13 +10,13 @@ import dataclasses
 import functools
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any, Self
+from typing import Self
 
 import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common import GRAVITY, InputError
+from afo_sim.common import GRAVITY, InputError, Mixed
 from afo_sim.description import Described, MuscleGroup, Scenario
 from afo_sim.model.foot import Foot, foot_of
 from afo_sim.model.inversion import SideArms
@@ -167,7 +167,7 @@ class Geometry:
 class _Seen:
     """All that is compiled of a scenario, and the scenario."""
 
-    compiled: tuple[Any, ...]
+    compiled: tuple[Mixed, ...]
     scenario: Scenario = field(compare=False)
     circuit: native.Circuit = field(compare=False)
     size: Size = field(compare=False)
@@ -210,7 +210,7 @@ def _asked(asked: _Seen) -> Geometry:
     return _kept(dataclasses.replace(asked, compiled=seen))
 
 
-def _values(described: Described, without: tuple[str, ...] = NOT_COMPILED) -> tuple[Any, ...]:
+def _values(described: Described, without: tuple[str, ...] = NOT_COMPILED) -> tuple[object, ...]:
     """The values of a description and of its parts."""
     return tuple(
         _values(value) if isinstance(value, Described) else value
@@ -219,7 +219,7 @@ def _values(described: Described, without: tuple[str, ...] = NOT_COMPILED) -> tu
     )
 
 
-def _path(group: MuscleGroup) -> tuple[Any, ...]:
+def _path(group: MuscleGroup) -> tuple[object, ...]:
     """What is compiled of a muscle group; its length over a pulley only for pictures."""
     muscle = group.type
     drawn = muscle.end_length - group.series_length if group.pulley is not None else 0.0

@@ -7,13 +7,12 @@ import itertools
 import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common import InputError, Notice, Shown
+from afo_sim.common import InputError, JsonMapping, Notice, Shown
 from afo_sim.description import Orthosis, Scenario, load
 from afo_sim.gait import STANCE_FORCE
 from afo_sim.model import time_step_limits
@@ -73,7 +72,7 @@ class Built(Shown):
     side_arms: SideArms | None = None
     spare: list[mujoco.MjModel] = field(default_factory=list)
 
-    def __reduce__(self) -> tuple[Any, ...]:
+    def __reduce__(self) -> tuple[object, ...]:
         return build, (self.scenario,)  # its spec cannot be pickled
 
     @property
@@ -113,7 +112,7 @@ class Built(Shown):
 
 
 def build(
-    scenario: str | os.PathLike[str] | Scenario | Mapping[str, Any], sets: Mapping[str, Any] | None = None
+    scenario: str | os.PathLike[str] | Scenario | JsonMapping, sets: Mapping[str, object] | None = None
 ) -> Built:
     """Compile a scenario: put the orthosis on the leg and check what only the compiled model can tell.
 

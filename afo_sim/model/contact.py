@@ -23,13 +23,13 @@ import functools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common import GRAVITY, InputError, Notice
+from afo_sim.common import GRAVITY, Doubles, InputError, Keywords, Notice
 from afo_sim.description import Ground
 from afo_sim.model.foot import TOE_POINTS, Foot, turned
 from afo_sim.model.outsole import BEARING, padded
@@ -207,8 +207,9 @@ def _run(kernel: Callable[..., float], number: float, steps: int, pads: int, *ar
 
 
 def _carried(
-    damping: float, steps: int, pads: int, pressed: Any, stands: Any, height: Any, velocity: Any,
-    ahead: Any, lever: Any, stiffness: Any, floor: Any, load: Any, borne: Any,
+    damping: float, steps: int, pads: int, pressed: Doubles, stands: Doubles, height: Doubles,
+    velocity: Doubles, ahead: Doubles, lever: Doubles, stiffness: Doubles, floor: Doubles, load: Doubles,
+    borne: Doubles,
 ) -> float:  # fmt: skip
     """Floor and load of each pad; of all force, its moments about ankle and toes' hinge, what is lost."""
     for k in range(steps):
@@ -243,7 +244,7 @@ def _lost(force: np.ndarray, phase: np.ndarray, fastest: float) -> tuple[Notice,
     )
     enough = (1.0 - FASTEST) / max(fastest, 1e-3)  # loses nothing
     hundredth = math.floor(100.0 * enough) / 100.0
-    told: dict[str, Any] = {"lost": most, "phase": at, "damping": hundredth}
+    told: Keywords = {"lost": most, "phase": at, "damping": hundredth}
     return (Notice("ground-force-lost", text, subject="ground.damping", **told),)
 
 
@@ -264,8 +265,9 @@ def _placed_pads(walk: Walk, foot: Foot) -> tuple[np.ndarray, ...]:
 
 
 def _placed(
-    _: float, steps: int, pads: int, p: Any, points: Any, cosine: Any, sine: Any, toe_cosine: Any,
-    toe_sine: Any, z: Any, pitch: Any, toe: Any, ahead: Any, height: Any, lever: Any, velocity: Any,
+    _: float, steps: int, pads: int, p: Doubles, points: Doubles, cosine: Doubles, sine: Doubles,
+    toe_cosine: Doubles, toe_sine: Doubles, z: Doubles, pitch: Doubles, toe: Doubles, ahead: Doubles,
+    height: Doubles, lever: Doubles, velocity: Doubles,
 ) -> float:  # fmt: skip
     for k in range(steps):
         c, s, toe_c, toe_s = cosine[k + 1], sine[k + 1], toe_cosine[k + 1], toe_sine[k + 1]
@@ -292,7 +294,9 @@ def shares(place: np.ndarray, ahead: np.ndarray, height: np.ndarray, taller: flo
     return found
 
 
-def _shared(taller: float, steps: int, pads: int, place: Any, ahead: Any, height: Any, found: Any) -> float:
+def _shared(
+    taller: float, steps: int, pads: int, place: Doubles, ahead: Doubles, height: Doubles, found: Doubles
+) -> float:
     for k in range(steps):
         i = k * pads + (0 if place[k] < ahead[k * pads + 1] else 1)
         front = (place[k] - ahead[i]) / max(ahead[i + 1] - ahead[i], 1e-6)
@@ -316,7 +320,7 @@ def standing(over: np.ndarray, ramp: float) -> np.ndarray:
     return found
 
 
-def _stands(ramp: float, steps: int, pads: int, over: Any, found: Any) -> float:
+def _stands(ramp: float, steps: int, pads: int, over: Doubles, found: Doubles) -> float:
     for pad in range(pads):
         edge = -math.inf  # where the load begins or ends, the last one so far
         for k in range(steps):

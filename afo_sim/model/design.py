@@ -4,9 +4,8 @@ import os
 import pathlib
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
-from afo_sim.common import LEAST_NUMBER, InputError, Shown, assets, parse_quantity, unique, unknown
+from afo_sim.common import LEAST_NUMBER, InputError, JsonDict, Shown, assets, parse_quantity, unique, unknown
 from afo_sim.description import Orthosis, Scenario, load
 from afo_sim.model.build import Built, build, check_description
 from afo_sim.model.leg_shapes import ThroughLeg, through_leg
@@ -67,7 +66,7 @@ def design_of(built: Built, pressure: float | None = None) -> Design:
 
 def scenario_of(source: Source, leg: str | None = None) -> Scenario:
     """The scenario of an orthosis: its own where a scenario is given, else one of sitting with it."""
-    sets: dict[str, Any] = {} if leg is None else {"leg": leg}
+    sets: JsonDict = {} if leg is None else {"leg": leg}
     if isinstance(source, Scenario):
         return source.set(sets) if sets else source
     if isinstance(source, Orthosis):
@@ -96,7 +95,7 @@ def scenario_of(source: Source, leg: str | None = None) -> Scenario:
 
 
 def _around(
-    value: str | Orthosis, orthosis: Orthosis, sets: Mapping[str, Any] = {}, home: str = SITTING
+    value: str | Orthosis, orthosis: Orthosis, sets: Mapping[str, object] = {}, home: str = SITTING
 ) -> Scenario:
     """A scenario with an orthosis that cannot run alone; every chamber is filled for 4 s of 8."""
     timer = {"period": "8 s"} | {name: {"inlet": [["0 s", "4 s"]]} for name in orthosis.chamber}

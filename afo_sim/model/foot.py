@@ -12,13 +12,13 @@ import functools
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, Self
+from typing import Self
 
 import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common import GRAVITY, InputError, unknown
+from afo_sim.common import GRAVITY, Foreign, InputError, unknown
 from afo_sim.description import Leg, Scenario
 from afo_sim.gait import Wave
 from afo_sim.gait.toe_extension import toe_extension
@@ -252,7 +252,7 @@ def _extended(swing: float, wave: Wave) -> np.ndarray:
     return toe_extension(swing)(wave)
 
 
-def check_name(name: str, existing: Sequence[Any], file: object, field: str) -> None:
+def check_name(name: str, existing: Sequence[Foreign], file: object, field: str) -> None:
     """Refuse a name that no body or joint of a leg's file has."""
     names = [element.name for element in existing if element.name]
     if name not in names:

@@ -6,13 +6,13 @@ import pathlib
 import re
 import shlex
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
 
 import mujoco
 import numpy as np
 
 from afo_sim import native
 from afo_sim.common import (
+    Foreign,
     InputError,
     check_regular,
     check_text,
@@ -96,7 +96,7 @@ def lengthen(spec: mujoco.MjSpec, taller: float) -> None:
             _times(joint, pos=taller, stiffness=taller, damping=damped, frictionloss=taller, armature=square)
 
 
-def _times(element: Any, **factors: float) -> None:
+def _times(element: Foreign, **factors: float) -> None:
     """Multiply what an element of a spec has."""
     for name, factor in factors.items():
         setattr(element, name, np.array(getattr(element, name)) * factor)

@@ -2,12 +2,11 @@
 
 import math
 from dataclasses import dataclass, field
-from typing import Any
 
 import mujoco
 import numpy as np
 
-from afo_sim.common import Notice
+from afo_sim.common import Foreign, Notice
 from afo_sim.description import JOINTS, WORN
 from afo_sim.model.build import Built
 from afo_sim.model.mounting import ANKLE, muscle_names
@@ -34,7 +33,7 @@ class LegShapes:
     model: mujoco.MjModel
     data: mujoco.MjData
     geoms: dict[int, str]
-    meshes: dict[int, Any] = field(default_factory=dict)
+    meshes: dict[int, Foreign] = field(default_factory=dict)
 
     def pose(self, ankle: float) -> None:
         """Turn the ankle to an angle [rad]."""

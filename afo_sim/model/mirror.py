@@ -7,12 +7,11 @@ right-handed: x forward, y left, z up.
 """
 
 from collections.abc import Iterable
-from typing import Any
 
 import mujoco
 import numpy as np
 
-from afo_sim.common import InputError
+from afo_sim.common import Foreign, InputError
 from afo_sim.description import Scenario
 
 PLACE = np.array([1.0, -1.0, 1.0])
@@ -70,13 +69,13 @@ def mirror_shapes(body: mujoco.MjsBody) -> None:
         element.fromto = _flipped(element.fromto, np.tile(PLACE, 2))
 
 
-def _mirror_pose(element: Any) -> None:
+def _mirror_pose(element: Foreign) -> None:
     """Mirror place and orientation of a body, frame, shape, site or camera."""
     element.pos = _flipped(element.pos, PLACE)
     _turn(element, "quat", "alt")
 
 
-def _turn(element: Any, name: str, instead: str) -> None:
+def _turn(element: Foreign, name: str, instead: str) -> None:
     """Mirror an orientation, which may be stated in another way than by a quaternion."""
     stated, quaternion = getattr(element, instead), np.array(getattr(element, name))
     if stated.type != mujoco.mjtOrientation.mjORIENTATION_QUAT:

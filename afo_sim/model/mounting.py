@@ -2,12 +2,12 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import mujoco
 import numpy as np
 
 from afo_sim import native
+from afo_sim.common import JsonDict, Keywords
 from afo_sim.description import MuscleGroup, Orthosis
 
 ANKLE = "ankle"
@@ -37,7 +37,7 @@ def chamber_of(muscle: str, group: MuscleGroup) -> str:
 
 
 # of a gain by the velocity: its input is a state, of which the callbacks give the rate
-GAIN_STATE: dict[str, Any] = {"actdim": 1, "actearly": True, "dyntype": mujoco.mjtDyn.mjDYN_USER}
+GAIN_STATE: Keywords = {"actdim": 1, "actearly": True, "dyntype": mujoco.mjtDyn.mjDYN_USER}
 
 
 def add_motor(
@@ -57,7 +57,7 @@ def add_motor(
     )
 
 
-def drawn(colour: Sequence[float], mass: float = 0.0) -> dict[str, Any]:
+def drawn(colour: Sequence[float], mass: float = 0.0) -> JsonDict:
     """What a shape is given that is there to be seen: it touches nothing."""
     return {"rgba": colour, "contype": 0, "conaffinity": 0, "mass": mass}
 

@@ -10,11 +10,10 @@ form. So the activation at an instant does not depend on the time step.
 import functools
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from afo_sim.common import GRAVITY
+from afo_sim.common import GRAVITY, Doubles
 from afo_sim.description import Patient, Scenario
 from afo_sim.gait import GaitCycle, Wave
 from afo_sim.model.foot import Foot, carried
@@ -73,7 +72,9 @@ def _borne(walk: Walk, centre: tuple[float, float]) -> np.ndarray:
     return carried(centre, walk.turn, walk.acceleration[:, :2] + (0.0, GRAVITY))
 
 
-def _bent_toes(out: Any, cosine: Any, sine: Any, bent: Any, acceleration: Any, p: Any, size: int) -> float:
+def _bent_toes(
+    out: Doubles, cosine: Doubles, sine: Doubles, bent: Doubles, acceleration: Doubles, p: Doubles, size: int
+) -> float:
     """What toes need since they are bent, into `out` (size,); all else has one sample before and after."""
     x0 = z0 = x1 = z1 = flat_x0 = flat_z0 = flat_x1 = flat_z1 = 0.0
     for k in range(size + 2):
@@ -211,7 +212,9 @@ def activated(time: np.ndarray, switches: np.ndarray, levels: np.ndarray) -> np.
     return given
 
 
-def _followed(given: Any, time: Any, switches: Any, levels: Any, lags: Any, size: int, count: int) -> float:
+def _followed(
+    given: Doubles, time: Doubles, switches: Doubles, levels: Doubles, lags: Doubles, size: int, count: int
+) -> float:
     """Both lags from event to event: a switch, or the first lag meeting the second, which turns round."""
     known, passed, begun = 0, 0, 0.0
     first = second = target = levels[0]
@@ -232,7 +235,7 @@ def _followed(given: Any, time: Any, switches: Any, levels: Any, lags: Any, size
 
 
 @register_jitable
-def _lags(first: float, second: float, target: float, lags: Any) -> tuple[float, float]:
+def _lags(first: float, second: float, target: float, lags: Doubles) -> tuple[float, float]:
     """Time constants of both lags [s], of its rise and its fall; a second one at the first follows it."""
     rises = target > first
     second_rises = rises if first == second else first > second
@@ -240,7 +243,7 @@ def _lags(first: float, second: float, target: float, lags: Any) -> tuple[float,
 
 
 @register_jitable
-def _settled(first: float, second: float, target: float, lags: Any, time: float) -> tuple[float, float]:
+def _settled(first: float, second: float, target: float, lags: Doubles, time: float) -> tuple[float, float]:
     """Both lags after a time in which neither turns round."""
     lag, second_lag = _lags(first, second, target, lags)
     gap, left = first - target, math.exp(-time / lag)
@@ -252,7 +255,7 @@ def _settled(first: float, second: float, target: float, lags: Any, time: float)
 
 
 @register_jitable
-def _meeting(first: float, second: float, target: float, lags: Any) -> float:
+def _meeting(first: float, second: float, target: float, lags: Doubles) -> float:
     """Time until the first lag, coming towards the second one, meets it [s]; infinite where it does not."""
     if (target - first) * (first - second) >= 0.0:
         return math.inf

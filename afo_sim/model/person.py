@@ -4,20 +4,20 @@ import functools
 import math
 import os
 import pathlib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import TypeVar
 
-from afo_sim.common import InputError, Notice, assets
+from afo_sim.common import InputError, JsonMapping, Mixed, Notice, assets
 from afo_sim.description import Gait, Ground, Provenance, Scenario, load
 from afo_sim.gait import Chain, GaitCycle, Walker, family, scaled, signs, stepped, uncompensated
 from afo_sim.gait import file as gait_file
 
 T = TypeVar("T")
 # What nothing switches, measures or compares: of a scenario of the leg alone.
-UNDRIVEN: Mapping[str, Any] = {
+UNDRIVEN: JsonMapping = {
     **dict.fromkeys(("reference", "start", "timer", "phases", "controller")),
     "drive": {},
     "sensor": {},
@@ -32,7 +32,7 @@ class Person:
     body_height: float
 
 
-_KNOWN: ContextVar[dict[Any, Any] | None] = ContextVar("known", default=None)
+_KNOWN: ContextVar[dict[object, Mixed] | None] = ContextVar("known", default=None)
 
 
 @contextmanager

@@ -14,7 +14,6 @@ import pathlib
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import tomlkit
@@ -143,14 +142,14 @@ def _link_source(by: Ratio) -> str:
     return f"so that the muscle's contraction at an ankle angle of zero is that before the refit{who}"
 
 
-def _moved(place: Any, by: Ratio) -> Any:
+def _moved(place: object, by: Ratio) -> Anchor:
     """An anchor or point, with its surface, scaled with its segment."""
     assert isinstance(place, Anchor)
     ratio = by.of(place.segment)
     if ratio == 1.0:
         return place
     derived = Provenance(kind="derived", source=by.source(place.segment))
-    changed: dict[str, Any] = {
+    changed: dict[str, object] = {
         "from_joint": tuple(ratio * x for x in place.from_joint),
         "provenance": place.provenance | {"from_joint": derived},
     }
@@ -232,7 +231,7 @@ def write_rescaled(
     return found
 
 
-def _derived(value: Any, source: str) -> Any:
+def _derived(value: object, source: str) -> tomlkit.items.InlineTable:
     entry = tomlkit.inline_table()
     entry.update({"value": value, "kind": "derived", "source": source})
     return entry
@@ -242,7 +241,9 @@ def _cm(length: float) -> str:
     return f"{100.0 * length + 0.0:.12g} cm"
 
 
-def _carry(document: Any, file: pathlib.Path, folder: pathlib.Path, scratch: pathlib.Path) -> None:
+def _carry(
+    document: tomlkit.TOMLDocument, file: pathlib.Path, folder: pathlib.Path, scratch: pathlib.Path
+) -> None:
     """Let the text name its cuff and plate, muscles and valves from its new folder."""
     models = {
         key: str((file.parent / assets.file_beside(str(document[key]), file)).resolve())
@@ -258,7 +259,7 @@ def _carry(document: Any, file: pathlib.Path, folder: pathlib.Path, scratch: pat
             _refer(chamber, key, "valve", file, folder)
 
 
-def _refer(table: Any, key: str, kind: str, file: pathlib.Path, folder: pathlib.Path) -> None:
+def _refer(table: dict[str, object], key: str, kind: str, file: pathlib.Path, folder: pathlib.Path) -> None:
     """A muscle or valve by its shipped name, or by its path from the new folder."""
     name = table.get(key)
     if isinstance(name, str) and name not in assets.names(kind):

@@ -2,10 +2,10 @@
 
 import functools
 from collections.abc import Container, Iterator
-from typing import Any
 
 import numpy as np
 
+from afo_sim.common import Mixed
 from afo_sim.model.build import Built
 from afo_sim.model.foot import REST, rest_moment
 from afo_sim.model.muscle_weakness import ground_moment
@@ -63,7 +63,7 @@ def _walking_controls(built: Built, control: np.ndarray) -> None:
                 control[:, index.valves[valve]] = _share(walk.clock, parts)[steps]
 
 
-def valves_at(name: str, times: Any, chambers: Container[str]) -> Iterator[tuple[str, Intervals]]:
+def valves_at(name: str, times: Mixed, chambers: Container[str]) -> Iterator[tuple[str, Intervals]]:
     """(valve, its intervals) of a table of times: of a chamber's two valves, or of one between nodes."""
     if name not in chambers:
         yield name, times.open

@@ -2,8 +2,9 @@
 
 import os
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from afo_sim.common import JsonMapping
 from afo_sim.description import Scenario
 from afo_sim.model.build import build
 
@@ -12,8 +13,8 @@ if TYPE_CHECKING:
 
 
 def dm_control_physics(
-    scenario: str | os.PathLike[str] | Scenario | Mapping[str, Any],
-    sets: Mapping[str, Any] | None = None,
+    scenario: str | os.PathLike[str] | Scenario | JsonMapping,
+    sets: Mapping[str, object] | None = None,
     *,
     timed: bool = True,
 ) -> "ScenarioPhysics":

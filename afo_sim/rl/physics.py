@@ -1,13 +1,13 @@
 """A compiled scenario as a dm_control Physics: same model, same start, same bits as a run."""
 
 import copy
-from typing import Any, NoReturn, Self
+from typing import NoReturn, Self
 
 import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common import InputError
+from afo_sim.common import Foreign, Function, InputError
 from afo_sim.control import Command, checked_pressure
 from afo_sim.model import Built, equilibrium, walking_start
 from afo_sim.model import supply_and_timer as schedule
@@ -176,7 +176,7 @@ class ScenarioPhysics(Forkable, native.Closing, dm.Physics):
             self._write(self._inputs(self._step_number())[0])
         self.forward()
 
-    def _reload_from_data(self, data: Any) -> None:
+    def _reload_from_data(self, data: Foreign) -> None:
         # dm_control resets here, before there is air in the chambers
         mujoco.mj_setState(data.model.ptr, data.ptr, self._start, FULL)
         super()._reload_from_data(data)
@@ -206,14 +206,14 @@ class ScenarioPhysics(Forkable, native.Closing, dm.Physics):
 
     _whole = property(lambda self: self.get_state(), lambda self, state: self.set_state(state))
 
-    def _like(self) -> tuple[Any, tuple[Any, ...]]:
+    def _like(self) -> tuple[Function, tuple[object, ...]]:
         return type(self), (self.built, self.timed)
 
     def copy(self, share_model: bool = False) -> Self:
         """A Physics of its own in the same state and with the same commands; the model is never shared."""
         return super().copy()
 
-    def _refuse_reload(self, *_: Any, **__: Any) -> NoReturn:
+    def _refuse_reload(self, *_: object, **__: object) -> NoReturn:
         raise InputError("a scenario's Physics keeps its model: build another", field="reload")
 
     reload_from_xml_string = reload_from_xml_path = _refuse_reload

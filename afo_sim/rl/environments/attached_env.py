@@ -3,13 +3,13 @@
 import copy
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields, replace
-from typing import Any, NoReturn
+from typing import NoReturn
 
 import gymnasium
 import mujoco
 import numpy as np
 
-from afo_sim.common import InputError
+from afo_sim.common import Function, Given, InputError, JsonDict
 from afo_sim.legs import Attached
 from afo_sim.rl.environments.task import DEAD, checked
 from afo_sim.simulation import FAILURES, Forkable, steps_in
@@ -64,7 +64,7 @@ class AttachedEnv(Forkable, gymnasium.Env[np.ndarray, np.ndarray]):
 
     __reduce__ = _Origin.__reduce__  # type: ignore[assignment]
 
-    def _like(self) -> tuple[Any, tuple[Any, ...]]:
+    def _like(self) -> tuple[Function, tuple[object, ...]]:
         return type(self), tuple(getattr(self, each.name) for each in fields(self))
 
     def _seen(self) -> np.ndarray:
@@ -72,7 +72,7 @@ class AttachedEnv(Forkable, gymnasium.Env[np.ndarray, np.ndarray]):
         angles = [each.angle(self.data) for each in self.leg.legs.values()]
         return np.array([*angles, *pressures, *(float(read(self.data)) for read in self.observe.values())])
 
-    def reset(self, *, seed: int | None = None, options: Any = None) -> tuple[np.ndarray, dict[str, Any]]:
+    def reset(self, *, seed: int | None = None, options: object = None) -> tuple[np.ndarray, JsonDict]:
         """Begin at rest with ambient air, as `begin` has it."""
         self._hold.check()
         super().reset(seed=seed)
@@ -84,7 +84,7 @@ class AttachedEnv(Forkable, gymnasium.Env[np.ndarray, np.ndarray]):
             self.height, self._left = float(self.data.subtree_com[0, 2]), round(self.duration / self.period)
             return self._seen(), {}
 
-    def step(self, action: Any) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
+    def step(self, action: Given) -> tuple[np.ndarray, float, bool, bool, JsonDict]:
         """Step by one period; what becomes unstable is truncated, with its reason in `info`."""
         self._hold.check()
         if not self._left:

@@ -3,12 +3,11 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common import AMBIENT_PRESSURE, InputError, SimulationError
+from afo_sim.common import AMBIENT_PRESSURE, Function, InputError, JsonDict, JsonMapping, SimulationError
 from afo_sim.description import Scenario, load
 from afo_sim.model import Built
 from afo_sim.model import supply_and_timer as schedule
@@ -29,9 +28,9 @@ class Setting:
     built: Built
     inputs: np.ndarray
     rows: Rows
-    again: tuple[Callable[..., Any], tuple[Any, ...]]
+    again: tuple[Function, tuple[object, ...]]
 
-    def __reduce__(self) -> tuple[Callable[..., Any], tuple[Any, ...]]:
+    def __reduce__(self) -> tuple[Function, tuple[object, ...]]:
         return self.again
 
     @property
@@ -64,8 +63,8 @@ class Setting:
 
 def setting(
     task: Task,
-    sets: Mapping[str, Any] | None = None,
-    again: tuple[Callable[..., Any], tuple[Any, ...]] | None = None,
+    sets: Mapping[str, object] | None = None,
+    again: tuple[Function, tuple[object, ...]] | None = None,
 ) -> Setting:
     """Compile a task."""
     check_sets(task, sets)
@@ -78,7 +77,7 @@ def setting(
     return Setting(task, built, schedule.controls(built), rows, again or (setting, (task, sets)))
 
 
-def check_sets(task: Task, sets: Mapping[str, Any] | None) -> None:
+def check_sets(task: Task, sets: Mapping[str, object] | None) -> None:
     """Refuse keys that are the task's own, and what would command the valves beside the action."""
     sets = {} if sets is None else sets
     if not isinstance(sets, Mapping):
@@ -129,12 +128,12 @@ class Sight:
         self.mass = np.zeros((count, len(self.masses)))  # of the air at the last sample [kg]
 
     @property
-    def moment(self) -> dict[str, Any]:
+    def moment(self) -> JsonDict:
         """All that it remembers; it may be assigned again, and is copied by whoever keeps it."""
         return {name: getattr(self, name) for name in self._memory}
 
     @moment.setter
-    def moment(self, moment: Mapping[str, Any]) -> None:
+    def moment(self, moment: JsonMapping) -> None:
         vars(self).update(moment)
 
     def begin(self, ids: np.ndarray, scripts: Sequence[np.ndarray]) -> np.ndarray:

@@ -5,12 +5,11 @@ import os
 import traceback
 from collections.abc import Mapping, Sequence
 from operator import index
-from typing import Any
 
 import mujoco
 import numpy as np
 
-from afo_sim.common import InputError, missing_extra, unknown
+from afo_sim.common import Foreign, Function, Given, InputError, JsonDict, Keywords, missing_extra, unknown
 from afo_sim.model import ANKLE
 from afo_sim.rl.environments.episodes import Episodes, Setting
 from afo_sim.rl.environments.task import checked
@@ -24,24 +23,24 @@ try:
 except ImportError as error:
     raise missing_extra(error) or error from None
 
-Sets = Mapping[str, Any] | None
+Sets = Mapping[str, object] | None
 RENDER_MODES = ("rgb_array",)
 FPS = 100  # frames of real time: one every control period
 LIGHT = 0.5  # ambient, of 1
 ABOVE = np.array([0.0, 0.0, 0.15])  # from the ankle to the middle of the picture [m]
 
 
-def observation_space(made: Setting) -> Any:
+def observation_space(made: Setting) -> gymnasium.spaces.Box:
     """The measuring ranges, in SI."""
     return gymnasium.spaces.Box(*made.ranges, dtype=np.float64)
 
 
-def action_space(made: Setting) -> Any:
+def action_space(made: Setting) -> gymnasium.spaces.Box:
     """One number from −1 to 1 for each chamber."""
     return gymnasium.spaces.Box(-1.0, 1.0, (len(made.chambers),), dtype=np.float32)
 
 
-def _about(made: Setting) -> dict[str, Any]:
+def _about(made: Setting) -> JsonDict:
     """Names, units and meanings of the observation, and of the action, for `metadata`."""
     task = made.task
     return {
@@ -61,7 +60,7 @@ class OrthosisEnv(Forkable, gymnasium.Env[np.ndarray, np.ndarray]):
 
     _memory = (*EPISODES, "_np_random", "_np_random_seed", "_going", "spec")
 
-    metadata: dict[str, Any] = {"render_modes": list(RENDER_MODES), "render_fps": FPS}  # noqa: RUF012
+    metadata: Keywords = {"render_modes": list(RENDER_MODES), "render_fps": FPS}  # noqa: RUF012
 
     def __init__(
         self, task: str | Setting = "seated_tracking", sets: Sets = None, render_mode: str | None = None
@@ -78,25 +77,25 @@ class OrthosisEnv(Forkable, gymnasium.Env[np.ndarray, np.ndarray]):
         self._episodes = Episodes(self.setting)
         self._hold = self._episodes.stepped.hold
         self._going = False
-        self._drawn: tuple[mujoco.MjModel, mujoco.MjData, Any] | None = None
+        self._drawn: tuple[mujoco.MjModel, mujoco.MjData, mujoco.Renderer] | None = None
 
-    def _like(self) -> tuple[Any, tuple[Any, ...]]:
+    def _like(self) -> tuple[Function, tuple[object, ...]]:
         return type(self), (self.setting, None, self.render_mode)
 
     def reset(
-        self, *, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[np.ndarray, dict[str, Any]]:
+        self, *, seed: int | None = None, options: JsonDict | None = None
+    ) -> tuple[np.ndarray, JsonDict]:
         """Begin an episode, drawn by the seed."""
         super().reset(seed=seed)
         self._going = True
         return self._episodes.begin([0], [self.np_random])[0], {}
 
-    def step(self, action: Any) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
+    def step(self, action: Given) -> tuple[np.ndarray, float, bool, bool, JsonDict]:
         """Step by one control period."""
         if not self._going:
             raise InputError("the episode is over, or has not begun: reset()", field="step")
         outcome = self._episodes.step([0], checked(action, self.action_space.shape)[None])
-        info: dict[str, Any] = {"failure": str(outcome.failures[0])} if outcome.failures else {}
+        info: Keywords = {"failure": str(outcome.failures[0])} if outcome.failures else {}
         truncated = bool(outcome.over[0]) or bool(info)
         self._going = not truncated
         return outcome.observation[0], float(outcome.reward[0]), False, truncated, info
@@ -128,12 +127,12 @@ class OrthosisEnv(Forkable, gymnasium.Env[np.ndarray, np.ndarray]):
         self._episodes.close()
 
 
-def _renderer(model: mujoco.MjModel) -> Any:
+def _renderer(model: mujoco.MjModel) -> mujoco.Renderer:
     try:
         return mujoco.Renderer(model, 480, 640)
     except Exception as error:  # of OpenGL's, which differ by platform
         for frame, _ in traceback.walk_tb(error.__traceback__):
-            half_made: Any = frame.f_locals.get("self")
+            half_made: Foreign = frame.f_locals.get("self")
             if type(half_made).__name__ == "GLContext" and not hasattr(half_made, "_context"):
                 half_made._context = None  # or its __del__ raises, some time later
         problem = f"cannot draw here ({error or type(error).__name__}): set MUJOCO_GL to egl or osmesa"
@@ -147,7 +146,7 @@ class OrthosisVectorEnv(Forkable, gymnasium.vector.VectorEnv[np.ndarray, np.ndar
     """Simulations of one task side by side, with the numbers of single environments of the same seeds."""
 
     _memory = (*EPISODES, "_randoms", "_over", "_last", "spec")
-    metadata: dict[str, Any] = {"autoreset_mode": gymnasium.vector.AutoresetMode.NEXT_STEP}  # noqa: RUF012
+    metadata: Keywords = {"autoreset_mode": gymnasium.vector.AutoresetMode.NEXT_STEP}  # noqa: RUF012
 
     def __init__(
         self,
@@ -171,12 +170,12 @@ class OrthosisVectorEnv(Forkable, gymnasium.vector.VectorEnv[np.ndarray, np.ndar
         self._over: np.ndarray | None = None  # episodes that begin anew in the next step
         self._last = np.empty(self.observation_space.shape)
 
-    def _like(self) -> tuple[Any, tuple[Any, ...]]:
+    def _like(self) -> tuple[Function, tuple[object, ...]]:
         return type(self), (self.setting, self.num_envs, None, self._threads)
 
     def reset(
-        self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[np.ndarray, dict[str, Any]]:
+        self, *, seed: int | Sequence[int | None] | None = None, options: JsonDict | None = None
+    ) -> tuple[np.ndarray, JsonDict]:
         """Begin all episodes, or those of `options["reset_mask"]`."""
         given = (options or {}).get(MASK)
         mask = np.ones(self.num_envs, bool) if given is None else np.asarray(given)
@@ -199,14 +198,14 @@ class OrthosisVectorEnv(Forkable, gymnasium.vector.VectorEnv[np.ndarray, np.ndar
             self._last[ids] = self._episodes.begin(numbers, [self._randoms[k] for k in numbers])
             self._over[ids] = False  # type: ignore[index]
 
-    def step(self, actions: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
+    def step(self, actions: Given) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, JsonDict]:
         """Step all simulations by one control period."""
         if self._over is None:
             raise InputError("no episode has begun: reset()", field="step")
         given = checked(actions, self.action_space.shape)
         going, again = np.flatnonzero(~self._over), np.flatnonzero(self._over)
         reward, truncated = np.zeros(self.num_envs), np.zeros(self.num_envs, bool)
-        infos: dict[str, Any] = {}
+        infos: Keywords = {}
         if len(going):
             outcome = self._episodes.step(going.tolist(), given[going])
             self._last[going], reward[going] = outcome.observation, outcome.reward
@@ -218,7 +217,7 @@ class OrthosisVectorEnv(Forkable, gymnasium.vector.VectorEnv[np.ndarray, np.ndar
         self._over = truncated.copy()
         return self._last.copy(), reward, np.zeros(self.num_envs, bool), truncated, infos
 
-    def close_extras(self, **_: Any) -> None:
+    def close_extras(self, **_: object) -> None:
         """Give the muscle callbacks back."""
         self._episodes.close()
 

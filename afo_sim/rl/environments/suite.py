@@ -2,12 +2,11 @@
 
 from collections import OrderedDict
 from collections.abc import Mapping
-from typing import Any
 
 import mujoco
 import numpy as np
 
-from afo_sim.common import InputError
+from afo_sim.common import Foreign, Function, Given, InputError, JsonMapping
 from afo_sim.rl.dm import dm  # noqa: F401  one sentence where dm_control is missing
 from afo_sim.rl.environments.episodes import FIELDS, Setting, Sight
 from afo_sim.rl.environments.task import checked, coils_of
@@ -38,7 +37,7 @@ class TaskPhysics(ScenarioPhysics):
     def _before_last(self) -> None:
         mujoco.mj_getState(*self._to_look)
 
-    def _like(self) -> tuple[Any, tuple[Any, ...]]:
+    def _like(self) -> tuple[Function, tuple[object, ...]]:
         return type(self), (self.setting,)
 
     def command(self, coils: np.ndarray) -> None:
@@ -83,7 +82,7 @@ class OrthosisTask(control.Task):
         """Draw an episode."""
         self._seen = self._view.begin(self._one, [self.setting.draw(self.random)])[0]
 
-    def before_step(self, action: Any, physics: TaskPhysics) -> None:
+    def before_step(self, action: Given, physics: TaskPhysics) -> None:
         """Command the valves; InputError where it is not a valid action."""
         action = getattr(action, "continuous_actions", action)
         physics.command(coils_of(checked(action, self._shape)))
@@ -101,12 +100,12 @@ class OrthosisTask(control.Task):
         """Of the last step, in new arrays (1,)."""
         return OrderedDict(zip(self._names, self._seen[:, None].copy(), strict=True))
 
-    def action_spec(self, physics: TaskPhysics) -> Any:
+    def action_spec(self, physics: TaskPhysics) -> specs.BoundedArray:
         """One number from −1 to 1 for each chamber."""
         name = "\t".join(self.setting.chambers)
         return specs.BoundedArray(self._shape, float, -1.0, 1.0, name=name)
 
-    def observation_spec(self, physics: TaskPhysics) -> Any:
+    def observation_spec(self, physics: TaskPhysics) -> Foreign:
         """Names and ranges; units stand in `units`."""
         if not self.bounded:
             raise NotImplementedError  # dm_control's word for: look at an observation
@@ -132,12 +131,12 @@ class OrthosisEnvironment(Forkable, control.Environment):
         *("_task._random", "_task._view.moment", "_task._seen", "_step_count", "_reset_next_step"),
     )
 
-    def __init__(self, setting: Setting, random: Any, limit: float, more: Mapping[str, Any]):
+    def __init__(self, setting: Setting, random: Given, limit: float, more: JsonMapping):
         task = OrthosisTask(setting, random, bounded=not more.get("flat_observation"))
         super().__init__(TaskPhysics(setting), task, limit, n_sub_steps=setting.steps, **more)
         self._of, self._more, self._hold = (*setting.again[1], limit), more, self.physics._hold
 
-    def _like(self) -> tuple[Any, tuple[Any, ...]]:
+    def _like(self) -> tuple[Function, tuple[object, ...]]:
         return type(self), (self.task.setting, None, self._of[-1], self._more)
 
     def close(self) -> None:
@@ -146,13 +145,13 @@ class OrthosisEnvironment(Forkable, control.Environment):
 
 
 @SUITE.add("orthosis")
-def seated_tracking(**kwargs: Any) -> OrthosisEnvironment:
+def seated_tracking(**kwargs: Given) -> OrthosisEnvironment:
     """Seated, the foot free in the air: the ankle follows a smooth random reference."""
     return _environment("seated_tracking", **kwargs)
 
 
 @SUITE.add("orthosis")
-def dropfoot_walk(**kwargs: Any) -> OrthosisEnvironment:
+def dropfoot_walk(**kwargs: Given) -> OrthosisEnvironment:
     """Walking with a drop foot on S1's orthosis: what the verdict asks."""
     return _environment("dropfoot_walk", **kwargs)
 
@@ -162,8 +161,8 @@ ALL_TASKS = tuple((DOMAIN, name) for name in SUITE)
 
 def load(
     task_name: str,
-    task_kwargs: Mapping[str, Any] | None = None,
-    environment_kwargs: Mapping[str, Any] | None = None,
+    task_kwargs: JsonMapping | None = None,
+    environment_kwargs: JsonMapping | None = None,
 ) -> OrthosisEnvironment:
     """A dm_control environment of a task."""
     task_of(task_name)
@@ -172,10 +171,10 @@ def load(
 
 def _environment(
     name: str,
-    random: Any = None,
-    sets: Mapping[str, Any] | None = None,
+    random: Given = None,
+    sets: Mapping[str, object] | None = None,
     time_limit: float | None = None,
-    environment_kwargs: Mapping[str, Any] | None = None,
+    environment_kwargs: JsonMapping | None = None,
 ) -> OrthosisEnvironment:
     more, task = dict(environment_kwargs or {}), task_of(name)
     if own := [key for key in OWN if key in more]:

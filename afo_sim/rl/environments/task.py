@@ -2,21 +2,21 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 
-from afo_sim.common import InputError
+from afo_sim.common import FloatOrArray, Given, InputError, JsonMapping
 from afo_sim.model import Built
 
-Reader = Callable[["Sample"], Any]
+Reader = Callable[["Sample"], FloatOrArray]
 
 
 class Random(Protocol):
     """What draws: numpy's Generator and RandomState do."""
 
     def uniform(self, low: float, high: float, size: int) -> np.ndarray: ...
-    def normal(self, mean: Any, deviation: Any, size: tuple[int, ...]) -> np.ndarray: ...
+    def normal(self, mean: FloatOrArray, deviation: FloatOrArray, size: tuple[int, ...]) -> np.ndarray: ...
 
 
 class Sample:
@@ -25,11 +25,15 @@ class Sample:
     __slots__ = ("found", "readers", "rows", "script")
 
     def __init__(
-        self, readers: Mapping[str, Reader], rows: Mapping[str, np.ndarray], script: np.ndarray, **found: Any
+        self,
+        readers: Mapping[str, Reader],
+        rows: Mapping[str, np.ndarray],
+        script: np.ndarray,
+        **found: FloatOrArray,
     ):
         self.readers, self.rows, self.script, self.found = readers, rows, script, found
 
-    def __getitem__(self, name: str) -> Any:
+    def __getitem__(self, name: str) -> FloatOrArray:
         if name not in self.found:
             self.found[name] = self.readers[name](self)
         return self.found[name]
@@ -38,7 +42,7 @@ class Sample:
 DEAD = 1.0 / 3.0  # action up to which both valves of a chamber are shut [-]
 INLET_OUTLET = np.array([1.0, -1.0])  # signs of the action that turn them on
 ALLOWED = "one number from −1 (outlet) to 1 (inlet) for each chamber"
-Formula = Callable[[Sample], Any]  # of the last sample of one simulation, or of several (n,)
+Formula = Callable[[Sample], FloatOrArray]  # of the last sample of one simulation, or of several (n,)
 
 
 @dataclass(frozen=True)
@@ -53,7 +57,7 @@ class Observed:
     column: str = ""
     formula: Formula | None = None
 
-    def of(self, sample: Sample) -> Any:
+    def of(self, sample: Sample) -> FloatOrArray:
         """The number in one simulation, or in several (n,)."""
         return sample[self.column] if self.formula is None else self.formula(sample)
 
@@ -72,7 +76,7 @@ class Task:
     highest: float
     reward: Formula
     script: Callable[[Built, np.ndarray], Callable[[Random], np.ndarray]]
-    sets: Mapping[str, Any] = field(default_factory=dict)
+    sets: JsonMapping = field(default_factory=dict)
     readers: Callable[[Built], Mapping[str, Reader]] = lambda built: {}
     version: int = 0
 
@@ -92,7 +96,7 @@ class Task:
         return {one.name: one.meaning for one in self.observed}
 
 
-def checked(action: Any, shape: tuple[int, ...]) -> np.ndarray:
+def checked(action: Given, shape: tuple[int, ...]) -> np.ndarray:
     """An action as numbers; InputError where one is none, is out of range, or too many or few are given."""
     try:
         given = np.asarray(action, float)

@@ -2,11 +2,11 @@
 
 import math
 from collections.abc import Callable, Mapping
-from typing import Any, NoReturn
+from typing import NoReturn
 
 import numpy as np
 
-from afo_sim.common import RETIRED, refuse_retired, unknown
+from afo_sim.common import RETIRED, FloatOrArray, refuse_retired, unknown
 from afo_sim.rl.environments.episodes import Setting, setting
 from afo_sim.rl.environments.task import Observed, Sample, Task
 from afo_sim.rl.environments.walking import CLOSES, FIRST_NOISE, LEAST, MOST, readers, script, walking_reward
@@ -35,7 +35,7 @@ def reference(draws: np.ndarray, times: np.ndarray) -> np.ndarray:
     return SPAN * np.sum(weights * np.sin(angle), axis=-1)
 
 
-def tracking_reward(sample: Sample) -> Any:
+def tracking_reward(sample: Sample) -> FloatOrArray:
     """exp(−(e / NEAR)²) of the error e = reference − angle [-], 0 to 1."""
     error = (sample.script[REFERENCE] - sample["ankle/angle"]) / NEAR
     return np.exp(-error * error)
@@ -72,11 +72,11 @@ SEATED_TRACKING = Task(
 # Walking with a drop foot: what the verdict asks, by what sensors see.
 
 
-def _noisy(column: str, k: int) -> Callable[[Sample], Any]:
+def _noisy(column: str, k: int) -> Callable[[Sample], FloatOrArray]:
     return lambda s: s[column] + s.script[FIRST_NOISE + k]
 
 
-def _switch(column: str) -> Callable[[Sample], Any]:
+def _switch(column: str) -> Callable[[Sample], FloatOrArray]:
     return lambda s: np.asarray(s[column] > CLOSES, float)
 
 
@@ -135,11 +135,11 @@ def task_of(name: str) -> Task:
     return TASKS[name]
 
 
-def retired_day(**_: Any) -> NoReturn:
+def retired_day(**_: object) -> NoReturn:
     """Refuse the benchmark's task."""
     refuse_retired("dropfoot_day")
 
 
-def setting_of(name: str, sets: Mapping[str, Any] | None = None) -> Setting:
+def setting_of(name: str, sets: Mapping[str, object] | None = None) -> Setting:
     """Compile a task."""
     return setting(task_of(name), sets, (setting_of, (name, sets)))

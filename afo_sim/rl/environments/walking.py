@@ -5,11 +5,10 @@ Toe and heel earn, a hindered push-off and air cost, each 0 to 1 between limits 
 
 import math
 from collections.abc import Callable, Mapping
-from typing import Any
 
 import numpy as np
 
-from afo_sim.common import GRAVITY
+from afo_sim.common import GRAVITY, FloatOrArray
 from afo_sim.description import Scenario, load
 from afo_sim.gait import STANCE_FORCE, STANCE_SHARE, GaitCycle
 from afo_sim.metrics import HEEL_RISE, air_given
@@ -72,7 +71,7 @@ def readers(built: Built) -> Mapping[str, Reader]:
     def pitch(s: Sample) -> np.ndarray:
         return s.rows["qpos"][index.ankle_qpos] - s.rows["qpos"][shank]
 
-    def raised(point: Any, angle: np.ndarray) -> np.ndarray:
+    def raised(point: FloatOrArray, angle: np.ndarray) -> np.ndarray:
         return point[0] * np.sin(angle) + point[1] * np.cos(angle)
 
     def lowest(s: Sample) -> np.ndarray:
@@ -116,13 +115,13 @@ def limits_of(scenario: Scenario) -> np.ndarray:
     return pairs
 
 
-def badness(value: Any, pair: Any) -> Any:
+def badness(value: FloatOrArray, pair: np.ndarray) -> FloatOrArray:
     """0 up to the first limit, 1 from the second on, straight between them; also of limits that fall."""
     good, bad = pair
     return np.clip((value - good) / (bad - good), 0.0, 1.0)
 
 
-def walking_reward(sample: Sample) -> Any:
+def walking_reward(sample: Sample) -> FloatOrArray:
     """Of a period of walking [-], LEAST to MOST."""
     toe, heel, torque, air = sample["limits"]
     earned = LIFT * sample["passing"] * (1.0 - badness(sample["toe/height"], toe))
