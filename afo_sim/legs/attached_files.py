@@ -4,8 +4,6 @@ import dataclasses
 import pathlib
 import shutil
 import tomllib
-from collections.abc import Mapping
-from typing import Any
 from xml.sax.saxutils import quoteattr
 
 import mujoco
@@ -14,6 +12,8 @@ import numpy as np
 from afo_sim import native
 from afo_sim.common import (
     InputError,
+    JsonDict,
+    JsonMapping,
     assets,
     check_text,
     parse_toml,
@@ -111,9 +111,7 @@ def attached(path: str | pathlib.Path) -> Attached:
         raise InputError(problem, file=sidecar, allowed="the files that afo-sim attach has written") from None
 
 
-def _leg(
-    table: Mapping[str, Any], model: mujoco.MjModel, spec: mujoco.MjSpec, sidecar: pathlib.Path
-) -> Attached:
+def _leg(table: JsonMapping, model: mujoco.MjModel, spec: mujoco.MjSpec, sidecar: pathlib.Path) -> Attached:
     facts = dict(table["found"])
     arrays = {name: np.array(facts.pop(name)) for name in ARRAYS}
     empty = {f.name: None for f in dataclasses.fields(Found) if f.name not in facts and f.name not in arrays}
@@ -132,7 +130,7 @@ def _leg(
     return Attached(model, spec, device, found, bodies, joints, prefix, supply, circuit, ids, first, told)
 
 
-def _legs(attached: Attached, path: pathlib.Path, scratch: pathlib.Path) -> list[dict[str, Any]]:
+def _legs(attached: Attached, path: pathlib.Path, scratch: pathlib.Path) -> list[JsonDict]:
     """Every leg's orthosis as plain data."""
     rows = []
     for leg in attached.legs.values():

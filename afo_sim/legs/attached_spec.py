@@ -4,13 +4,12 @@ import os
 import pathlib
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common import InputError, Notice, assets, in_unit
+from afo_sim.common import Given, InputError, Notice, assets, in_unit
 from afo_sim.description import WORN, Orthosis, Segment, load
 from afo_sim.legs.attached import Attached
 from afo_sim.legs.finding import Found
@@ -37,7 +36,7 @@ SWITCHED_OFF = {
 }
 
 
-def own_spec(model: Any, packages: Packages = ()) -> tuple[mujoco.MjSpec, Tree, Attached | None]:
+def own_spec(model: Given, packages: Packages = ()) -> tuple[mujoco.MjSpec, Tree, Attached | None]:
     """A spec of its caller's own, what was remarked on reading it, and the orthosis that is on it already."""
     if isinstance(model, Attached):
         return model.spec.copy(), Tree(None, {}), model

@@ -4,13 +4,12 @@ import dataclasses
 import os
 import pathlib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import Any
 
 import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common import InputError, Notice, in_unit
+from afo_sim.common import InputError, JsonMapping, Keywords, Notice, in_unit
 from afo_sim.description import WORN, Orthosis, Segment, Side, load
 from afo_sim.legs import attached_spec
 from afo_sim.legs.attached import Attached, number_of, pressure_of
@@ -36,7 +35,7 @@ from afo_sim.model import (
 )
 from afo_sim.native import Hold
 
-Described = str | os.PathLike[str] | Mapping[str, Any] | Orthosis
+Described = str | os.PathLike[str] | JsonMapping | Orthosis
 PREFIX = "afo_"
 SUPPLY = "4 bar"
 ANGLE_COUNT = 41  # of the range of motion at which a muscle's path is looked at
@@ -352,7 +351,7 @@ def _doubts(attached: Attached) -> Iterator[str]:
     if found.shank_length is not None and highest > found.shank_length:
         words = f"the shank {{subject!r}} is {in_unit(found.shank_length, 'm', 'cm'):.3g} cm long, and "
         words += f"muscles begin {in_unit(highest, 'm', 'cm'):.3g} cm above the ankle: the orthosis is too "
-        far: dict[str, Any] = {"shank_length": found.shank_length, "highest": highest}
+        far: Keywords = {"shank_length": found.shank_length, "highest": highest}
         yield Notice("orthosis-too-long", f"{words}long for it", subject=found.shank, **far)
     joint = attached.model.joint(found.ankle)
     if not attached.model.jnt_limited[joint.id]:

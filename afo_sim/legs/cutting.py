@@ -2,7 +2,6 @@
 
 import dataclasses
 import re
-from typing import Any
 
 import numpy as np
 
@@ -51,12 +50,14 @@ def cut(
     of_foot = {part.name for part in tree.below(found.foot)}
     names = _names(tree, found)
 
-    def placed(old: str, into: np.ndarray, *more: Any) -> Part:
-        return _moved_part(tree.parts[old], into @ tree.world_pose(old), *more)
+    def placed(
+        old: str, into: np.ndarray, name: str, parent: str | None, pose: np.ndarray, *joints: Joint
+    ) -> Part:
+        return _moved_part(tree.parts[old], into @ tree.world_pose(old), name, parent, pose, joints)
 
     parts = {
         SHANK: placed(found.shank, into, SHANK, None, pose_of(np.array([0.0, 0.0, HEIGHT]))),
-        FOOT: placed(found.foot, into @ turn, FOOT, SHANK, np.eye(4), (ankle,)),
+        FOOT: placed(found.foot, into @ turn, FOOT, SHANK, np.eye(4), ankle),
     }
     for part in tree.below(found.shank):
         if part.name in (found.shank, found.foot):

@@ -2,11 +2,10 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from afo_sim.common import InputError, Notice, unknown
+from afo_sim.common import InputError, Keywords, Notice, unknown
 from afo_sim.description import Side
 from afo_sim.legs.ankles import check_foot, check_name
 from afo_sim.legs.candidates import SIDES, Candidate, candidates, named_shanks, side_of
@@ -92,7 +91,7 @@ def find(
 
 def _direction(given: Direction) -> np.ndarray:
     """A direction of the file's axes, of length one (3,)."""
-    words: Any = DIRECTIONS.get(given, given.split()) if isinstance(given, str) else given
+    words: Sequence[object] = DIRECTIONS.get(given, given.split()) if isinstance(given, str) else given
     try:
         found = np.array(words, float)
     except (TypeError, ValueError):
@@ -179,7 +178,7 @@ def _measured(tree: Tree, leg: Candidate, side: Side | None, zero: float, forwar
     if side is not None:
         if found_side not in (None, side):
             words = "it seems to be the {seen} leg ({how}), and {given} is given"
-            data: dict[str, Any] = {"seen": found_side, "how": how_side, "given": side}
+            data: Keywords = {"seen": found_side, "how": how_side, "given": side}
             notes.append(Notice("side-contradicted", words, subject=leg.shank, **data))
         found_side, how_side = side, "given"
     if found_side is None:

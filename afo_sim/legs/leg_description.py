@@ -1,11 +1,10 @@
 """Texts beside an imported leg: its table, its TOML with the source of each number, its README."""
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 
-from afo_sim.common import Notice, format_quantity
+from afo_sim.common import JsonDict, Notice, format_quantity
 from afo_sim.description import MASS_SHARES, toml_text
 from afo_sim.legs.cutting import ANKLE, FOOT, SHANK, SOLE_SHARES, TOE, TOES
 from afo_sim.legs.finding import Found
@@ -108,7 +107,7 @@ def leg_toml(
     else:
         why = f"relaxed ankle 0.2 to 1.0; middle of that range; {source} has none"
         damping = _number(DAMPING, unit, "assumed", why)
-    table: dict[str, Any] = {
+    table: JsonDict = {
         "name": name,
         "description": f"{found.side} leg of {source}",
         "file": "leg.xml",
@@ -130,7 +129,7 @@ def leg_toml(
     return "\n".join(_lines(table)) + "\n"
 
 
-def _lines(table: dict[str, Any]) -> Iterator[str]:
+def _lines(table: JsonDict) -> Iterator[str]:
     """A table as TOML, a line for each number with its source."""
     for key, value in table.items():
         if key in ("passive", "toes"):
@@ -146,18 +145,18 @@ def _text(value: str | float) -> str:
     return toml_text({"x": value}).partition("=")[2].strip()
 
 
-def _number(value: float, unit: str, kind: str, source: str) -> dict[str, Any]:
+def _number(value: float, unit: str, kind: str, source: str) -> JsonDict:
     text = format_quantity(value, unit) if unit else value
     return {"value": text, "kind": kind, "source": source}
 
 
-def _person(given: float | None, default: float, unit: str) -> dict[str, Any]:
+def _person(given: float | None, default: float, unit: str) -> JsonDict:
     if given is not None:
         return _number(given, unit, "user", "given at the import")
     return _number(default, unit, "assumed", "not given at the import")
 
 
-def _passive(ankle: Joint, source: str) -> dict[str, Any]:
+def _passive(ankle: Joint, source: str) -> JsonDict:
     if ankle.stiffness > 0.0:
         why = f"{source} has a spring of {ankle.stiffness:g} N*m/rad in the ankle, which stays: tissue on "
         return {"scale": _number(0.0, "", "derived", why + "top would count twice")}
@@ -166,7 +165,7 @@ def _passive(ankle: Joint, source: str) -> dict[str, Any]:
     return {"scale": _number(1.0, "", "published", RIENER), "offset": offset}
 
 
-def _toes(joint: Joint, source: str) -> dict[str, Any]:
+def _toes(joint: Joint, source: str) -> JsonDict:
     stiff = _number(25.0, "N*m/rad", "assumed", PREDSIM)
     if 1.0 <= joint.stiffness <= 1e3:
         stiff = _number(joint.stiffness, "N*m/rad", "user", f"the toes' spring in {source}")

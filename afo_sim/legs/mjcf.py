@@ -5,12 +5,12 @@ import pathlib
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any, get_args
+from typing import get_args
 
 import mujoco
 import numpy as np
 
-from afo_sim.common import InputError, Notice, read_text
+from afo_sim.common import Foreign, InputError, Notice, read_text
 from afo_sim.legs import tree
 from afo_sim.model import examine
 
@@ -99,7 +99,7 @@ def _without_missing(spec: mujoco.MjSpec, file: pathlib.Path) -> Iterator[Notice
         yield tree.reading_note("meshes-missing", text, sorted(missing))
 
 
-def files_of(spec: mujoco.MjSpec) -> Iterator[tuple[Any, str, str]]:
+def files_of(spec: mujoco.MjSpec) -> Iterator[tuple[Foreign, str, str]]:
     """Every element that refers to a file: (element, file, folder of such files in the spec)."""
     folders = {"meshdir": (*spec.meshes, *spec.hfields, *spec.skins), "texturedir": (*spec.textures,)}
     for folder, elements in folders.items():

@@ -4,7 +4,6 @@ import dataclasses
 import pathlib
 import re
 from collections.abc import Iterable
-from typing import Any
 from xml.etree import ElementTree
 
 import mujoco
@@ -115,7 +114,7 @@ def spec_of(tree: Tree) -> mujoco.MjSpec:
     """A tree as a spec, with its couplings and the shapes that touch."""
     assets = {file: _mesh_content(shape, file) for file, shape in _mesh_files(tree).values()}
     text = leg_text(tree, tree.file.stem if tree.file else "body", meshdir="")
-    spec: Any = mujoco.MjSpec.from_string(text, assets=assets)
+    spec: mujoco.MjSpec = mujoco.MjSpec.from_string(text, assets=assets)
     for joint, other, offset, multiplier in tree.couplings:
         spec.add_equality(
             type=mujoco.mjtEq.mjEQ_JOINT,

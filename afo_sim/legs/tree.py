@@ -3,12 +3,12 @@
 import pathlib
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Literal
 
 import mujoco
 import numpy as np
 
-from afo_sim.common import InputError, Notice
+from afo_sim.common import InputError, Json, Mixed, Notice
 
 JointKind = Literal["hinge", "slide", "ball", "free"]
 # Of a part on a joint [kg], [kg·m²]: MuJoCo takes less than 1e-15 for none, and these move nothing else.
@@ -192,7 +192,7 @@ def listed(names: Iterable[str], most: int = 8) -> str:
     return ", ".join(names[:most]) + (f" and {more} more" if more > 0 else "")
 
 
-def reading_note(code: str, text: str, names: Iterable[str], **data: Any) -> Notice:
+def reading_note(code: str, text: str, names: Iterable[str], **data: Json) -> Notice:
     """A notice of reading or writing a file; the text has {names} where the names stand."""
     names = list(names)
     return Notice(code, text, subject=listed(names), names=listed(names), all=names, severity="note", **data)
@@ -200,7 +200,7 @@ def reading_note(code: str, text: str, names: Iterable[str], **data: Any) -> Not
 
 def check_finite(tree: Tree) -> None:
     """Refuse a tree with a number that is not finite."""
-    numbers: list[tuple[str, Any]] = []
+    numbers: list[tuple[str, Mixed]] = []
     for part in tree.parts.values():
         name = f"part {part.name!r}"
         numbers += [(f"{name}: point {point!r}", at) for point, at in part.points.items()]

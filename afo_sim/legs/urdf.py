@@ -6,11 +6,10 @@ import pathlib
 from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
-from afo_sim.common import InputError, Notice, nearest_name
+from afo_sim.common import Foreign, InputError, JsonDict, Keywords, Notice, nearest_name
 from afo_sim.legs import tree, urdf_files
 
 LARGE_MESH = 5.0  # [m] no link of a body or a device is that long …
@@ -59,7 +58,7 @@ def read_urdf(
     return tree.Tree(file, parts, _beside(root, [name for name, _ in rules]), tuple(notes), couplings)
 
 
-def _parsed(root: Any, file: pathlib.Path) -> Any:
+def _parsed(root: Foreign, file: pathlib.Path) -> Foreign:
     """yourdfpy's Robot of a checked element."""
     import yourdfpy
     from lxml import etree
@@ -72,7 +71,7 @@ def _parsed(root: Any, file: pathlib.Path) -> Any:
             raise InputError(f"yourdfpy cannot read it: {' '.join(str(error).split())}", file=file) from None
 
 
-def _joint_problems(robot: Any, file: pathlib.Path) -> Iterator[InputError]:
+def _joint_problems(robot: Foreign, file: pathlib.Path) -> Iterator[InputError]:
     """What makes a robot's joints impossible, with the way to mend it."""
     for joint in robot.joints:
         place, (lower, upper) = f"joint {joint.name!r}", _stops(joint)
@@ -88,10 +87,10 @@ def _joint_problems(robot: Any, file: pathlib.Path) -> Iterator[InputError]:
                 yield InputError(problem, file=file, field=place)
 
 
-def _tree_problems(robot: Any, file: pathlib.Path) -> Iterator[InputError]:
+def _tree_problems(robot: Foreign, file: pathlib.Path) -> Iterator[InputError]:
     """Each link has at most one joint to a parent, and hangs on a root."""
     links = [link.name for link in robot.links]
-    above: dict[str, list[Any]] = {name: [] for name in links}
+    above: dict[str, list[Foreign]] = {name: [] for name in links}
     for joint in robot.joints:
         for end, name in (("parent", joint.parent), ("child", joint.child)):
             if name not in above:
@@ -120,7 +119,7 @@ class _Reading:
 
     file: pathlib.Path
     packages: urdf_files.Packages
-    robot: Any
+    robot: Foreign
     capsules: set[tuple[str, str, int]]
     contact: bool = False
     world: str | None = None
@@ -130,7 +129,7 @@ class _Reading:
     def parts(self) -> dict[str, tree.Part]:
         """Parents before children, in the order of the file."""
         links = {link.name: link for link in self.robot.links}
-        joints: dict[str, list[Any]] = {}
+        joints: dict[str, list[Foreign]] = {}
         for joint in self.robot.joints:
             joints.setdefault(joint.parent, []).append(joint)
         children = {joint.child for joint in self.robot.joints}
@@ -149,13 +148,13 @@ class _Reading:
                 todo.append(joint.child)
         return found
 
-    def _part(self, link: Any, joint: Any, below: list[Any]) -> tree.Part:
+    def _part(self, link: Foreign, joint: Foreign, below: list[Foreign]) -> tree.Part:
         parent = joint.parent if joint and joint.parent != self.world else None
         pose, inertial = _origin(joint.origin if joint else None), self._inertial(link)
         joints = self._joints(joint) if joint else ()
         return tree.Part(link.name, parent, pose, *inertial, joints, tuple(self._shapes(link, below)))
 
-    def _inertial(self, link: Any) -> tuple[float, np.ndarray, np.ndarray]:
+    def _inertial(self, link: Foreign) -> tuple[float, np.ndarray, np.ndarray]:
         """Mass, centre and R I Rᵀ, R the turn of the inertial frame against the link's."""
         inertial = link.inertial
         if inertial is None or not inertial.mass:
@@ -169,8 +168,8 @@ class _Reading:
         inertia = np.zeros((3, 3)) if inertial.inertia is None else turn @ inertial.inertia @ turn.T
         return float(inertial.mass or 0.0), origin[:3, 3].copy(), (inertia + inertia.T) / 2
 
-    def _joints(self, joint: Any) -> tuple[tree.Joint, ...]:
-        same: dict[str, Any] = {"position": np.zeros(3), **_dynamics(joint)}
+    def _joints(self, joint: Foreign) -> tuple[tree.Joint, ...]:
+        same: Keywords = {"position": np.zeros(3), **_dynamics(joint)}
         if joint.type == "fixed":
             return ()
         if joint.type == "floating":
@@ -184,10 +183,10 @@ class _Reading:
         stopped = lower != upper and joint.type != "continuous"
         if lower == upper and joint.type != "continuous":  # CAD exporters leave zeros where no range was set
             self.seen["joints-endless"].append(joint.name)
-        kind: Any = "slide" if joint.type == "prismatic" else "hinge"
+        kind: Foreign = "slide" if joint.type == "prismatic" else "hinge"
         return (tree.Joint(joint.name, kind, axis, range=(lower, upper) if stopped else None, **same),)
 
-    def _shapes(self, link: Any, below: list[Any]) -> Iterator[tree.Shape]:
+    def _shapes(self, link: Foreign, below: list[Foreign]) -> Iterator[tree.Shape]:
         """What is to be seen; of a link that shows nothing, or for contact, what it collides with."""
         reach = float(max([np.linalg.norm(_origin(joint.origin)[:3, 3]) for joint in below], default=0.0))
         shapes = [(shape, "visual", number) for number, shape in enumerate(link.visuals)]
@@ -202,7 +201,7 @@ class _Reading:
             if made is not None:
                 yield dataclasses.replace(made, touches=self.contact and word == "collision")
 
-    def _shape(self, shape: Any, name: str, reach: float) -> tree.Shape | None:
+    def _shape(self, shape: Foreign, name: str, reach: float) -> tree.Shape | None:
         geometry, pose, rgba = shape.geometry, _origin(shape.origin), self._rgba(shape)
         if geometry.box is not None:
             return tree.Shape(name, "box", pose, np.asarray(geometry.box.size) / 2, rgba=rgba)
@@ -216,7 +215,7 @@ class _Reading:
             return None
         return tree.Shape(name, "mesh", pose, np.zeros(3), vertices=surface[0], faces=surface[1], rgba=rgba)
 
-    def _surface(self, mesh: Any, reach: float) -> tuple[np.ndarray, np.ndarray] | None:
+    def _surface(self, mesh: Foreign, reach: float) -> tuple[np.ndarray, np.ndarray] | None:
         path = urdf_files.find_mesh(mesh.filename, self.file, self.packages)
         if path is None:
             self.seen["meshes-missing"].append(mesh.filename)
@@ -234,7 +233,7 @@ class _Reading:
             self.seen["meshes-large"].append(f"{mesh.filename}, {length:.3g} m long")
         return vertices, faces
 
-    def _rgba(self, shape: Any) -> tuple[float, float, float, float]:
+    def _rgba(self, shape: Foreign) -> tuple[float, float, float, float]:
         material = getattr(shape, "material", None)
         if material is not None and material.color is None:  # by the name of one that the robot has
             named = {one.name: one for one in self.robot.materials if one.color is not None}
@@ -245,7 +244,7 @@ class _Reading:
         return red, green, blue, opacity
 
 
-def _planar(name: str, axis: np.ndarray, same: dict[str, Any], taken: set[str]) -> tuple[tree.Joint, ...]:
+def _planar(name: str, axis: np.ndarray, same: JsonDict, taken: set[str]) -> tuple[tree.Joint, ...]:
     """Two slides across the axis and a hinge about it, named as MuJoCo's importer names them."""
     first = np.cross(np.eye(3)[np.argmin(np.abs(axis))], axis)
     first /= np.linalg.norm(first)
@@ -261,20 +260,20 @@ def _origin(matrix: np.ndarray | None) -> np.ndarray:
     return np.eye(4) if matrix is None else np.array(matrix, dtype=float)
 
 
-def _stops(joint: Any) -> tuple[float, float]:
+def _stops(joint: Foreign) -> tuple[float, float]:
     """Stops [rad, m], 0 where there are none."""
     given = joint.limit
     return (0.0, 0.0) if given is None else (float(given.lower or 0.0), float(given.upper or 0.0))
 
 
-def _dynamics(joint: Any) -> dict[str, float]:
+def _dynamics(joint: Foreign) -> dict[str, float]:
     """Damping [N·m·s/rad, N·s/m] and dry friction [N·m, N]; yourdfpy leaves them texts."""
     given = joint.dynamics
     damping, friction = (given.damping, given.friction) if given is not None else (None, None)
     return {"damping": float(damping or 0.0), "friction": float(friction or 0.0)}
 
 
-def _beside(root: Any, mimics: list[str]) -> dict[str, tuple[str, ...]]:
+def _beside(root: Foreign, mimics: list[str]) -> dict[str, tuple[str, ...]]:
     gazebo = [f"gazebo {element.get('reference', '')}".strip() for element in root.findall("gazebo")]
     found = {
         "transmissions": tuple(element.get("name", "") for element in root.findall("transmission")),

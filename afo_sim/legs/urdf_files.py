@@ -8,12 +8,11 @@ import re
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import Any
 from urllib.parse import unquote
 
 import numpy as np
 
-from afo_sim.common import InputError, check_regular, plausible, read_bytes, unknown
+from afo_sim.common import Foreign, InputError, check_regular, plausible, read_bytes, unknown
 
 JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
 # {element: {attribute: how many numbers stand there}}, http://wiki.ros.org/urdf/XML
@@ -47,7 +46,7 @@ LOUD = ("yourdfpy", "trimesh", "collada")
 Packages = Mapping[str, str | os.PathLike[str]] | Sequence[str | os.PathLike[str]] | str | os.PathLike[str]
 
 
-def robot_element(file: pathlib.Path) -> Any:
+def robot_element(file: pathlib.Path) -> Foreign:
     """The <robot> of a file, as lxml's element without comments."""
     root = _root_element(file)
     if root.tag != "robot":
@@ -62,7 +61,7 @@ def robot_element(file: pathlib.Path) -> Any:
     return root
 
 
-def _root_element(file: pathlib.Path) -> Any:
+def _root_element(file: pathlib.Path) -> Foreign:
     """The root of an XML file, as lxml's element without comments."""
     root, faults = _parsed(file)
     if root is not None and not faults:
@@ -80,7 +79,7 @@ def root_tag(file: pathlib.Path) -> str:
     return str(root.tag) if root is not None else str(_root_element(file).tag)
 
 
-def _parsed(file: pathlib.Path) -> tuple[Any, list[str]]:
+def _parsed(file: pathlib.Path) -> tuple[Foreign, list[str]]:
     """The root of a file, None without any, and what is wrong with its XML."""
     from lxml import etree
 
@@ -103,7 +102,7 @@ def content_of(file: pathlib.Path) -> bytes:
     return content
 
 
-def text_problems(root: Any, file: pathlib.Path) -> Iterator[InputError]:
+def text_problems(root: Foreign, file: pathlib.Path) -> Iterator[InputError]:
     """What yourdfpy would stumble over or silently fill in: names, references, and numbers."""
     for kind in ("link", "joint"):
         names: set[str] = set()
@@ -123,7 +122,7 @@ def text_problems(root: Any, file: pathlib.Path) -> Iterator[InputError]:
         yield from _number_problems(material, file, f"material {material.get('name', '')!r}")
 
 
-def _joint_problems(joint: Any, file: pathlib.Path, place: str) -> Iterator[InputError]:
+def _joint_problems(joint: Foreign, file: pathlib.Path, place: str) -> Iterator[InputError]:
     for end in ("parent", "child"):
         element = joint.find(end)
         if element is None or not element.get("link"):
@@ -137,7 +136,7 @@ def _joint_problems(joint: Any, file: pathlib.Path, place: str) -> Iterator[Inpu
         yield InputError('has a <mimic> without joint="…"', file=file, field=place)
 
 
-def _number_problems(owner: Any, file: pathlib.Path, place: str) -> Iterator[InputError]:
+def _number_problems(owner: Foreign, file: pathlib.Path, place: str) -> Iterator[InputError]:
     for element in owner.iter():
         for attribute in NEEDED.get(element.tag, ()):
             if element.get(attribute) is None:
@@ -166,7 +165,7 @@ def _number_problem(text: str, counts: tuple[int, ...], endless: bool) -> str:
     return ""
 
 
-def without_odd_shapes(root: Any) -> dict[str, list[str]]:
+def without_odd_shapes(root: Foreign) -> dict[str, list[str]]:
     """Take out the shapes that are unknown, or that have no size; {why: links}, for a note."""
     found: dict[str, list[str]] = {}
     for link in root.findall("link"):
@@ -177,7 +176,7 @@ def without_odd_shapes(root: Any) -> dict[str, list[str]]:
     return found
 
 
-def _shape_problem(geometry: Any) -> str:
+def _shape_problem(geometry: Foreign) -> str:
     if geometry is None or not len(geometry):
         return "a shape without a geometry"
     kind = geometry[0].tag
@@ -198,7 +197,7 @@ def _positive(text: str) -> bool:
         return True
 
 
-def take_capsules(root: Any) -> set[tuple[str, str, int]]:
+def take_capsules(root: Foreign) -> set[tuple[str, str, int]]:
     """Make cylinders of capsules, which yourdfpy does not read: {(link, visual or collision, which)}."""
     found = set()
     for link in root.findall("link"):
@@ -210,7 +209,7 @@ def take_capsules(root: Any) -> set[tuple[str, str, int]]:
     return found
 
 
-def split_commas(root: Any) -> None:
+def split_commas(root: Foreign) -> None:
     """Write spaces for the commas in lists of numbers, which yourdfpy reads in some places only."""
     for element in root.iter():
         for attribute, counts in NUMBERS.get(element.tag, {}).items():

@@ -4,11 +4,10 @@ import pathlib
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
-from afo_sim.common import InputError, Notice, missing_extra, together, write_bytes
+from afo_sim.common import Foreign, InputError, Notice, missing_extra, together, write_bytes
 from afo_sim.legs.tree import Joint, Part, Shape, Tree, check_finite, free_name, listed, pose_of, reading_note
 from afo_sim.legs.urdf_files import quiet
 
@@ -74,7 +73,7 @@ class Shapes:
     otherwise: dict[tuple[str, str], list[str]] = field(default_factory=dict)
     meshes: dict[int, str] = field(default_factory=dict)
 
-    def of(self, part: Part, frame: np.ndarray) -> tuple[list[Any], list[Any]]:
+    def of(self, part: Part, frame: np.ndarray) -> tuple[list[Foreign], list[Foreign]]:
         """Visuals and collisions of a part, the same shapes twice."""
         visuals, collisions = [], []
         for shape in part.shapes:
@@ -85,7 +84,7 @@ class Shapes:
                 collisions.append(urdf.Collision(name=f"{name}_collision", **placed))
         return visuals, collisions
 
-    def _geometries(self, shape: Shape) -> list[tuple[str, np.ndarray, Any]]:
+    def _geometries(self, shape: Shape) -> list[tuple[str, np.ndarray, Foreign]]:
         """(name, pose in the shape's axes, geometry) for each piece of a shape."""
         size = [float(number) for number in shape.size]
         if shape.kind == "box":
@@ -131,12 +130,12 @@ class _Robot:
     tree: Tree
     name: str
     shapes: Shapes
-    links: list[Any] = field(default_factory=list)
-    joints: list[Any] = field(default_factory=list)
+    links: list[Foreign] = field(default_factory=list)
+    joints: list[Foreign] = field(default_factory=list)
     frames: dict[str, np.ndarray] = field(default_factory=dict)  # link's place in the part's axes [m] (3,)
     between: list[str] = field(default_factory=list)
 
-    def made(self) -> Any:
+    def made(self) -> Foreign:
         """The robot, complete."""
         roots = [part for part in self.tree.parts.values() if part.parent is None]
         world = None
@@ -168,7 +167,7 @@ class _Robot:
             self.links.append(urdf.Link(name=point))
             self.joints.append(self._fixed(part.name, point, pose_of(place - frame)))
 
-    def _joint(self, joint: Joint | None, parent: str, child: str, origin: np.ndarray) -> Any:
+    def _joint(self, joint: Joint | None, parent: str, child: str, origin: np.ndarray) -> Foreign:
         if joint is None:
             return self._fixed(parent, child, origin)
         moving = bool(joint.damping or joint.friction)
@@ -183,7 +182,7 @@ class _Robot:
             limit=_limit(joint),
         )
 
-    def _link(self, part: Part) -> Any:
+    def _link(self, part: Part) -> Foreign:
         frame = pose_of(-self.frames[part.name])
         massless = not part.mass and not part.inertia.any()
         centre = frame @ pose_of(part.centre)
@@ -191,7 +190,7 @@ class _Robot:
         shown = dict(zip(("visuals", "collisions"), self.shapes.of(part, frame), strict=True))
         return urdf.Link(name=part.name, inertial=None if massless else inertial, **shown)
 
-    def _fixed(self, parent: str, child: str, origin: np.ndarray) -> Any:
+    def _fixed(self, parent: str, child: str, origin: np.ndarray) -> Foreign:
         taken = {*self.tree.joints(), *(joint.name for joint in self.joints)}
         name = free_name(f"{child}_fixed", taken)
         return urdf.Joint(name=name, type="fixed", parent=parent, child=child, origin=origin)
@@ -242,7 +241,7 @@ def _steps(part: Part, above: np.ndarray) -> Iterator[tuple[Joint | None, np.nda
         before, last = np.eye(4), place
 
 
-def _limit(joint: Joint) -> Any:
+def _limit(joint: Joint) -> Foreign:
     """Stops, counted from the posture of the tree; None for a hinge without stops, and a free joint."""
     if joint.kind == "free" or (joint.kind == "hinge" and joint.range is None):
         return None
