@@ -1,11 +1,9 @@
 """Notes and warnings that a file, a leg or a stride carries beside its numbers."""
 
-from typing import Any
-
-from afo_sim.common import Notice
+from afo_sim.common import Json, Notice
 
 
-def note(code: str, text: str, /, *, subject: str = "", **data: Any) -> Notice:
+def note(code: str, text: str, /, *, subject: str = "", **data: Json) -> Notice:
     """A notice that explains what was read or done, and doubts nothing; arguments as of `Notice`."""
     return Notice(code, text, subject=subject, severity="note", **data)
 

@@ -2,11 +2,10 @@
 
 import pathlib
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
-from afo_sim.common import InputError, Notice, parse_quantity
+from afo_sim.common import InputError, Keywords, Notice, parse_quantity
 from afo_sim.gait_lab.readers.opensim_table import OpenSimTable
 
 _PERSON = (0.5, 2.5)  # largest extent of a person's markers [m]; assumed: a leg alone to arms stretched up
@@ -61,7 +60,7 @@ def metres(points: np.ndarray, stated: float | None, unit: str) -> tuple[float |
             text = f"{seen}: nobody is of that size, nor in another unit"
             return stated, [Notice("length-unit-impossible", text, stated_size=size * stated, stated=unit)]
         text = f"{seen}; they were read as {{unit}}, which makes {{size:.2f}} m"
-        data: dict[str, Any] = {"stated_size": size * stated, "size": size * factor}
+        data: Keywords = {"stated_size": size * stated, "size": size * factor}
         return factor, [Notice("length-unit-doubted", text, stated=unit, unit=name, **data)]
     if not name:
         return None, []
@@ -116,7 +115,7 @@ def angle_unit(
     text = "{file}: {subject} has a range of {span:.3g}, so its angles are in {unit} (a knee that bends by "
     text += "{bend:.0f} deg); its header {header}"
     bend = float(span if looks else np.degrees(span))
-    data: dict[str, Any] = {"file": table.file.name, "span": span, "unit": word, "bend": bend}
+    data: Keywords = {"file": table.file.name, "span": span, "unit": word, "bend": bend}
     return looks, (Notice("angle-unit-read", text, subject=name, **data, header=header),)
 
 

@@ -2,11 +2,10 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from afo_sim.common import GRAVITY, InputError, Notice
+from afo_sim.common import GRAVITY, InputError, Keywords, Notice
 from afo_sim.gait import RANGES
 from afo_sim.gait_lab.noted import Noted, note
 from afo_sim.gait_lab.trial.ground_force import GroundForce, PlateContact
@@ -111,7 +110,7 @@ def _estimate(
     counted = " and ".join(f"{len(each)} {side}" for side, each in shares.items())
     word = "strides" if sum(map(len, shares.values())) > 1 else "stride"
     text = "the plates carry {mass:.1f} kg (±{percent:.0f} %) over {strides}{symmetry}"
-    data: dict[str, Any] = {"percent": 100.0 * error, "strides": f"{counted} {word}", "symmetry": symmetry}
+    data: Keywords = {"percent": 100.0 * error, "strides": f"{counted} {word}", "symmetry": symmetry}
     return mass, error * mass, [note("mass-by-plates", text, mass=mass, **data), *notices]
 
 

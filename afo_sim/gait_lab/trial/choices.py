@@ -4,11 +4,11 @@ import math
 import pathlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, get_args
+from typing import get_args
 
 import numpy as np
 
-from afo_sim.common import InputError, parse_quantity, unknown
+from afo_sim.common import InputError, JsonMapping, Keywords, parse_quantity, unknown
 from afo_sim.gait import BODY_HEIGHT, SOLE_THICKNESS, Walker
 
 ROLES = ("hip", "knee", "ankle", "heel", "toe")
@@ -120,9 +120,9 @@ def nearest_axis(vector: np.ndarray) -> str:
     return ("-" if vector[k] < 0.0 else "") + "xyz"[k]
 
 
-def read_options(given: Mapping[str, Any]) -> Choices:
+def read_options(given: JsonMapping) -> Choices:
     """Choices from options as a person types them."""
-    values: dict[str, Any] = {name: given[name] for name in PLAIN if given.get(name) is not None}
+    values: Keywords = {name: given[name] for name in PLAIN if given.get(name) is not None}
     for name in (name for name in _QUANTITIES if given.get(name) is not None):
         text = given[name]
         both = name == "hip"  # forward and up

@@ -6,11 +6,10 @@ from collections import Counter
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
-from afo_sim.common import InputError, Notice
+from afo_sim.common import InputError, Keywords, Notice
 from afo_sim.gait import CLOSING_USUAL, KINEMATICS, GaitCycle, closing_errors, examine
 from afo_sim.gait_lab.noted import note
 from afo_sim.gait_lab.trial.choices import SIDES, Choices
@@ -137,7 +136,7 @@ def mean_cycle(cycles: Sequence[GaitCycle]) -> tuple[GaitCycle, dict[str, np.nda
     values["ankle_x"] = values["ankle_x"] - values["ankle_x"][:, :1]
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # NaN where none, or a single one, is known
-        means: dict[str, Any] = {name: np.nanmean(rows, axis=0) for name, rows in values.items()}
+        means: Keywords = {name: np.nanmean(rows, axis=0) for name, rows in values.items()}
         band = {name: np.nanstd(rows, axis=0, ddof=1) for name, rows in values.items()}
     # a mean weighted by forces, where those that have a place carry at least half of the force
     place, force = values["cop_x"], values["grf_z"]

@@ -2,11 +2,10 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
-from afo_sim.common import InputError, Notice
+from afo_sim.common import InputError, Keywords, Notice
 from afo_sim.gait_lab.noted import note
 from afo_sim.gait_lab.readers.markers import Markers
 from afo_sim.gait_lab.readers.opensim_model import OpenSimModel
@@ -74,7 +73,7 @@ class Segment:
         worst = max(off, key=lambda name: off[name])
         text = "the model's {subject} misses the trial's markers by {rms_mm:.0f} mm RMS, most of all {worst} "
         text += "by {worst_mm:.0f} mm: another person's model, or a marker moved or swapped?"
-        data: dict[str, Any] = {"rms_mm": rms_mm, "worst": worst, "worst_mm": 1e3 * off[worst]}
+        data: Keywords = {"rms_mm": rms_mm, "worst": worst, "worst_mm": 1e3 * off[worst]}
         return laid, Notice("segment-misfit", text, subject=self.name, **data)
 
 

@@ -1,12 +1,11 @@
 """Plausibility of a stride that was cut from a trial: markers, clocks and curves that are odd."""
 
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 
 from afo_sim import gait
-from afo_sim.common import InputError, Notice
+from afo_sim.common import InputError, Keywords, Notice
 from afo_sim.gait_lab.trial.ground_force import GroundForce
 from afo_sim.gait_lab.trial.leg_motion import LegMotion
 from afo_sim.gait_lab.trial.leg_points import LegPoints
@@ -107,7 +106,7 @@ def _flat(cycle: gait.GaitCycle) -> list[Notice]:
     text = "the foot is never steady for {least:.0f} % of the stride between {low:.0f} and {high:.0f} %: "
     text += "{taken} are taken as flat, and with them the ankle's zero and height"
     low, high = (100.0 * share for share in gait.WITHIN)
-    data: dict[str, Any] = {"least": 100.0 * gait.LEAST, "low": low, "high": high, "taken": cycle.flat.words}
+    data: Keywords = {"least": 100.0 * gait.LEAST, "low": low, "high": high, "taken": cycle.flat.words}
     return [Notice("foot-never-flat", text, **data)]
 
 
@@ -121,7 +120,7 @@ def _ankle_height(cycle: gait.GaitCycle, points: LegPoints) -> list[Notice]:
         return []
     text = "the ankle is {height_cm:.1f} cm above the floor with the foot flat; of this leg {low_cm:.0f} to "
     text += "{high_cm:.0f} cm is usual: is the floor at 0, the foot ever flat?"
-    data: dict[str, Any] = {"height_cm": 100.0 * height, "low_cm": 100.0 * low, "high_cm": 100.0 * high}
+    data: Keywords = {"height_cm": 100.0 * height, "low_cm": 100.0 * low, "high_cm": 100.0 * high}
     return [Notice("ankle-height", text, **data)]
 
 
@@ -245,7 +244,7 @@ def _against_reference(cycle: gait.GaitCycle, reference: np.ndarray) -> list[Not
     left, reason = min(reasons)
     peak, own = (float(np.max(np.abs(moment[on]))) for moment in (reference, cycle.ankle_moment))
     text = "the ankle moment is {error:.2f} N·m/kg RMS away from the given one in stance"
-    data: dict[str, Any] = {"error": error, "peak": peak, "own": own, "left": left, "reason": reason}
+    data: Keywords = {"error": error, "peak": peak, "own": own, "left": left, "reason": reason}
     if peak < _UNLOADED * own:
         text += ", which peaks at {peak:.2f} of {own:.2f} N·m/kg: was it computed without ground forces?"
     elif left < _EXPLAINED * error:
@@ -284,7 +283,7 @@ def _lengths(points: LegPoints, lengths: Mapping[str, np.ndarray]) -> list[Notic
         when = f"at {first:.2f} s" if bad.sum() == 1 else span
         text = "the {subject}, {upper} to {lower}, changes its length of {length_cm:.1f} cm by "
         text += "{percent:+.0f} %, {when}: exchanged or sliding markers?"
-        data: dict[str, Any] = {"upper": upper, "lower": lower, "when": when}
+        data: Keywords = {"upper": upper, "lower": lower, "when": when}
         data |= {"length_cm": 100.0 * median, "percent": 100.0 * float(change[k])}
         found.append(Notice("segment-length", text, subject=f"{points.side} {name}", **data))
     return found
@@ -306,7 +305,7 @@ def _leaps(points: LegPoints) -> list[Notice]:
             k = int(np.argmax(leaps))
             text = "the {subject} leaps by {off_cm:.0f} cm at {time:.2f} s"
             text += " and later: exchanged markers?" if leaps[k + 3 :].any() else ": exchanged markers?"
-            data: dict[str, Any] = {"off_cm": 100.0 * float(off[k]), "time": float(time[k + 2])}
+            data: Keywords = {"off_cm": 100.0 * float(off[k]), "time": float(time[k + 2])}
             found.append(Notice("point-leaps", text, subject=f"{points.side} {role}", **data))
     return found
 
@@ -324,7 +323,7 @@ def _steps_of_time(what: str, time: np.ndarray, rate: float) -> list[Notice]:
         worst = steps[np.argmax(np.abs(steps - step))]
         text = "{subject} has {uneven} of {steps} steps of time that are not {step_ms:.3g} ms, one of "
         text += "{worst_ms:.3g} ms: the samples between are interpolated"
-        data: dict[str, Any] = {"uneven": int(uneven.sum()), "steps": len(steps)}
+        data: Keywords = {"uneven": int(uneven.sum()), "steps": len(steps)}
         data |= {"step_ms": 1e3 * step, "worst_ms": 1e3 * float(worst)}
         found.append(Notice("sampled-unevenly", text, subject=what, **data))
     return found

@@ -3,11 +3,10 @@
 import itertools
 from collections.abc import Iterator, Mapping
 from dataclasses import astuple, dataclass
-from typing import Any
 
 import numpy as np
 
-from afo_sim.common import GRAVITY, InputError, Notice, with_code
+from afo_sim.common import GRAVITY, InputError, Json, Keywords, Notice, with_code
 from afo_sim.gait_lab.readers.signals import fill_gaps, low_pass, stretches
 from afo_sim.gait_lab.trial.ground_force import PlateContact
 from afo_sim.gait_lab.trial.imported import Check, Imported
@@ -155,7 +154,7 @@ def _stop(time: np.ndarray, way: np.ndarray, at: float, sign: int) -> float:
 
 
 def _check(
-    fault: str, found: str, limit: str, wrong: bool, code: str, text: str, subject: str = "", /, **data: Any
+    fault: str, found: str, limit: str, wrong: bool, code: str, text: str, subject: str = "", /, **data: Json
 ) -> Check:
     """A check that was made, with its notice where something is wrong."""
     return Check(fault, found, limit, notice=Notice(code, text, subject=subject, **data) if wrong else None)
@@ -288,7 +287,7 @@ def _scaled(done: Imported) -> Iterator[Check]:
         text = "plate {subject} carries {percent:.0f} % less than plate {other} by Newton's law (limit "
         text += "{limit:.0f} %): one of them is scaled, and its moments by as much, or a cane or a rail "
         text += "carries the rest"
-        data: dict[str, Any] = {"percent": -less, "other": high, "limit": limit}
+        data: Keywords = {"percent": -less, "other": high, "limit": limit}
         said = f"plate {low} {-less:.0f} % less", f"{limit:.0f} %"
         yield _check("plates alike", *said, not alike, "plates-unlike", text, low, **data)
     if mass.how == "by the plates":

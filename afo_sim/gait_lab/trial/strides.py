@@ -4,11 +4,10 @@ import dataclasses
 import itertools
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from afo_sim.common import InputError
+from afo_sim.common import InputError, Keywords
 from afo_sim.gait_lab.readers.signals import stretches
 from afo_sim.gait_lab.trial import recorded_stride
 from afo_sim.gait_lab.trial.events import (
@@ -298,7 +297,7 @@ def _longest_seen(motion: LegMotion) -> LegMotion:
         seen &= (motion.time <= start) | (motion.time >= end)
     first, stop = max(stretches(seen), key=lambda run: run[1] - run[0], default=(0, 0))
     part = slice(first, max(first + 2, stop))
-    arrays: dict[str, Any] = {
+    arrays: Keywords = {
         f.name: getattr(motion, f.name)[part]
         for f in dataclasses.fields(motion)
         if isinstance(getattr(motion, f.name), np.ndarray)
@@ -356,7 +355,7 @@ def _unrolled(motion: LegMotion, window: tuple[float, float], period: float, len
     """The motion of the window, three periods of it."""
     step = float(motion.time[1] - motion.time[0])
     time = np.arange(window[0] - period, window[0] + 2.0 * period, step)
-    changed: dict[str, Any] = {"time": time}
+    changed: Keywords = {"time": time}
     for field in dataclasses.fields(motion):
         values = getattr(motion, field.name)
         if field.name == "time" or not isinstance(values, np.ndarray):
