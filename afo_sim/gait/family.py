@@ -5,11 +5,10 @@ import functools
 import os
 import pathlib
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
-from afo_sim.common import InputError, read_header
+from afo_sim.common import FloatOrArray, InputError, read_header
 from afo_sim.gait.checks import COP_FORCE
 from afo_sim.gait.cycle import GaitCycle
 from afo_sim.gait.file import read
@@ -90,7 +89,7 @@ def _members(folder: pathlib.Path, family: str, stamp: _Stamp) -> tuple[tuple[st
 def _blended(slow: GaitCycle, fast: GaitCycle, share: float, speed: float, between: str) -> GaitCycle:
     """The stride at a share of the way from the slow one to the fast one."""
 
-    def mix(of_slow: Any, of_fast: Any) -> Any:
+    def mix(of_slow: FloatOrArray, of_fast: FloatOrArray) -> FloatOrArray:
         """A column or a number; None where it is not known of both."""
         known = of_slow is not None and of_fast is not None
         return (1.0 - share) * of_slow + share * of_fast if known else None

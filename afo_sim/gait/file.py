@@ -1,9 +1,8 @@
 """Gait cycles as CSV files."""
 
 import pathlib
-from typing import Any
 
-from afo_sim.common import InputError, read_header, read_phase_table, write_phase_table
+from afo_sim.common import InputError, Keywords, read_header, read_phase_table, write_phase_table
 from afo_sim.gait.checks import examine
 from afo_sim.gait.cycle import COLUMNS, NUMBERS, OPTIONAL, GaitCycle
 
@@ -17,7 +16,7 @@ def read(path: str | pathlib.Path) -> GaitCycle:
     if read_header(file).get("kind") == "norm":
         raise InputError("is a norm to compare with", file=file, allowed="one stride of a person")
     table = read_phase_table(file, tuple(COLUMNS))
-    facts: dict[str, Any] = {name: table.text(key) for key, name in _TEXTS.items()}
+    facts: Keywords = {name: table.text(key) for key, name in _TEXTS.items()}
     facts |= {name: table.number(key) for key, name in NUMBERS.items()}
     facts |= {name: table.number(key) for key, name in OPTIONAL.items() if key in table.header}
     facts |= {name: table.columns[column] * factor for column, (name, factor) in COLUMNS.items()}
