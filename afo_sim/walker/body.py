@@ -5,13 +5,12 @@ import itertools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common import GRAVITY, InputError
+from afo_sim.common import GRAVITY, InputError, Keywords
 from afo_sim.description import Ground, Scenario
 from afo_sim.model import (
     ANKLE,
@@ -105,7 +104,7 @@ def build_body(scenario: Scenario, strength: dict[str, float] | None = None, spr
         _fill_leg(body, k, strength or {})
         _fill_floor(body, k)
         _fill_tissue(body, k)
-    known: dict[str, dict[str, Any]] = {}
+    known: dict[str, Keywords] = {}
     for place, (side, circuit) in zip(places, circuits.items(), strict=False):
         own = native.circuit_ids(model, circuit, side)
         native.fill_circuit(model, circuit, own, userdata=place)

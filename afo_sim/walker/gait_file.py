@@ -5,12 +5,11 @@ import os
 import pathlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 import tomli_w
 
-from afo_sim.common import InputError, assets, parse_quantity, unknown, write_sealed
+from afo_sim.common import InputError, JsonMapping, assets, parse_quantity, unknown, write_sealed
 from afo_sim.physics import GAINS
 from afo_sim.walker.bounds import BOUNDS
 from afo_sim.walker.gait import OFFSETS, Vector
@@ -27,7 +26,7 @@ class Gait:
     description: str
     speed: float  # that it was searched for [m/s]
     vector: Vector  # first pose and gains
-    search: Mapping[str, Any] = field(default_factory=dict)  # how it was found, in words and numbers
+    search: JsonMapping = field(default_factory=dict)  # how it was found, in words and numbers
 
 
 def read_gait(name: str | os.PathLike[str]) -> Gait:
@@ -95,6 +94,6 @@ def write_gait(path: os.PathLike[str], gait: Gait) -> None:
     write_sealed(pathlib.Path(path), tomli_w.dumps(tables), "adapted gait")
 
 
-def with_vector(gait: Gait, vector: Vector, name: str, description: str, search: Mapping[str, Any]) -> Gait:
+def with_vector(gait: Gait, vector: Vector, name: str, description: str, search: JsonMapping) -> Gait:
     """A gait with other numbers, and how they were found."""
     return dataclasses.replace(gait, name=name, description=description, vector=vector, search=dict(search))

@@ -2,8 +2,8 @@
 
 import math
 from collections.abc import Mapping
-from typing import Any
 
+from afo_sim.common import JsonDict
 from afo_sim.walker.respond import Case
 from afo_sim.walker.strides import HEEL_FIRST, SPREAD, norm_at, shape, sole_tilt
 
@@ -40,7 +40,7 @@ def shown(own: Mapping[str, float], norm: Mapping[str, float]) -> list[str]:
     return [sign for sign, rules in SIGNS.items() if all(beyond(*rule) for rule in rules)]
 
 
-def signs_of(case: Case) -> list[dict[str, Any]] | None:
+def signs_of(case: Case) -> list[JsonDict] | None:
     """Signs of "right", "left" leg, "trunk" with numbers and the norm's, plain data; None without strides."""
     if not math.isfinite(speed := case.numbers["speed"]):
         return None

@@ -1,12 +1,12 @@
 """What a healthy gait is held to: angles, moments, forces, EMG, clearance and cost, each within a bound."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
+from afo_sim.common import JsonDict, JsonMapping
 from afo_sim.walker.strides import ANGLES, EMG, emg, norm_at, numbers, sole_tilt, strides_of
 from afo_sim.walker.walking import Walked
 
@@ -64,13 +64,13 @@ TABLE = (
 
 def beside_people(walked: Walked, speed: float) -> Iterator[tuple[Held, float, float, float, float]]:
     """Each row of `TABLE` beside people at a speed: measured, the walk's, centre and half of its bound."""
-    people: dict[str, Any] = dict(norm_at(round(speed, 2), walked.body.size.taller)) | emg()
+    people: JsonDict = dict(norm_at(round(speed, 2), walked.body.size.taller)) | emg()
     people |= {"barefoot": people["ankle"], "ankle": people["ankle"] - sole_tilt(walked.body)}
     people |= {"clearance": 13.0, "cost": measured_cost(speed)}
     theirs, whole, legs = in_numbers(people, people), numbers(walked), []
     for side in ("right", "left"):
         strides = strides_of(walked, side)
-        curves: dict[str, Any] = {curve: strides.mean(curve) for curve in ("load", "moment", *ANGLES, *EMG)}
+        curves: JsonDict = {curve: strides.mean(curve) for curve in ("load", "moment", *ANGLES, *EMG)}
         curves |= {"length": strides.length.mean(), "duration": strides.duration.mean()}
         curves |= {"clearance": 1e3 * whole[f"{side}/clearance"], "cost": whole["cost_of_transport"]}
         legs.append(in_numbers(curves, people))
@@ -85,7 +85,7 @@ def measured_cost(speed: float) -> float:
     return (1.44 + 1.94 * speed**0.43 + 0.24 * speed**4) / speed
 
 
-def in_numbers(walk: Mapping[str, Any], people: Mapping[str, Any]) -> dict[str, float]:
+def in_numbers(walk: JsonMapping, people: JsonMapping) -> dict[str, float]:
     """The rows of `TABLE` of mean curves (101,) and numbers of a walk, some against people's."""
     ankle, load = np.degrees(walk["ankle"]), walk["load"]
     moment = walk["moment"] - people["moment"]

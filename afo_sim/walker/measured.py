@@ -1,14 +1,14 @@
 """The walker against measurement: healthy norms, and how wearers responded, on which nothing is fitted."""
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from scipy.stats import kendalltau
 
-from afo_sim.common import GRAVITY, assets
+from afo_sim.common import GRAVITY, FloatOrArray, JsonDict, assets
 from afo_sim.description import Scenario
 from afo_sim.walker.body import BARE, Body, build_body
 from afo_sim.walker.gait import Vector
@@ -55,19 +55,22 @@ class Wearer:
     strength: Mapping[str, float]
     gaits: Mapping[str, Vector]  # by what they are adapted to: "nothing", DEVICE, "spring of 30 N*m/rad"
 
-    def body(self, sets: Mapping[str, Any] | None = None, spring: float = 0.0) -> Body:
+    def body(self, sets: Mapping[str, object] | None = None, spring: float = 0.0) -> Body:
         """Bare, or with the device where there are `sets`; a spring at its ankle [N·m/deg]."""
         worn = self.scenario.set(BARE if sets is None else sets)
         return build_body(worn, dict(self.strength), math.degrees(spring))
 
-    def walk(self, sets: Any = None, spring: float = 0.0, *, weeks: bool = False) -> Walked:
+    def walk(
+        self, sets: Mapping[str, object] | None = None, spring: float = 0.0, *, weeks: bool = False
+    ) -> Walked:
         """Their walk with such a body by their own gait, or by that after weeks of it."""
         worn = f"spring of {math.degrees(spring):g} N*m/rad" if spring else DEVICE
         return walk(self.body(sets, spring), self.gaits[worn if weeks else "nothing"], WALKED)
 
 
 People = Mapping[str, Sequence[Wearer]]
-Responses = Iterator[tuple[Any, ...]]  # a name in RESPONSES, each wearer's, whether it is told; NaN of a fall
+# a name in RESPONSES, each wearer's (NaN of a fall), and whether it is told
+Responses = Iterator[tuple[str, FloatOrArray] | tuple[str, FloatOrArray, bool]]
 
 
 def wearers(condition: str, scenario: str = SCENARIO) -> list[Wearer]:
@@ -90,7 +93,7 @@ def compare() -> list[Compared]:
     return [*healthy(), *pushed(), *(beside(*each) for each in (*rows, *kept.items()))]
 
 
-def beside(name: str, own: Any, sure: bool = True) -> Compared:
+def beside(name: str, own: FloatOrArray, sure: bool = True) -> Compared:
     """Wearers' responses beside a published one.
 
     They agree where the sign is right and their median lies in the published spread. A sign is told where
@@ -109,7 +112,7 @@ def beside(name: str, own: Any, sure: bool = True) -> Compared:
     return Compared(**told, simulated=median, verdict=verdict, between=(least, most))
 
 
-def _told(name: str) -> dict[str, Any]:
+def _told(name: str) -> JsonDict:
     return dict(assets.read_toml(assets.folder("models") / RESPONSES)[name])
 
 
@@ -119,7 +122,9 @@ def _curve(walked: Walked, name: str) -> np.ndarray:
     return strides.mean(name) if walked.fell is None and len(strides.duration) else np.full(SAMPLES, math.nan)
 
 
-def _change(pair: tuple[Walked, Walked], name: str, part: slice, of: Any = np.mean) -> float:
+def _change(
+    pair: tuple[Walked, Walked], name: str, part: slice, of: Callable[[np.ndarray], FloatOrArray] = np.mean
+) -> float:
     """Of a number of a curve in a part of the stride, the first walk's over the second's [%]."""
     after, before = (of(_curve(walked, name)[part]) for walked in pair)
     return float(100.0 * (after / before - 1.0))

@@ -7,12 +7,11 @@ import pathlib
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from scipy.special import ndtri
 
-from afo_sim.common import InputError, assets, parse_quantity, unknown
+from afo_sim.common import FloatOrArray, InputError, JsonDict, JsonMapping, assets, parse_quantity, unknown
 from afo_sim.description import Scenario, load
 from afo_sim.model import person_of
 from afo_sim.physics import LEG_MUSCLES
@@ -39,7 +38,7 @@ class Range:
     sd: float = 0.0  # of the logarithm
     source: str = ""
 
-    def at(self, share: Any) -> Any:
+    def at(self, share: FloatOrArray) -> FloatOrArray:
         """The number below which a share of people lies."""
         if self.sd:
             return self.median * np.exp(self.sd * ndtri(share))
@@ -122,7 +121,7 @@ def read_condition(name: str | os.PathLike[str]) -> Condition:
     return Condition(file, str(tables.get("description", "")), patient, ranges, *numbers)
 
 
-def _range(table: Mapping[str, Any], key: str) -> Range:
+def _range(table: JsonMapping, key: str) -> Range:
     """A range of a condition's file; of the cuff in its SI unit, of a patient's key in the unit it has."""
     source, lognormal = table["source"], "median" in table
     keys = {"median", "sd", "source"} if lognormal else {"from", "to", "source"}
@@ -178,7 +177,7 @@ def as_drawn(
     """A scenario, and the share left of each muscle, of a patient with some numbers."""
     person, patient = person_of(scenario), scenario.patient
     assert patient is not None
-    sets: dict[str, Any] = {
+    sets: JsonDict = {
         "patient.passive_scale": patient.passive_scale * numbers.get("tissue", 1.0),
         "patient.body_mass": f"{person.body_mass * numbers.get('mass', 1.0)!r} kg",
         "patient.body_height": f"{person.body_height * numbers.get('height', 1.0)!r} m",

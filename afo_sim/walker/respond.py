@@ -8,11 +8,10 @@ import pathlib
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
-from afo_sim.common import InputError, assets, called, optional, unknown
+from afo_sim.common import InputError, JsonMapping, Keywords, assets, called, optional, unknown
 from afo_sim.description import Scenario, load
 from afo_sim.physics import LEG_MUSCLES
 from afo_sim.walker.body import BARE, SIDES, Body, build_body
@@ -69,7 +68,7 @@ class Response:
 
     scenario: Scenario  # whose patient and device
     cases: Mapping[str, Case]  # by name
-    asked: Mapping[str, Any] = field(default_factory=dict)  # what it was computed with, by name
+    asked: JsonMapping = field(default_factory=dict)  # what it was computed with, by name
 
     def __getitem__(self, case: str) -> Case:
         return self.cases[case]
@@ -109,7 +108,9 @@ def stronger(left: Mapping[str, float]) -> list[dict[str, float]]:
     return [{n: min(own + share, 1.0) if own < 1.0 else own for n, own in left.items()} for share in STRONGER]
 
 
-def prepared(scenario: str | os.PathLike[str] | Scenario, sets: Mapping[str, Any] | None = None) -> Scenario:
+def prepared(
+    scenario: str | os.PathLike[str] | Scenario, sets: Mapping[str, object] | None = None
+) -> Scenario:
     """A walking scenario at the walker's time step, unless it is set."""
     read = scenario if isinstance(scenario, Scenario) else load("scenario", scenario, dict(sets or {}))
     if isinstance(scenario, Scenario) and sets:
@@ -140,7 +141,7 @@ def prepared(scenario: str | os.PathLike[str] | Scenario, sets: Mapping[str, Any
 
 def respond(
     scenario: str | os.PathLike[str] | Scenario,
-    sets: Mapping[str, Any] | None = None,
+    sets: Mapping[str, object] | None = None,
     *,
     gait: str | os.PathLike[str] = "natural",
     adapted: str | os.PathLike[str] | None = None,
@@ -213,7 +214,7 @@ def respond(
         report(name, 0.0)
         walked, falls = walk(own_copy(body), gait.vector, duration), None
         if starts:
-            how: dict[str, Any] = {"starts": starts, "push": push, "seed": seed, "threads": threads}
+            how: Keywords = {"starts": starts, "push": push, "seed": seed, "threads": threads}
             falls = falls_of(body, gait.vector, report=functools.partial(report, name), **how)
         return Case(name, gait, walked, numbers(walked), falls)
 
@@ -224,7 +225,7 @@ def respond(
     alive = tuple(name for name in SUBSETS[subset] if not (dead and name.startswith("tibialis")))
     stated = {"tibialis": 1.0} | shares
     corners, unlike = draw_about(described, stated, DRAWN_WITH, seed + 1)
-    search: dict[str, Any] = {"generations": generations, "seed": seed + 1, "threads": threads}
+    search: Keywords = {"generations": generations, "seed": seed + 1, "threads": threads}
     for name, wearing in worn.items():
         body = build_body(wearing, shares)
         cases[name] = case(name, body, healthy)

@@ -6,9 +6,11 @@ import math
 import os
 import pathlib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from typing import Any
 
 from afo_sim.common import (
+    JsonDict,
+    JsonMapping,
+    Keywords,
     as_stored,
     check_writable,
     parquet_column,
@@ -32,7 +34,7 @@ FILES = (JSON, TABLE, GAITS, CURVES, *PICTURES, *_OF_CASES)
 
 
 @contextlib.contextmanager
-def _written(folder: pathlib.Path, contents: Mapping[str, Any]) -> Iterator[pathlib.Path]:
+def _written(folder: pathlib.Path, contents: JsonMapping) -> Iterator[pathlib.Path]:
     """Where files are written, all or none of them, beside walk.json."""
     check_writable(folder)
     with together(folder, FILES) as scratch:
@@ -40,9 +42,7 @@ def _written(folder: pathlib.Path, contents: Mapping[str, Any]) -> Iterator[path
         yield scratch
 
 
-def _contents(
-    found: Response | Population, command: Mapping[str, Any], told: Iterable[Reply]
-) -> dict[str, Any]:
+def _contents(found: Response | Population, command: JsonMapping, told: Iterable[Reply]) -> JsonDict:
     """What walk.json says of every walk."""
     contents = {"command": dict(command), "scenario": found.scenario.resolved(), "asked": dict(found.asked)}
     return contents | {"verdict": [dataclasses.asdict(reply) for reply in told], "versions": versions()}
@@ -52,7 +52,7 @@ def save(
     response: Response,
     folder: str | os.PathLike[str],
     *,
-    command: Mapping[str, Any] | None = None,
+    command: JsonMapping | None = None,
     draw: Callable[[Response, pathlib.Path], None] | None = None,
 ) -> pathlib.Path:
     """Write walk.json, the columns of each case as Parquet, gaits that were searched as TOML; all or none."""
@@ -72,9 +72,9 @@ def save(
     return place
 
 
-def _numbers(case: Case) -> dict[str, Any]:
+def _numbers(case: Case) -> JsonDict:
     """A case in plain data; a number that there is not is None."""
-    found: dict[str, Any] = {"gait": case.gait.name, "search": dict(case.gait.search)}
+    found: Keywords = {"gait": case.gait.name, "search": dict(case.gait.search)}
     found |= {"fell": case.walked.fell, "signs": signs_of(case)}
     found["falls"] = case.falls and dataclasses.asdict(case.falls) | {"interval": list(case.falls.interval)}
     return found | {"numbers": _finite(case.numbers)}
@@ -85,7 +85,7 @@ def _finite(numbers: Mapping[str, float]) -> dict[str, float | None]:
 
 
 def save_table(
-    rows: Sequence[Mapping[str, str]], folder: pathlib.Path, command: Mapping[str, Any], gaits: str = ""
+    rows: Sequence[Mapping[str, str]], folder: pathlib.Path, command: JsonMapping, gaits: str = ""
 ) -> None:
     """Write wearers at several values as walk.csv, walk.json, and their gaits, if any; all or none."""
     kept = [{name: cell.replace("−", "-").replace('"', "'") for name, cell in row.items()} for row in rows]
@@ -100,13 +100,13 @@ def save_population(
     population: Population,
     recorded: Recorded,
     folder: pathlib.Path,
-    command: Mapping[str, Any],
+    command: JsonMapping,
     draw: Callable[[Population, Recorded, pathlib.Path], None] | None = None,
 ) -> None:
     """Write walk.json, a row of each patient and case as walk.csv, curves, adapted gaits; all or none."""
     import pyarrow as pa
 
-    names, rows, curves = list(population.condition.ranges), list[dict[str, Any]](), list[dict[str, Any]]()
+    names, rows, curves = list(population.condition.ranges), list[JsonDict](), list[JsonDict]()
     for case, patients in population.cases.items():
         for k, (one, drawn) in enumerate(zip(patients, population.drawn, strict=True), 1):
             who, falls = {"case": case, "patient": k}, dataclasses.asdict(one.falls)

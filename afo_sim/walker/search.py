@@ -7,16 +7,24 @@ import json
 import math
 import pathlib
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Any
 
 import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common import InputError, SimulationError, as_stored, digest, optional, read_json, write_json
+from afo_sim.common import (
+    InputError,
+    Json,
+    SimulationError,
+    as_stored,
+    digest,
+    optional,
+    read_json,
+    write_json,
+)
 from afo_sim.common.versions import CORE, PACKAGE, digest_of_sources, versions
 from afo_sim.physics import GAINS
 from afo_sim.walker.body import Body
@@ -99,11 +107,11 @@ def pushes_at(duration: float, seed: int) -> tuple[Push, ...]:
     return tuple(Push(float(t), float(force)) for t, force in zip(times, forces, strict=True))
 
 
-def told_in(file: pathlib.Path, of: Mapping[str, Any]) -> list[dict[str, Any]]:
+def told_in(file: pathlib.Path, of: dict[str, object]) -> list[dict[str, Json]]:
     """What the search `of` this was told by generation until it was killed; nothing without a file."""
     try:
         found = read_json(file)
-        before, told = dict(found["of"]), list[dict[str, Any]]()
+        before, told = dict(found["of"]), list[dict[str, Json]]()
         for each in found["told"]:
             costs = np.array([float(cost) for cost in each["costs"]]).reshape(POPULATION).tolist()
             told.append({"asked": each["asked"], "costs": costs, "seconds": float(each["seconds"])})
@@ -184,7 +192,7 @@ def search(
     options |= {"randn": lambda *shape: generator.standard_normal(shape), "seed": math.nan}  # NumPy's stays
     options |= {"verbose": -9, "verb_log": 0, "signals_filename": ""}  # no options from a file that lies here
     evolution = cma.CMAEvolutionStrategy(np.zeros(len(first)), 1.0, options)
-    of: dict[str, Any] = {"body": [[identity(body) for body in each] for each in (bodies, drawn)]}
+    of: dict[str, object] = {"body": [[identity(body) for body in each] for each in (bodies, drawn)]}
     of |= {"gait": [vector.offsets.tolist(), vector.gains.tolist(), vector.speed], "seed": seed}
     of |= {"cost": dataclasses.asdict(cost), "choice of numbers": free.__dict__, "population": POPULATION}
     of |= {"duration": duration, "spread": spread, "version": versions(LIBRARIES), "code": CODE}

@@ -6,13 +6,13 @@ import functools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Literal
 
 import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common import AMBIENT_PRESSURE, InputError, SimulationError
+from afo_sim.common import AMBIENT_PRESSURE, InputError, JsonDict, JsonMapping, SimulationError
 from afo_sim.control import Controller, FootSwitch, checked, make
 from afo_sim.description import Scenario
 from afo_sim.model import ANKLE, POINTS, SOLE, valves_at
@@ -57,7 +57,7 @@ class _Board:
     leg: int = 0
     switch: FootSwitch = field(default_factory=lambda: FootSwitch(HEEL_LOAD))
     controller: Controller | None = None
-    commands: dict[str, Any] = field(default_factory=dict)
+    commands: JsonDict = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if self.scenario.controller is not None:
@@ -94,7 +94,7 @@ class _Board:
             return self._at(scenario.phases.chambers, self.switch.phase % 1.0)
         return {}
 
-    def _at(self, tables: Mapping[str, Any], place: float) -> dict[str, float]:
+    def _at(self, tables: JsonMapping, place: float) -> dict[str, float]:
         """Coils at a time or phase of the valves that tables of intervals name; one that wraps is whole."""
         return {
             f"{SIDES[self.leg]}{valve}": float(
