@@ -5,11 +5,10 @@ import pathlib
 import tempfile
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass
-from typing import Any
 
 import numpy as np
 
-from afo_sim.common import InputError, SimulationError
+from afo_sim.common import InputError, Json, JsonDict, JsonMapping, Keywords, SimulationError
 from afo_sim.description import Scenario
 from afo_sim.gait import norm
 from afo_sim.metrics import closing, words
@@ -49,9 +48,9 @@ _DECISIVE = (  # metrics that designs are compared by
     "orthosis_peak_dorsiflexion_torque",
 )
 _AT_ONCE = Asked(frozenset({"toe_clearance"}), doubts=False)
-_SEARCH: dict[str, Any] = {"generations": 9, "starts": 1}
+_SEARCH: Keywords = {"generations": 9, "starts": 1}
 _ENDS = {"low": 0, "high": 2}  # of a band, in quantiles of 5, 50 and 95 %
-Message = dict[str, Any]
+Message = JsonDict
 Report = Callable[..., None]
 
 
@@ -122,7 +121,7 @@ def compared(slot: str, told: Mapping[str, Message]) -> Message:
     return found | {"curves": told["settled"]["curves"], "results": told["run"]["results"]}
 
 
-def _rounded(values: Any, digits: int = 3) -> Any:
+def _rounded(values: Json, digits: int = 3) -> Json:
     """Plain numbers; points of paths may differ in number from frame to frame."""
     if isinstance(values, list):
         return [_rounded(each, digits) for each in values]
@@ -231,9 +230,7 @@ class Answers:
         steps = [{"text": text, "sets": effect.sets} for effect, text in helping]
         return {"kind": "effects", "lines": effects.lines(recording)[:1], "steps": steps}
 
-    def further(
-        self, design: Design, what: str, options: Mapping[str, Any], report: Report
-    ) -> Iterator[Message]:
+    def further(self, design: Design, what: str, options: JsonMapping, report: Report) -> Iterator[Message]:
         """What is made on demand: "bands", "report" or "search"."""
         if what == "search":
             yield self._search(design, options, report)
@@ -254,7 +251,7 @@ class Answers:
             write_report([self.folder / "run"], self.folder / "report.html")
             yield {"kind": "report", "file": "report.html"}
 
-    def _search(self, design: Design, options: Mapping[str, Any], report: Report) -> Message:
+    def _search(self, design: Design, options: JsonMapping, report: Report) -> Message:
         """The design with the lowest objective within the limits of the verdict."""
         scenario, metric = design.scenario, str(options.get("objective", "air_per_stride"))
         limits = limits_of(self._recording(design, report))

@@ -5,9 +5,9 @@ import math
 import re
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass, replace
-from typing import Any, Literal
+from typing import Literal
 
-from afo_sim.common import InputError, assets, in_unit, parse_quantity
+from afo_sim.common import InputError, Json, assets, in_unit, parse_quantity
 from afo_sim.description import load
 from afo_sim.description.keys import Key
 from afo_sim.studio.design import Design
@@ -164,7 +164,7 @@ def _unit_of(key: str) -> str | None:
     return next((unit for pattern, unit in _UNITS.items() if re.fullmatch(pattern, key)), None)
 
 
-def shown(key: str, value: Any) -> Any:
+def shown(key: str, value: Json) -> Json:
     """A value as `--set` takes it, in the page's unit and with four digits."""
     unit = _unit_of(key)
     if unit and isinstance(value, str):
@@ -172,7 +172,7 @@ def shown(key: str, value: Any) -> Any:
     return f"{float(value):.4g}" if unit == "" and re.fullmatch(r"-?[\d.e-]+", str(value)) else value
 
 
-def read(key: str, value: Any) -> Any:
+def read(key: str, value: Json) -> Json:
     """A page's value as `--set` takes it: a number with the unit in which the page shows it."""
     unit = _unit_of(key)
     if unit is None and not key.startswith(("orthosis.", "supply.", "phases.", "start.")):

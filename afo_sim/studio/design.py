@@ -10,7 +10,6 @@ import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
 
 from afo_sim.common import InputError, check_text, read_text, together, unknown, without_digests, write_sealed
 from afo_sim.description import Scenario, load, toml_text
@@ -36,7 +35,7 @@ class Design:
     """A scenario by its name or file, and the values laid over it, as `--set` takes them."""
 
     base: str
-    sets: Mapping[str, Any] = field(default_factory=dict)
+    sets: Mapping[str, object] = field(default_factory=dict)
 
     @cached_property
     def scenario(self) -> Scenario:
@@ -50,7 +49,7 @@ class Design:
         """All keys that can be set, with the values of this design."""
         return {key.key: key for key in keys(self.base, sets=dict(self.sets))}
 
-    def changed(self, sets: Mapping[str, Any], *, follow: bool = True) -> "Design":
+    def changed(self, sets: Mapping[str, object], *, follow: bool = True) -> "Design":
         """The same design with other values, None for those taken back; links `follow` moved anchors."""
         values = {key: value for key, value in {**self.sets, **sets}.items() if value is not None}
         moved = {key.split(".")[2] for key in sets if _ORIGIN in key or _INSERTION in key}
@@ -84,7 +83,7 @@ class Document:
     _back: list[Design] = field(default_factory=list)
     _forth: list[Design] = field(default_factory=list)
 
-    def change(self, sets: Mapping[str, Any], *, follow: bool = True, join: bool = False) -> None:
+    def change(self, sets: Mapping[str, object], *, follow: bool = True, join: bool = False) -> None:
         """Lay values over the design; `join` makes it one step back with the change before it."""
         self.take(self.design.changed(sets, follow=follow), join=join)
 

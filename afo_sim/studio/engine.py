@@ -5,13 +5,12 @@ import pathlib
 import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
-from afo_sim.common import InputError, SimulationError
+from afo_sim.common import InputError, JsonDict, JsonMapping, SimulationError
 from afo_sim.studio.answers import Answers
 from afo_sim.studio.design import Design
 
-Tell = Callable[[dict[str, Any]], None]
+Tell = Callable[[JsonDict], None]
 _STILL, _IDLE = 0.12, 0.4  # from the last change to what takes longer, and to what takes long [s]
 
 
@@ -26,7 +25,7 @@ class Wish:
     serial: int
     design: Design
     what: str = ""
-    options: Mapping[str, Any] = field(default_factory=dict)
+    options: JsonMapping = field(default_factory=dict)
     variants: Mapping[str, Design] = field(default_factory=dict)
 
 
@@ -91,7 +90,7 @@ class Engine:
                         return
                 self._told[1].add(name)
 
-    def _stages(self, wish: Wish) -> Iterator[tuple[str, Callable[[], Iterable[dict[str, Any]]]]]:
+    def _stages(self, wish: Wish) -> Iterator[tuple[str, Callable[[], Iterable[JsonDict]]]]:
         """What is told of a design, the quickest first; what is told already is left out."""
         answers, design = self._answers, wish.design
 
@@ -125,6 +124,6 @@ class Engine:
         if self._wish is not None or self._ended:
             raise _Superseded
 
-    def _say(self, wish: Wish, message: dict[str, Any]) -> None:
+    def _say(self, wish: Wish, message: JsonDict) -> None:
         if self._wish is None:
             self._tell({"serial": wish.serial, **message})

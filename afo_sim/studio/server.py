@@ -9,8 +9,7 @@ import secrets
 import shutil
 import socket
 import webbrowser
-from collections.abc import AsyncIterator, Callable, Sequence
-from typing import Any
+from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
 
 import uvicorn
 from starlette.applications import Starlette
@@ -21,7 +20,7 @@ from starlette.routing import Mount, Route, WebSocketRoute
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from afo_sim.common import InputError, write_text
+from afo_sim.common import InputError, Json, JsonDict, write_text
 from afo_sim.gait import write
 from afo_sim.gait_lab import import_gait, read_options, ten_lines, verdict
 from afo_sim.show import draw_gait
@@ -52,9 +51,9 @@ class Studio:
         self.document, self.saved = document, saved
         self.token = secrets.token_urlsafe(24)
         self.serial = 0
-        self._tabs: dict[WebSocket, asyncio.Queue[dict[str, Any]]] = {}
-        self._last: dict[str, dict[str, Any]] = {}  # by kind: what a new tab is told
-        self._kept: dict[str, dict[str, Any]] = {}  # by slot: answers of the variants
+        self._tabs: dict[WebSocket, asyncio.Queue[JsonDict]] = {}
+        self._last: dict[str, JsonDict] = {}  # by kind: what a new tab is told
+        self._kept: dict[str, JsonDict] = {}  # by slot: answers of the variants
         self._loop: asyncio.AbstractEventLoop | None = None
         self.engine = Engine(self._from_thread)
 
@@ -110,7 +109,7 @@ class Studio:
 
     async def _socket(self, tab: WebSocket) -> None:
         await tab.accept()
-        queue: asyncio.Queue[dict[str, Any]] = asyncio.Queue()
+        queue: asyncio.Queue[JsonDict] = asyncio.Queue()
         self._tabs[tab] = queue
         for message in (self._document(), *self._kept.values(), *self._last.values()):
             queue.put_nowait(message)
@@ -124,7 +123,7 @@ class Studio:
             sender.cancel()
             del self._tabs[tab]
 
-    async def _take(self, message: Any, queue: asyncio.Queue[dict[str, Any]]) -> None:
+    async def _take(self, message: Json, queue: asyncio.Queue[JsonDict]) -> None:
         """Do what a tab asks for; what is wrong with it goes back to that tab."""
         asked = message if isinstance(message, dict) else {}
         before = self.document.design
@@ -145,7 +144,7 @@ class Studio:
             self._tell(self._document())
             self._compare()
 
-    def _does(self) -> dict[str, Callable[[dict[str, Any]], Any]]:
+    def _does(self) -> dict[str, Callable[[JsonDict], Awaitable[None] | None]]:
         document = self.document
         return {
             "change": self._change,
@@ -163,15 +162,15 @@ class Studio:
             "stop": lambda m: self._want(""),
         }
 
-    def _change(self, asked: dict[str, Any]) -> None:
+    def _change(self, asked: JsonDict) -> None:
         sets = {str(key): read(str(key), value) for key, value in asked["sets"].items()}
         self.document.change(sets, follow=asked.get("follow", True) is True, join=asked.get("join") is True)
 
-    def _save(self, asked: dict[str, Any]) -> None:
+    def _save(self, asked: JsonDict) -> None:
         self.saved = save(self.document, str(asked.get("folder") or self.saved)).parent
         self._tell({"kind": "saved", "folder": str(self.saved), "serial": self.serial})
 
-    async def _import(self, asked: dict[str, Any]) -> None:
+    async def _import(self, asked: JsonDict) -> None:
         files = [self.engine.folder / "trial" / pathlib.PurePath(str(name)).name for name in asked["files"]]
         walker = str(asked.get("walker"))
         if walker not in _WHOSE:
@@ -181,13 +180,13 @@ class Studio:
         self.document.change(found.pop("sets"))
         self._tell({"kind": "trial", "serial": self.serial, **found})
 
-    def _search(self, asked: dict[str, Any]) -> None:
+    def _search(self, asked: JsonDict) -> None:
         over = {str(key): tuple(read(str(key), end) for end in ends) for key, ends in asked["keys"].items()}
         if not over:
             raise InputError("is empty: what may vary", field="keys", allowed="a key or more")
         self._want("search", {"over": over, "objective": asked.get("objective", "air_per_stride")})
 
-    def _want(self, what: str, options: dict[str, Any] | None = None) -> None:
+    def _want(self, what: str, options: JsonDict | None = None) -> None:
         design, variants = self.document.design, self.document.variants.items()
         kept = {s: one.design for s, one in variants if s not in self._kept and one.design != design}
         self.engine.want(Wish(self.serial, design, what, options or {}, kept))
@@ -212,7 +211,7 @@ class Studio:
         self._tell(self._document())
         self._want("")
 
-    def _document(self) -> dict[str, Any]:
+    def _document(self) -> JsonDict:
         back, forth = self.document.steps
         design, variants = self.document.design, self.document.variants.items()
         return {
@@ -227,11 +226,11 @@ class Studio:
             "sets": {key: str(value) for key, value in design.sets.items()},
         }
 
-    def _from_thread(self, message: dict[str, Any]) -> None:
+    def _from_thread(self, message: JsonDict) -> None:
         if self._loop is not None and not self._loop.is_closed():
             self._loop.call_soon_threadsafe(self._told, message)
 
-    def _told(self, message: dict[str, Any]) -> None:
+    def _told(self, message: JsonDict) -> None:
         if message["kind"] == "variant":  # of a design of its own, whichever is the present one
             kept, design = self.document.variants.get(message["slot"]), message.pop("design")
             if kept is not None and kept.design == design:
@@ -245,16 +244,16 @@ class Studio:
         self._tell(message)
         self._compare()
 
-    def remember(self, message: dict[str, Any]) -> None:
+    def remember(self, message: JsonDict) -> None:
         """What every tab is told that opens."""
         self._last[message["kind"]] = message
 
-    def _tell(self, message: dict[str, Any]) -> None:
+    def _tell(self, message: JsonDict) -> None:
         for queue in self._tabs.values():
             queue.put_nowait(message)
 
 
-async def _message(tab: WebSocket) -> Any:
+async def _message(tab: WebSocket) -> Json:
     """What a tab sends; None of what is no JSON, or has half a character, which no tab could be told."""
     try:
         found = await tab.receive_json()
@@ -264,7 +263,7 @@ async def _message(tab: WebSocket) -> Any:
         return None
 
 
-async def _send(tab: WebSocket, queue: asyncio.Queue[dict[str, Any]]) -> None:
+async def _send(tab: WebSocket, queue: asyncio.Queue[JsonDict]) -> None:
     with contextlib.suppress(WebSocketDisconnect, RuntimeError):
         while True:
             await tab.send_json(await queue.get())
@@ -301,7 +300,7 @@ class Guard:
         await self.app(scope, receive, guarded)
 
 
-def imported(files: Sequence[pathlib.Path], walker: str, side: str, folder: pathlib.Path) -> dict[str, Any]:
+def imported(files: Sequence[pathlib.Path], walker: str, side: str, folder: pathlib.Path) -> JsonDict:
     """A stride of a trial in a folder, and what is to be said of it."""
     found = import_gait(list(files), read_options({"walker": walker, "side": side}))
     number = 1 + len(list(folder.glob("walk_*.csv")))  # an earlier one is gone back to by undoing
