@@ -6,7 +6,6 @@ import pathlib
 import warnings
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any
 
 from afo_sim.common import InputError, check_writable, nearest_name, together, unknown
 from afo_sim.export.elsewhere.writing import ELSEWHERE, write_elsewhere
@@ -32,7 +31,7 @@ def export(
     rate: float | None = None,
     columns: Iterable[str] = (),
     force: bool = False,
-    sets: Mapping[str, Any] | None = None,
+    sets: Mapping[str, object] | None = None,
     report: Callable[[int, int], object] = lambda done, total: None,
 ) -> Exported:
     """Write a run, or a scenario, for another program; `Recording.export` describes the arguments."""

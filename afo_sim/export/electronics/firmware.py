@@ -7,28 +7,37 @@ import pathlib
 import shutil
 import subprocess
 import tempfile
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import Protocol
 
 import numpy as np
 
-from afo_sim.common import InputError, child_environment, unknown, write_bytes
+from afo_sim.common import Function, InputError, JsonDict, child_environment, unknown, write_bytes
 from afo_sim.control import Coils, Command, Log, Observation
 
 _HERE = pathlib.Path(__file__).with_name("templates")
-_CALLS: dict[str, Any] = {  # of board_t, in its order
+_CALLS: JsonDict = {  # of board_t, in its order
     "micros": ctypes.CFUNCTYPE(ctypes.c_uint64),
     "read": ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_char_p),
     "write": ctypes.CFUNCTYPE(None, ctypes.c_char_p, ctypes.c_int, ctypes.c_int),
 }
 
 
+class Program(Protocol):
+    """A board's program in Python; `board` is the `Firmware` that calls it."""
+
+    def setup(self, board: "Firmware") -> None: ...
+
+    def loop(self, board: "Firmware") -> None: ...
+
+
 class Firmware:
     """A controller: a board's program, in lockstep with the simulation."""
 
     def __init__(
-        self, program: Any, chambers: Sequence[str], *, loop: float = 1e-4, options: Sequence[str] = ()
-    ):
+        self, program: str | os.PathLike[str] | Program, chambers: Sequence[str], *, loop: float = 1e-4,
+        options: Sequence[str] = (),
+    ):  # fmt: skip
         if not 1e-6 <= loop <= 1.0:
             raise InputError("is out of range", field="loop", value=loop, allowed="1e-6 to 1 [s]")
         self.program = _CProgram(program, options) if isinstance(program, str | os.PathLike) else program
@@ -114,7 +123,7 @@ class _CProgram:
                 raise InputError(f"defines no {name}(const board_t *)", file=self._source, field="firmware")
         return loaded
 
-    def setup(self, board: Any) -> None:
+    def setup(self, board: Firmware) -> None:
         """Call a fresh library's setup, with this board from now on."""
         self._library = self._loaded()
         self._calls = [kind(self._kept(getattr(board, name))) for name, kind in _CALLS.items()]
@@ -122,14 +131,14 @@ class _CProgram:
         self._errors: list[BaseException] = []
         self._call(self._library.setup)
 
-    def loop(self, board: Any) -> None:
+    def loop(self, board: Firmware) -> None:
         """Call C's loop."""
         self._call(self._library.loop)
 
-    def _kept(self, call: Callable[..., Any]) -> Callable[..., Any]:
+    def _kept(self, call: Function) -> Function:
         """A call with C's texts, whose error is kept until C returns: none can pass through C."""
 
-        def kept(*given: Any) -> Any:
+        def kept(*given: object) -> object:
             try:
                 return call(*(each.decode() if isinstance(each, bytes) else each for each in given))
             except BaseException as error:
@@ -138,7 +147,7 @@ class _CProgram:
 
         return kept
 
-    def _call(self, function: Any) -> None:
+    def _call(self, function: Function) -> None:
         function(self._board)
         if self._errors:
             raise self._errors[0]

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -81,7 +80,9 @@ def _outputs(built: Built) -> Iterator[Variable]:
     # what reads states and results reads from these where they stand
     act, data = np.arange(model.na), np.arange(model.nuserdata)
 
-    def output(name: str, array: str, place: Any, scale: float = 1.0, offset: float = 0.0) -> Variable:
+    def output(
+        name: str, array: str, place: int | np.ndarray, scale: float = 1.0, offset: float = 0.0
+    ) -> Variable:
         """Unit and sign are those of a run's column of this name."""
         return Variable(name, *describe(name, words), array, int(place), scale, offset)
 

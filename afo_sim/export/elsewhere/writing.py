@@ -5,13 +5,12 @@ import pathlib
 import shutil
 import sys
 from collections.abc import Mapping
-from typing import Any
 
 import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common import InputError, check_writable, together, write_bytes, write_text
+from afo_sim.common import Given, InputError, check_writable, together, write_bytes, write_text
 from afo_sim.description import load
 from afo_sim.export.elsewhere.fmu import IDENTIFIER, binaries, description_of, zipped
 from afo_sim.export.elsewhere.user_library import link_user_library
@@ -34,7 +33,12 @@ AT_REST = 100  # steps of a model that brings no inputs of its own
 
 
 def write_elsewhere(
-    what: Any, to: str, out: pathlib.Path, sets: Mapping[str, Any] | None = None, *, force: bool = False
+    what: Given,
+    to: str,
+    out: pathlib.Path,
+    sets: Mapping[str, object] | None = None,
+    *,
+    force: bool = False,
 ) -> tuple[tuple[pathlib.Path, ...], tuple[str, ...]]:
     """Files and notes of a scenario, or of a run's with its commands, written as `to` of ELSEWHERE has it."""
     if to == "fmu" and out.suffix.lower() != ".fmu":
@@ -142,7 +146,7 @@ def _check_free(out: pathlib.Path, force: bool) -> None:
     check_writable(out.parent)
 
 
-def _write_readme(folder: pathlib.Path, to: str, library: pathlib.Path, **facts: Any) -> None:
+def _write_readme(folder: pathlib.Path, to: str, library: pathlib.Path, **facts: object) -> None:
     text = (TEXTS / f"{to}.md").read_text(encoding="utf-8")
     for key, value in (facts | {"library": library.name, "mujoco": MUJOCO}).items():
         text = text.replace(f"@{key.upper()}@", str(value))
