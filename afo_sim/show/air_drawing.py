@@ -8,14 +8,14 @@ import re
 import textwrap
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
+from afo_sim.common import Keywords
 from afo_sim.description import AMBIENT
 from afo_sim.model import AirEdge, AirScheme, AirWay, Source, conductance, gauge, scenario_of
 from afo_sim.model.air_scheme import air_scheme
-from afo_sim.show.style import COLOURS, ORANGE, ink, plain, width_of, write_page
+from afo_sim.show.style import COLOURS, ORANGE, Axes, Figure, ink, plain, width_of, write_page
 from afo_sim.show.style import LINE as PAGE_LETTERS
 
 _FONT, _LINE, _LONGEST = 6.6, 0.118, 51  # of a label [points], its line [inch], letters that are kept
@@ -156,7 +156,7 @@ def write_air(scheme: AirScheme, path: pathlib.Path) -> None:
     write_page(path, *page(scheme))
 
 
-def page(scheme: AirScheme) -> tuple[tuple[float, float], Callable[[Any], None]]:
+def page(scheme: AirScheme) -> tuple[tuple[float, float], Callable[[Figure], None]]:
     """Width and height [inch], and what fills an empty figure of this size."""
     found = layout(scheme)
     width = max(_LEAST_WIDTH, found.width + 2.0 * _BORDER)
@@ -165,7 +165,7 @@ def page(scheme: AirScheme) -> tuple[tuple[float, float], Callable[[Any], None]]
     caption = [line for text in texts for line in textwrap.wrap(text, letters)]
     height = _HEAD + found.height + _FOOT + _CAPTION_LINE * len(caption) + _BORDER
 
-    def fill(figure: Any) -> None:
+    def fill(figure: Figure) -> None:
         figure.set_layout_engine("none")
         x = _BORDER / width
         told = plain(scheme.description, min(PAGE_LETTERS + 60, int((width - 2.0 * _BORDER) / 0.06)))
@@ -188,13 +188,13 @@ def page(scheme: AirScheme) -> tuple[tuple[float, float], Callable[[Any], None]]
     return (width, height), fill
 
 
-def _draw_box(axis: Any, scheme: AirScheme, name: str, box: Box) -> None:
+def _draw_box(axis: Axes, scheme: AirScheme, name: str, box: Box) -> None:
     """A box with its label: round for a node, thick in its colour for a muscle and for the narrowest."""
     from matplotlib.patches import FancyBboxPatch, Polygon
 
     x, y, half = box.x, box.y, 0.5 * box.height
     chambers = [name for name, node in scheme.nodes.items() if node.kind == "chamber"]
-    look: dict[str, Any] = {"edgecolor": INK, "lw": THIN, "facecolor": "white"}
+    look: Keywords = {"edgecolor": INK, "lw": THIN, "facecolor": "white"}
     style = "square,pad=0"
     if name in scheme.nodes:
         look, style = look | {"facecolor": _NODE}, "round,pad=0,rounding_size=0.09"
@@ -211,7 +211,7 @@ def _draw_box(axis: Any, scheme: AirScheme, name: str, box: Box) -> None:
     for k, line in enumerate(box.lines):
         bold = k < box.bold
         colour = ink(ORANGE) if line == NARROW else "black" if bold else "0.2"
-        words: dict[str, Any] = {"fontsize": _FONT, "ha": "center", "va": "center", "color": colour}
+        words: Keywords = {"fontsize": _FONT, "ha": "center", "va": "center", "color": colour}
         axis.text(x, y + half - _PAD - (k + 0.5) * _LINE, line, weight="bold" if bold else "normal", **words)
 
 

@@ -2,8 +2,8 @@
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
 
+from afo_sim.common import JsonDict, JsonMapping
 from afo_sim.metrics import NO_RATE, Metric, of_draws, percent, unit, words
 from afo_sim.show.run_view import RunView
 from afo_sim.simulation import Recording
@@ -52,17 +52,17 @@ def markdown(recording: Recording) -> str:
     return "\n\n".join([*parts, "\n".join(table), *_notes(study)])
 
 
-def of_report(runs: Sequence[RunView]) -> list[dict[str, Any]]:
+def of_report(runs: Sequence[RunView]) -> list[JsonDict]:
     """What the report's part report_bands.html.j2 draws; empty where there is nothing to report."""
     return [_part(run, study) for run in runs if (study := _study(run.recording)) is not None]
 
 
-def _study(recording: Recording) -> Mapping[str, Any] | None:
+def _study(recording: Recording) -> JsonMapping | None:
     found = recording.studies.get(_STUDY)
     return found if isinstance(found, Mapping) else None
 
 
-def _part(run: RunView, study: Mapping[str, Any]) -> dict[str, Any]:
+def _part(run: RunView, study: JsonMapping) -> JsonDict:
     names = [name for name in _OF_METRICS if name in study.get("rest", {})]
     bars = []
     for group in study["groups"]:
@@ -77,7 +77,7 @@ def _part(run: RunView, study: Mapping[str, Any]) -> dict[str, Any]:
     return {"run": run, **told, **table, "explained": explained, "bars": bars}
 
 
-def _warnings(study: Mapping[str, Any]) -> list[str]:
+def _warnings(study: JsonMapping) -> list[str]:
     """What stands first: bands of draws of which many failed."""
     failed, count = study["failed"], study["draws"]
     if failed["count"] <= _MANY_FAILED * count:
@@ -87,7 +87,7 @@ def _warnings(study: Mapping[str, Any]) -> list[str]:
     return [f"{failed['count']} of {count} draws failed; the bands are those of the other {left}: {reasons}"]
 
 
-def _sentences(study: Mapping[str, Any]) -> list[str]:
+def _sentences(study: JsonMapping) -> list[str]:
     """The answer in words: clearance, trips, the other bands, what to measure next."""
     found = []
     metrics = study["metrics"]
@@ -105,7 +105,7 @@ def _sentences(study: Mapping[str, Any]) -> list[str]:
     return [*found, *(["; ".join(others)] if others else []), *_measure_next(study)]
 
 
-def _measure_next(study: Mapping[str, Any]) -> list[str]:
+def _measure_next(study: JsonMapping) -> list[str]:
     """What is worth most to know: what it leaves of the clearance's band and of wrong guesses about it."""
     named = {group["name"]: group for group in study["groups"]}
     groups = [named[name] for name in study["measure_next"]]
@@ -121,7 +121,7 @@ def _measure_next(study: Mapping[str, Any]) -> list[str]:
     return [told]
 
 
-def _band(name: str, metrics: Mapping[str, Any]) -> str:
+def _band(name: str, metrics: JsonMapping) -> str:
     """A number with its band: "13.2 mm, 5 to 95 %: −2.2 to 27.3 mm"."""
     facts = metrics[name]
     _, (low, _, high), of = _told(facts)
@@ -129,21 +129,21 @@ def _band(name: str, metrics: Mapping[str, Any]) -> str:
     return f"{own} {of}, 5 to 95 %: {low} to {high} {of}"
 
 
-def _rows(study: Mapping[str, Any]) -> Iterator[tuple[str, ...]]:
+def _rows(study: JsonMapping) -> Iterator[tuple[str, ...]]:
     """Of each number its label, the run's own value, 5, 50 and 95 % of the draws, its unit."""
     for name, facts in study["metrics"].items():
         own, quantiles, of = _told(facts)
         yield words(name).label, own, *quantiles, of
 
 
-def _told(facts: Mapping[str, Any]) -> tuple[str, list[str], str]:
+def _told(facts: JsonMapping) -> tuple[str, list[str], str]:
     """Own value and quantiles with as many decimals as the band deserves, and the unit."""
     decimals, numbers = _decimals(facts), (facts["own"], *facts["quantiles"])
     own, *others = (f"{x:.{decimals}f}".replace("-", "−") for x in numbers)
     return own, others, unit(Metric(0.0, facts["unit"]))
 
 
-def _decimals(facts: Mapping[str, Any]) -> int:
+def _decimals(facts: JsonMapping) -> int:
     """As many as tell two digits of a band's width."""
     low, _, high = facts["quantiles"]
     return 2 if high <= low else min(max(1 - math.floor(math.log10(high - low)), 0), 4)
@@ -153,7 +153,7 @@ def _plain(name: str) -> str:
     return name.replace("_", " ")
 
 
-def _drawn(one: Mapping[str, Any]) -> tuple[str, str, str, str]:
+def _drawn(one: JsonMapping) -> tuple[str, str, str, str]:
     """A drawn number: name, own value and band in the unit of people, kind, source."""
     from afo_sim.description import amount
 
@@ -162,14 +162,14 @@ def _drawn(one: Mapping[str, Any]) -> tuple[str, str, str, str]:
     return _plain(one["name"]), band, str(one["kind"]), str(one["source"])
 
 
-def _in_no_band(study: Mapping[str, Any]) -> list[str]:
+def _in_no_band(study: JsonMapping) -> list[str]:
     """Draws that a band lacks: few that failed, and those without the number."""
     found, count = _undefined(study), study["failed"]["count"]
     few = 0 < count <= _MANY_FAILED * study["draws"]
     return [*found, f"{count} of {study['draws']} draws failed and are in no band"] if few else found
 
 
-def _notes(study: Mapping[str, Any]) -> list[str]:
+def _notes(study: JsonMapping) -> list[str]:
     """All that is to be minded, a sentence each."""
     failed = [f"draw failed, {one['count']} times: {one['reason']}" for one in study["failed"]["reasons"]]
     again = f"{study['rejected']} draws of a muscle's fit were no muscle, and were drawn anew"
@@ -177,13 +177,13 @@ def _notes(study: Mapping[str, Any]) -> list[str]:
     return [_HOLDS, *study["notes"], *_undefined(study), *failed, *_left_out(study)]
 
 
-def _left_out(study: Mapping[str, Any]) -> list[str]:
+def _left_out(study: JsonMapping) -> list[str]:
     """What the spreads have and the scenario lacks, or a fit draws already, by name."""
     names = dict.fromkeys(_plain(text.partition(":")[0]) for text in study["left_out"])
     return [f"not drawn here: {', '.join(names)}"] if names else []
 
 
-def _undefined(study: Mapping[str, Any]) -> list[str]:
+def _undefined(study: JsonMapping) -> list[str]:
     """Numbers that some draws do not have: these are in no band of theirs."""
     return [
         f"{words(name).label} is undefined in {facts['undefined']} draws, which are not in its band"

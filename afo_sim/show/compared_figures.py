@@ -4,7 +4,7 @@ import contextlib
 import itertools
 import pathlib
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -21,6 +21,7 @@ from afo_sim.show.style import (
     RED,
     RUN_STYLES,
     ZERO,
+    LineStyle,
     new_figure,
     paragraph,
     plain,
@@ -41,7 +42,7 @@ if TYPE_CHECKING:
 
 _FIGURE, _TABLE = "comparison", "differences.csv"
 _COLOUR: dict[Side, str] = {"right": BLUE, "left": RED}
-_STYLE: dict[Side, Any] = {"right": "-", "left": RUN_STYLES[1]}
+_STYLE: dict[Side, LineStyle] = {"right": "-", "left": RUN_STYLES[1]}
 
 
 def write(runs: Mapping[str, Recording], folder: pathlib.Path, *, rrd: bool = True) -> list[pathlib.Path]:

@@ -5,17 +5,17 @@ import os
 import pathlib
 import textwrap
 from collections.abc import Sequence
-from typing import Any, Literal, overload
+from typing import Literal, overload
 
 import numpy as np
 
-from afo_sim.common import InputError, check_writable, replacing, unknown
+from afo_sim.common import InputError, Keywords, check_writable, replacing, unknown
 from afo_sim.description import WORN, Described
 from afo_sim.model import AirScheme, Design, PathFacts, Source, arm, own, peak, pressure, taut, torques
 from afo_sim.model.design import design
 from afo_sim.show.air_drawing import scheme_of, write_air
 from afo_sim.show.drawing_views import WHITE, Box, colours, front_view, scale_of, side_view
-from afo_sim.show.style import FORMATS, GREY, LINE, RED, ZERO, plain, width_of, write_page
+from afo_sim.show.style import FORMATS, GREY, LINE, RED, ZERO, Axes, Figure, plain, width_of, write_page
 
 _KINDS = {"assumed": "a", "derived": "d", "fitted": "f", "published": "p", "user": "u"}
 _FOOT = (
@@ -30,7 +30,7 @@ WIDTH = 190  # letters of a line
 _BEYOND = "0.92"  # shade of angles outside the range of motion
 _HANGS = 0.16  # opacity of the shade where a muscle hangs through
 _ROOM = 0.08  # of an axis above and below what is within the range of motion
-_STYLES: tuple[Any, ...] = (":", "--", "-")  # without air, at half and at full pressure
+_STYLES: tuple[object, ...] = (":", "--", "-")  # without air, at half and at full pressure
 _WORDS = 0.13  # height of a line of words in the panel of contraction [-]
 _SMALL = 7.0  # size of words in panels
 PAGE = (297.0 / 25.4, 210.0 / 25.4)  # A4 landscape [inch]
@@ -97,7 +97,7 @@ def _sources(design: Design) -> str:
     return "; ".join(told)
 
 
-def _draw_table(axis: Any, design: Design) -> None:
+def _draw_table(axis: Axes, design: Design) -> None:
     """Head, rows, warnings and the foot, from above, on an axis of the page's width."""
     axis.set_axis_off()
     axis.set(xlim=(0.0, 1.0), ylim=(_LINES + 2.4, 0.0))
@@ -117,7 +117,7 @@ def _draw_table(axis: Any, design: Design) -> None:
     at = 2.8
     for row, colour in zip(shown, named, strict=False):
         for k, (edge, text) in enumerate(zip(edges, row, strict=True)):
-            look: dict[str, Any] = {"color": colour, "weight": "bold"} if k == 0 else {}
+            look: Keywords = {"color": colour, "weight": "bold"} if k == 0 else {}
             axis.text(edge / total, at, text, fontsize=size, va="center", **look)
         at += 1.0
     if len(rows) > len(shown):
@@ -139,7 +139,7 @@ def _draw_table(axis: Any, design: Design) -> None:
     axis.text(0.0, _LINES + 1.8, _FOOT, fontsize=_FONT - 0.5, va="center", color="0.25")
 
 
-def _draw_curves(axes: list[Any], design: Design) -> None:
+def _draw_curves(axes: list[Axes], design: Design) -> None:
     """Fill four panels, one under another."""
     named, leg, bar = colours(design), design.built.scenario.leg, pressure(design.facts[0])
     panels = (
@@ -174,7 +174,7 @@ def _draw_curves(axes: list[Any], design: Design) -> None:
         axis.tick_params(labelbottom=False)
 
 
-def _contraction(axis: Any, entry: PathFacts, colour: str) -> None:
+def _contraction(axis: Axes, entry: PathFacts, colour: str) -> None:
     degrees = np.degrees(entry.angles)
     axis.plot(degrees, 100.0 * entry.path, color=colour, lw=0.7)
     axis.plot(degrees, 100.0 * entry.own[:, 0], color=colour, lw=1.0, ls=_STYLES[0])
@@ -190,7 +190,7 @@ def _contraction(axis: Any, entry: PathFacts, colour: str) -> None:
                     axis.plot(np.degrees(edge), at, "o", color=colour, ms=3.2, mec="white", mew=0.5, zorder=5)
 
 
-def _limits(axis: Any, design: Design) -> None:
+def _limits(axis: Axes, design: Design) -> None:
     """Lock and limits of each kind of muscle, where the axis shows them."""
     kinds, levels = {entry.group.type.name: entry.group.type for entry in design.facts}, []
     for name, kind in kinds.items():
@@ -213,31 +213,31 @@ def _limits(axis: Any, design: Design) -> None:
             continue
         taken.append(middle)
         of = f" ({plain(name, 16)})" if len(kinds) > 1 else ""
-        look: dict[str, Any] = {"fontsize": _SMALL, "color": "0.25", "va": "top" if below else "bottom"}
+        look: Keywords = {"fontsize": _SMALL, "color": "0.25", "va": "top" if below else "bottom"}
         left = np.degrees(design.facts[0].angles[0]) + 0.5
         axis.text(left, height, f"{word}{of}", zorder=6, bbox=WHITE, **look)
 
 
-def _lengths(axis: Any, entry: PathFacts, colour: str) -> None:
+def _lengths(axis: Axes, entry: PathFacts, colour: str) -> None:
     degrees = np.degrees(entry.angles)
     axis.plot(degrees, 1e3 * entry.length, color=colour, lw=0.7)
     axis.plot(degrees, 1e3 * entry.chain_length[:, 0], color=colour, lw=1.0, ls=_STYLES[0])
     axis.plot(degrees, 1e3 * entry.chain_length[:, -1], color=colour, lw=1.6)
 
 
-def _arm(axis: Any, entry: PathFacts, colour: str) -> None:
+def _arm(axis: Axes, entry: PathFacts, colour: str) -> None:
     axis.plot(np.degrees(entry.angles), 1e3 * entry.arm, color=colour, lw=1.6)
     row = entry.at(0.0)
     axis.plot(0.0, 1e3 * entry.arm[row], "o", color=colour, ms=3.2, mec="white", mew=0.5, zorder=5)
 
 
-def _torque(axis: Any, entry: PathFacts, colour: str) -> None:
+def _torque(axis: Axes, entry: PathFacts, colour: str) -> None:
     for column, style in enumerate(_STYLES):
         width = 1.6 if column == len(_STYLES) - 1 else 1.0
         axis.plot(np.degrees(entry.angles), entry.torque[:, column], color=colour, lw=width, ls=style)
 
 
-def page(figure: Any, design: Design) -> None:
+def page(figure: Figure, design: Design) -> None:
     """Fill an empty figure of PAGE's size."""
     figure.set_layout_engine("none")
     scenario = design.built.scenario
@@ -255,7 +255,7 @@ def page(figure: Any, design: Design) -> None:
     _draw_table(_axis(figure, _TABLE), design)
 
 
-def _axis(figure: Any, box: Box) -> Any:
+def _axis(figure: Figure, box: Box) -> Axes:
     left, bottom, width, height = box
     return figure.add_axes((left / PAGE[0], bottom / PAGE[1], width / PAGE[0], height / PAGE[1]))
 

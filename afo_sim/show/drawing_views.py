@@ -3,12 +3,13 @@
 import itertools
 import textwrap
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 import mujoco
 import numpy as np
 
-from afo_sim.description import JOINTS, MuscleGroup
+from afo_sim.common import Keywords
+from afo_sim.description import JOINTS, Anchor, MuscleGroup
 from afo_sim.model import (
     ANKLE,
     FLAT,
@@ -22,7 +23,7 @@ from afo_sim.model import (
     path_points,
     support,
 )
-from afo_sim.show.style import COLOURS, plain
+from afo_sim.show.style import COLOURS, Axes, plain
 
 _View = Literal["side", "front"]
 _ACROSS = {"side": 0, "front": 1}  # coordinate that runs across the page; up the page runs z
@@ -106,7 +107,7 @@ class Pose:
         return np.array([self.data.site(f"{muscle}{end}").xpos for end in _ENDS])
 
 
-def _draw_leg(axis: Any, pose: Pose) -> None:
+def _draw_leg(axis: Axes, pose: Pose) -> None:
     """Limb and orthosis: each part's shapes as one, with an edge around all of them."""
     found = pose.outlines()
     for kind, face, edge, order in (("limb", _SKIN, _SKIN_EDGE, 1), ("part", _PART, _PART_EDGE, 2)):
@@ -116,7 +117,7 @@ def _draw_leg(axis: Any, pose: Pose) -> None:
             axis.fill(*shape.T, facecolor=face, edgecolor="none", zorder=order + 0.1)
 
 
-def _draw_ghost(axis: Any, pose: Pose, facts: list[PathFacts], angle: float) -> None:
+def _draw_ghost(axis: Axes, pose: Pose, facts: list[PathFacts], angle: float) -> None:
     """What turns with the foot, as one pale outline with its angle, and the muscles as thin lines."""
     found = pose.outlines()["foot"]
     for shape in found:
@@ -128,13 +129,19 @@ def _draw_ghost(axis: Any, pose: Pose, facts: list[PathFacts], angle: float) -> 
     # beside the foot's foremost point; of another joint, beside the farthest one
     shapes = np.concatenate(found)
     far = shapes[:, 0] if pose.built.scenario.leg.joint == "ankle" else np.linalg.norm(shapes, axis=1)
-    look: dict[str, Any] = {"va": "center", "fontsize": _FONT, "color": "0.35"}
+    look: Keywords = {"va": "center", "fontsize": _FONT, "color": "0.35"}
     place = {"xytext": (2.5, 0.0), "textcoords": "offset points"}
     axis.annotate(f"{degrees(angle)} deg", shapes[far.argmax()], **place, **look)
 
 
 def _draw_muscle(
-    axis: Any, pose: Pose, muscle: str, facts: PathFacts, colour: str, millimetre: float, opacity: float = 1.0
+    axis: Axes,
+    pose: Pose,
+    muscle: str,
+    facts: PathFacts,
+    colour: str,
+    millimetre: float,
+    opacity: float = 1.0,
 ) -> None:
     """A muscle without air: ends, braid as thick as its bore, and the cable beyond, dashed if it hangs."""
     points, group = pose.path(muscle), facts.group
@@ -146,7 +153,7 @@ def _draw_muscle(
     style = (0, (4, 1.5)) if hangs and group.pulley is None else "-"
     for kind, start, end in ends:
         lengths = np.linspace(start, end, 24)
-        look: dict[str, Any] = {
+        look: Keywords = {
             "cable": {"color": _CABLE, "lw": 0.9, "ls": style},
             "fitting": {"color": _FITTING, "lw": 0.6 * thick, "solid_capstyle": "butt"},
             "braid": {"color": colour, "lw": thick, "solid_capstyle": "butt"},
@@ -218,7 +225,7 @@ def _postures(design: Design) -> list[float]:
     return [0.0, low, high]
 
 
-def place(axis: Any, box: Box, scale: _Scale, across: float) -> None:
+def place(axis: Axes, box: Box, scale: _Scale, across: float) -> None:
     """Set an axis' limits so that a view is to scale; `across` is what stands in its middle [m]."""
     half = 0.5 * np.array(box[2:]) * _INCH * scale.ratio
     axis.set_xlim(across - half[0], across + half[0])
@@ -226,7 +233,7 @@ def place(axis: Any, box: Box, scale: _Scale, across: float) -> None:
     axis.set_axis_off()
 
 
-def side_view(axis: Any, design: Design, box: Box, scale: _Scale) -> None:
+def side_view(axis: Axes, design: Design, box: Box, scale: _Scale) -> None:
     """From the wearer's right: leg, orthosis, muscles, ghosts, anchors, moment arms."""
     place(axis, box, scale, scale.middle[0])
     pose = Pose.at(design.built, 0.0)
@@ -244,7 +251,7 @@ def side_view(axis: Any, design: Design, box: Box, scale: _Scale) -> None:
         if all(np.linalg.norm(end - other) > _APART * scale.ratio for other in drawn):
             drawn.append(end)
             if float(np.linalg.norm(end)) >= 1e-3:  # the perpendicular to the path, with its length
-                look: dict[str, Any] = {"color": named[entry.name], "zorder": 6}
+                look: Keywords = {"color": named[entry.name], "zorder": 6}
                 axis.plot(*np.array([np.zeros(2), end]).T, lw=0.9, ls=(0, (2, 1)), **look)
                 arm = 1e3 * abs(float(entry.arm[entry.at(0.0)]))
                 look |= {"ha": "center", "va": "bottom", "fontsize": _FONT, "bbox": WHITE, "zorder": 7}
@@ -286,7 +293,7 @@ def _told(entry: PathFacts, points: np.ndarray) -> list[tuple[np.ndarray, str]]:
     return [*found, (points[-1], _anchor("insertion", group.insertion))]
 
 
-def _anchor(word: str, anchor: Any) -> str:
+def _anchor(word: str, anchor: Anchor) -> str:
     """Coordinates of an anchor, and how far apart its muscles are [mm]."""
     x, y, z = (f"{1e3 * part:.4g}".replace("-", "−") for part in anchor.from_joint)
     apart = f"\n{1e3 * anchor.spacing:.4g} apart" if anchor.spacing else ""
@@ -294,7 +301,7 @@ def _anchor(word: str, anchor: Any) -> str:
 
 
 def _column(
-    axis: Any, wanted: list[tuple[np.ndarray, str, str]], right: bool, scale: _Scale, box: Box
+    axis: Axes, wanted: list[tuple[np.ndarray, str, str]], right: bool, scale: _Scale, box: Box
 ) -> None:
     """Labels under one another beside the view, as near to their places as their heights allow."""
     wanted = sorted(wanted, key=lambda label: -label[0][1])
@@ -307,7 +314,7 @@ def _column(
     edge = scale.middle[0] + (half - _COLUMN * scale.ratio) * (1.0 if right else -1.0)
     for (at, text, colour), upper, height in zip(wanted, tops, heights, strict=True):
         middle = upper - 0.5 * height
-        look: dict[str, Any] = {"fontsize": _FONT, "va": "center", "linespacing": 1.1, "zorder": 8}
+        look: Keywords = {"fontsize": _FONT, "va": "center", "linespacing": 1.1, "zorder": 8}
         axis.text(edge, middle, text, ha="left" if right else "right", color="black", **look)
         gap = 0.0012 * scale.ratio * (-1.0 if right else 1.0)
         axis.plot([at[0], edge + gap], [at[1], middle], color=colour, lw=0.5, zorder=3.5)
@@ -326,7 +333,7 @@ def stacked(tops: list[float], heights: list[float], highest: float, lowest: flo
     return found
 
 
-def front_view(axis: Any, design: Design, box: Box, scale: _Scale) -> None:
+def front_view(axis: Axes, design: Design, box: Box, scale: _Scale) -> None:
     """From ahead: spacing of parallel muscles, and heights of knee, ankle and sole."""
     place(axis, box, scale, 0.0)
     pose = Pose.at(design.built, 0.0, "front")
@@ -343,7 +350,7 @@ def front_view(axis: Any, design: Design, box: Box, scale: _Scale) -> None:
     axis.set_title("from ahead", loc="left", fontsize=8.0, pad=3.0)
 
 
-def _heights(axis: Any, design: Design, pose: Pose, scale: _Scale, box: Box) -> None:
+def _heights(axis: Axes, design: Design, pose: Pose, scale: _Scale, box: Box) -> None:
     """Dimensions from the ankle up to the knee and down to the sole."""
     at = (0.5 * box[2] * _INCH - 0.0055) * scale.ratio
     levels = [level for level in (knee(design), sole(design, pose)) if level is not None]
@@ -353,7 +360,7 @@ def _heights(axis: Any, design: Design, pose: Pose, scale: _Scale, box: Box) -> 
             axis.plot([0.0, at * 1.06], [level, level], color="0.45", lw=0.4, ls=(0, (1, 2)), zorder=3)
         room = abs(height) / scale.ratio  # [m] on the page
         text = f"{name} {1e3 * abs(height):.0f}"
-        look: dict[str, Any] = {"ha": "right", "fontsize": _FONT, "linespacing": 1.0, "zorder": 8}
+        look: Keywords = {"ha": "right", "fontsize": _FONT, "linespacing": 1.0, "zorder": 8}
         if room < _NARROW:
             axis.text(at, min(height, 0.0) - 0.001 * scale.ratio, text, va="top", **look)
         else:

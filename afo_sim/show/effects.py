@@ -2,8 +2,8 @@
 
 import math
 from collections.abc import Iterator, Sequence
-from typing import Any
 
+from afo_sim.common import JsonDict
 from afo_sim.metrics import UNITS, number
 from afo_sim.show.run_names import begun
 from afo_sim.show.run_view import RunView
@@ -105,7 +105,7 @@ def table(found: Effects) -> tuple[str, list[str], list[list[str]]]:
     return f"since {_WHY[found.aim]}", head, rows
 
 
-def of_report(runs: Sequence[RunView]) -> list[dict[str, Any]]:
+def of_report(runs: Sequence[RunView]) -> list[JsonDict]:
     """What the report's part report_effects.html.j2 draws; empty where there is nothing to report."""
     tables = []
     for run in runs:
@@ -144,7 +144,7 @@ def _left_out(recording: Recording) -> str:
     return str(recording.studies.get(EFFECTS, {}).get(LEFT_OUT, ""))
 
 
-def _table(run: RunView, found: Effects) -> dict[str, Any]:
+def _table(run: RunView, found: Effects) -> JsonDict:
     names = [name for name in _HEADS if name in found.base]
     shown = [e for e in found.ranked if e.status == "run" and e.name not in found.idle]
     best = {effect.name for effect in found.helping[:_TOP]}
@@ -171,7 +171,7 @@ def _table(run: RunView, found: Effects) -> dict[str, Any]:
 
 def _rows(
     found: Effects, shown: Sequence[Effect], names: Sequence[str], longest: dict[str, float]
-) -> Iterator[dict[str, Any]]:
+) -> Iterator[JsonDict]:
     """Both steps of a parameter together, in the order of the better one; its name at the first alone."""
     for parameter in dict.fromkeys(effect.name for effect in shown):
         steps = [effect for effect in shown if effect.name == parameter]

@@ -1,10 +1,9 @@
 """What walking adds to a film's pictures: the whole figure, the ground's force, the height of the toes."""
 
-from typing import Any
-
 import mujoco
 import numpy as np
 
+from afo_sim.common import FloatOrArray
 from afo_sim.show.ground_force import SIDE, GroundForce
 from afo_sim.show.moving_parts import Carriage
 from afo_sim.show.walking_figure import RADII, WalkingFigure, capsules, height_words
@@ -58,7 +57,9 @@ class FilmFigure:
         return ""
 
 
-def _add(scene: mujoco.MjvScene, kind: Any, radius: float, ends: np.ndarray, colour: Any) -> None:
+def _add(
+    scene: mujoco.MjvScene, kind: mujoco.mjtGeom, radius: float, ends: np.ndarray, colour: FloatOrArray
+) -> None:
     """A shape from one end to the other."""
     geom = scene.geoms[scene.ngeom]
     still = np.zeros(3), np.zeros(3), np.zeros(9)

@@ -4,10 +4,10 @@ import dataclasses
 import functools
 import pathlib
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
+from afo_sim.common import Keywords
 from afo_sim.lab import (
     FitRun,
     LawFit,
@@ -21,7 +21,7 @@ from afo_sim.lab import (
 )
 from afo_sim.lab.law_problem import predict
 from afo_sim.show.panels import legend
-from afo_sim.show.style import COLOURS, on_scale, plain, write_pair
+from afo_sim.show.style import COLOURS, Axes, Figure, on_scale, plain, write_pair
 
 _LOG, _BEFORE, _AFTER, _FORECAST = "0.75", COLOURS[0], COLOURS[1], COLOURS[4]
 _SPARSE = 150  # samples: fewer are drawn one by one
@@ -32,7 +32,7 @@ def write_fit_figure(found: StaticFit, folder: pathlib.Path) -> list[pathlib.Pat
     best, fits = found.best, found.fits
     count = len(best.problem.data) + 1 + (len(fits) > 1)
 
-    def fill(figure: Any) -> None:
+    def fill(figure: Figure) -> None:
         axes = figure.subplots(1, count)
         for axis, data in zip(axes, best.problem.data, strict=False):
             _draw_curves(axis, best, data)
@@ -44,7 +44,7 @@ def write_fit_figure(found: StaticFit, folder: pathlib.Path) -> list[pathlib.Pat
     return write_pair(folder / "fit", (3.6 * count, 3.3), fill)
 
 
-def _draw_curves(axis: Any, fit: LawFit, data: Measured) -> None:
+def _draw_curves(axis: Axes, fit: LawFit, data: Measured) -> None:
     """Points, and the law's line through them at each pressure."""
     factor, unit = residual_unit(fit)
     levels = pressure_levels(fit.problem.data)[fit.problem.data.index(data)]
@@ -84,7 +84,7 @@ def _line(points: Measured, **columns: np.ndarray) -> Measured:
     return dataclasses.replace(points, pressure=np.full(size, points.pressure.mean()), **blank)
 
 
-def _draw_residuals(axis: Any, fit: LawFit) -> None:
+def _draw_residuals(axis: Axes, fit: LawFit) -> None:
     """Errors over pressure: seen by the fit, and when their pressure was left out."""
     factor, unit = residual_unit(fit)
     pressure = np.concatenate([d.pressure for d in fit.problem.data]) * 1e-5
@@ -100,7 +100,7 @@ def _draw_residuals(axis: Any, fit: LawFit) -> None:
     axis.legend()
 
 
-def _draw_ranking(axis: Any, fits: Sequence[LawFit]) -> None:
+def _draw_ranking(axis: Axes, fits: Sequence[LawFit]) -> None:
     factor, unit = residual_unit(fits[0])
     places = np.arange(len(fits))[::-1]
     axis.barh(places + 0.2, [factor * f.rms for f in fits], 0.38, color=COLOURS[1], label="fitted")
@@ -120,12 +120,12 @@ def write_log_figure(fit: FitRun, folder: pathlib.Path) -> list[pathlib.Path]:
     return write_pair(folder / "fit_run", size, functools.partial(_rows, fit=fit))
 
 
-def _rows(figure: Any, fit: FitRun) -> None:
+def _rows(figure: Figure, fit: FitRun) -> None:
     channels, time, seen = fit.problem.log.channels, fit.problem.log.time, fit.problem.seen
-    dots: dict[str, Any] = {"lw": 0.0, "marker": "o", "ms": 4.0, "mew": 0.0}
+    dots: Keywords = {"lw": 0.0, "marker": "o", "ms": 4.0, "mew": 0.0}
     axes = figure.subplots(len(channels), 2, sharex=True, squeeze=False, width_ratios=(1.35, 1.0))
-    first: dict[str, Any] = {"color": _BEFORE, "ls": "--", "lw": 1.0}
-    last: dict[str, Any] = {"color": _AFTER, "lw": 1.0}
+    first: Keywords = {"color": _BEFORE, "ls": "--", "lw": 1.0}
+    last: Keywords = {"color": _AFTER, "lw": 1.0}
     runs = [("before", fit.before, {}, first), ("after", fit.after, fit.values, last)]
     for (left, right), channel in zip(axes, channels, strict=True):
         look = {"lw": 3.5} if len(time) > _SPARSE else dots

@@ -3,7 +3,6 @@
 import pathlib
 import textwrap
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
@@ -14,7 +13,7 @@ from afo_sim.gait.file import read
 from afo_sim.gait.toe_extension import toe_extension
 from afo_sim.gait_lab import Imported, taken_words
 from afo_sim.show import gait_panels
-from afo_sim.show.style import COLOURS, NORM, ZERO, new_figure, paragraph, plain
+from afo_sim.show.style import COLOURS, NORM, ZERO, Axes, new_figure, paragraph, plain
 
 _POSES = 11  # of the leg in a stride: every 10 %
 _WARNED = 3  # warnings that stand on the page
@@ -88,7 +87,7 @@ def _warned(warnings: Sequence[str]) -> str:
     return "\n".join(plain(line, None) for line in lines)
 
 
-def _leg(axis: Any, cycle: GaitCycle, ends: tuple[float, float], alone: bool) -> None:
+def _leg(axis: Axes, cycle: GaitCycle, ends: tuple[float, float], alone: bool) -> None:
     """Shank and foot through the stride, with the ground's force where it presses."""
     phases = np.linspace(0.0, 1.0, _POSES)
     names = ("shank_angle", "ankle_angle", "ankle_x", "ankle_z")
@@ -126,7 +125,7 @@ def _foot(
     return np.array([ankle, under + ends[0] * along, ball, ball + (ends[1] - hinge) * toes, ball, ankle])
 
 
-def _angles(axes: dict[str, Any], cycle: GaitCycle, alone: bool) -> None:
+def _angles(axes: dict[str, Axes], cycle: GaitCycle, alone: bool) -> None:
     percent = 100.0 * cycle.phase
     fine = np.linspace(0.0, 1.0, 401)
     norm = gait_norm.read()
@@ -159,7 +158,7 @@ def _strides(cycle: GaitCycle) -> list[GaitCycle]:
     return [read(find_gait(name)) for name in names if name in gait_names()]
 
 
-def _moment(axis: Any, cycle: GaitCycle, imported: Imported | None) -> None:
+def _moment(axis: Axes, cycle: GaitCycle, imported: Imported | None) -> None:
     """Plantarflexor moment upward, as laboratories and the file have it; the house's sign is the other."""
     _over_stride(axis, cycle, "ankle moment [N·m/kg]\nplantarflexion +")
     percent, alone = 100.0 * cycle.phase, imported is None
@@ -180,7 +179,7 @@ def _moment(axis: Any, cycle: GaitCycle, imported: Imported | None) -> None:
     axis.legend(loc="upper left")
 
 
-def _over_stride(axis: Any, cycle: GaitCycle, label: str) -> None:
+def _over_stride(axis: Axes, cycle: GaitCycle, label: str) -> None:
     axis.axhline(0.0, color=ZERO, lw=0.6, zorder=1)
     axis.axvline(100.0 * stance(cycle), color="0.75", lw=0.6, ls=":", zorder=1)
     axis.axvspan(100.0 * cycle.flat.start, 100.0 * cycle.flat.end, color="0.96", lw=0.0, zorder=0)

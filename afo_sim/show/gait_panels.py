@@ -1,18 +1,18 @@
 """Panels on a walking trial: its strides, its plates, and its ways from above."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
+from afo_sim.common import Foreign, JsonDict, Keywords
 from afo_sim.gait import USUAL, GaitCycle, stance
 from afo_sim.gait_lab import Check, Imported, direction
 from afo_sim.gait_lab.trial.strides import RecordedStride
-from afo_sim.show.style import COLOURS, LINE, NORM, plain, wrapped
+from afo_sim.show.style import COLOURS, LINE, NORM, Axes, Figure, plain, wrapped
 
 _DASHES = (0, (4, 2))  # of the other side's
 # Of a standard deviation.
-_BAND: dict[str, Any] = {"facecolor": "none", "edgecolor": COLOURS[3], "hatch": "//////", "lw": 0.4}
+_BAND: Keywords = {"facecolor": "none", "edgecolor": COLOURS[3], "hatch": "//////", "lw": 0.4}
 _TOES = 0.06  # ahead of a toe point, for the drawing only [m]
 _DEGREES = 180.0 / np.pi
 _SIGNALS = (  # panel, field of GaitCycle, scale of the axis' unit
@@ -63,7 +63,7 @@ def foot_ends(imported: Imported, usual: tuple[float, float]) -> tuple[float, fl
     return way["heel"] - way["ankle"], way["toe"] - way["ankle"] + _TOES
 
 
-def draw_points(axis: Any, imported: Imported) -> None:
+def draw_points(axis: Axes, imported: Imported) -> None:
     """The taken leg at one instant of flat stance: each point, with how far it may be off."""
     from matplotlib.ticker import MaxNLocator
 
@@ -108,7 +108,7 @@ def check_cells(checks: Sequence[Check]) -> list[list[str]]:
     ]
 
 
-def draw_checks(figure: Any, checks: Sequence[Check], size: float) -> None:
+def draw_checks(figure: Figure, checks: Sequence[Check], size: float) -> None:
     """Can this trial be believed: each fault that was looked for, what was found, the limit, the verdict."""
     axis = figure.add_subplot()
     axis.set_axis_off()
@@ -135,7 +135,7 @@ def _flat_instant(imported: Imported, stride: RecordedStride) -> int | None:
     return int(np.argmin(np.where(seen, away, np.inf)))
 
 
-def draw_foot(axis: Any, imported: Imported, outline: tuple[float, float]) -> None:
+def draw_foot(axis: Axes, imported: Imported, outline: tuple[float, float]) -> None:
     """The foot from its side, and below it where the ground pressed while stance went on."""
     cycle = imported.cycle
     heel, toe = (100.0 * end for end in outline)
@@ -167,7 +167,7 @@ def _on_floor(cycle: GaitCycle) -> tuple[np.ndarray, np.ndarray]:
     return 100.0 * ahead, 100.0 * share
 
 
-def draw_strides(figure: Any, axes: Mapping[str, Any], imported: Imported) -> None:
+def draw_strides(figure: Figure, axes: Mapping[str, Axes], imported: Imported) -> None:
     """All strides of both sides, thin, behind the taken one, with the band of its side and one legend."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
@@ -175,10 +175,10 @@ def draw_strides(figure: Any, axes: Mapping[str, Any], imported: Imported) -> No
     for panel, field, scale in _SIGNALS:
         _strides(axes[panel], imported, field, scale)
     side, sides = imported.cycle.side, {cycle.side for cycle in imported.cycles}
-    handles: list[Any] = [Line2D([], [], color=COLOURS[1], label="taken")]
+    handles: list[Foreign] = [Line2D([], [], color=COLOURS[1], label="taken")]
     handles.append(Line2D([], [], color="black", lw=0.8, ls="--", label="its Fourier series"))
     for other in sorted(sides, key=lambda name: name != side):
-        look: dict[str, Any] = {"color": _NOT_TAKEN, "lw": 0.7, "ls": "-" if other == side else _DASHES}
+        look: Keywords = {"color": _NOT_TAKEN, "lw": 0.7, "ls": "-" if other == side else _DASHES}
         handles.append(Line2D([], [], **look, label=f"{other} strides"))
     if imported.band is not None:
         handles.append(Patch(**_BAND, label=f"{' and '.join(sorted(taken_sides(imported)))}: mean ± 1 SD"))
@@ -186,7 +186,7 @@ def draw_strides(figure: Any, axes: Mapping[str, Any], imported: Imported) -> No
     figure.legend(handles=handles, loc="outside upper left", ncols=3)
 
 
-def _strides(axis: Any, imported: Imported, name: str, scale: float) -> None:
+def _strides(axis: Axes, imported: Imported, name: str, scale: float) -> None:
     side, sides = imported.cycle.side, taken_sides(imported)
     for cycle in imported.cycles:
         look = {"color": _NOT_TAKEN, "lw": 0.5, "ls": "-" if cycle.side == side else _DASHES, "zorder": 1.2}
@@ -200,7 +200,7 @@ def _strides(axis: Any, imported: Imported, name: str, scale: float) -> None:
     axis.fill_between(100.0 * imported.cycle.phase, mean - deviation, mean + deviation, **look)
 
 
-def draw_trial(figure: Any, imported: Imported) -> None:
+def draw_trial(figure: Figure, imported: Imported) -> None:
     """Strides and forces over time with one legend above them, and below the ways from above."""
     from matplotlib.lines import Line2D
 
@@ -222,7 +222,7 @@ def draw_trial(figure: Any, imported: Imported) -> None:
     figure.legend(handles=[*marks, *lines], loc="outside upper left", ncols=4)
 
 
-def _events(axis: Any, imported: Imported) -> None:
+def _events(axis: Axes, imported: Imported) -> None:
     """Strides of both sides as bars with their events; the part that was bridged is dotted."""
     sides = [imported.cycle.side, *(s for s in imported.legs if s != imported.cycle.side)]
     numbered = len(imported.strides) <= _FEW
@@ -275,7 +275,7 @@ def _apart(time: float, other: float, stride: RecordedStride) -> float:
     return abs((time - other + 0.5 * stride.time) % stride.time - 0.5 * stride.time)
 
 
-def _plates(axis: Any, imported: Imported) -> None:
+def _plates(axis: Axes, imported: Imported) -> None:
     """Upward force of every plate, and over it whose foot it was."""
     shown = {name: series for ground in imported.grounds.values() for name, series in ground.plates.items()}
     contacts = [contact for ground in imported.grounds.values() for contact in ground.contacts]
@@ -304,14 +304,14 @@ def _plates(axis: Any, imported: Imported) -> None:
     axis.set(ylabel="upward\nforce [N]", xlabel="time in the trial [s]")
 
 
-def _from_above(axis: Any, imported: Imported) -> None:
+def _from_above(axis: Axes, imported: Imported) -> None:
     """The ways of pelvis and ankles seen from above, the plates under them, and where forward is."""
     from matplotlib.ticker import MaxNLocator
 
     frame = imported.frame
     ways = {f"{side} ankle": leg.points["ankle"].path for side, leg in imported.legs.items()}
     pelvis = next((leg.pelvis for leg in imported.legs.values() if leg.pelvis is not None), None)
-    looks: dict[str, dict[str, Any]] = {f"{side} ankle": _look(imported, side) for side in imported.legs}
+    looks: dict[str, Keywords] = {f"{side} ankle": _look(imported, side) for side in imported.legs}
     if pelvis is not None:
         ways["pelvis"], looks["pelvis"] = pelvis, {"color": _NOT_TAKEN, "ls": ":"}
     seen = []
@@ -340,7 +340,7 @@ def _from_above(axis: Any, imported: Imported) -> None:
     axis.set_ylabel("to the\nleft [m]")
 
 
-def _look(imported: Imported, side: str) -> dict[str, Any]:
+def _look(imported: Imported, side: str) -> JsonDict:
     """The taken leg is drawn black, the other one in blue dashes."""
     if side == imported.cycle.side:
         return {"color": "black", "ls": "-"}

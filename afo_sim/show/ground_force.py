@@ -2,11 +2,10 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from afo_sim.common import GRAVITY
+from afo_sim.common import GRAVITY, FloatOrArray
 from afo_sim.metrics import loaded
 
 ARROW = 0.5  # length of a force of one body weight [m]
@@ -24,7 +23,7 @@ class GroundForce:
     stands: np.ndarray
 
     @classmethod
-    def of(cls, at: Callable[[str], Any], body_mass: float) -> "GroundForce":
+    def of(cls, at: Callable[[str], FloatOrArray], body_mass: float) -> "GroundForce":
         """Of rows or of one instant, whose values of a column `at` gives; body_mass [kg]."""
         forward, upward, place = (np.asarray(at(name)) for name in COLUMNS)
         start = np.stack([place, np.full_like(place, SIDE), np.zeros_like(place)], axis=-1)

@@ -1,14 +1,14 @@
 """A leg from the side and from ahead: shapes, axis and stops of the ankle, centres of mass, sole."""
 
 import pathlib
-from typing import Any
 
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
+from afo_sim.common import Keywords
 from afo_sim.legs import FOOT, SHANK, LegNumbers, Shape, Tree, from_ankle, moved, surface
 from afo_sim.model import OLD_TOE, POINTS
-from afo_sim.show.style import BLUE, GREEN, GREY, RED, new_figure, plain
+from afo_sim.show.style import BLUE, GREEN, GREY, RED, Axes, new_figure, plain
 
 _SKIN = {SHANK: "#d9b49a", FOOT: "#c99a7c"}  # of the two segments
 _VIEWS = (("from the right", (0, 2), "forward [mm]"), ("from ahead", (1, 2), "left [mm]"))
@@ -21,7 +21,7 @@ def draw_leg(leg: Tree, title: str, path: pathlib.Path) -> None:
         axes = figure.subplots(1, 2, sharey=True)
         numbers = LegNumbers.of(leg)
         foot = {part.name for part in leg.below(FOOT)}
-        letters: dict[str, Any] = {"color": BLUE, "ha": "center", "va": "top", "fontsize": 7.5}
+        letters: Keywords = {"color": BLUE, "ha": "center", "va": "top", "fontsize": 7.5}
         for axis, (name, columns, label) in zip(axes, _VIEWS, strict=True):
             for part in leg.parts.values():
                 for shape in part.shapes:
@@ -64,7 +64,7 @@ def draw_leg(leg: Tree, title: str, path: pathlib.Path) -> None:
         figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
 
 
-def _silhouette(axis: Any, pose: np.ndarray, shape: Shape, columns: tuple[int, int], colour: str) -> None:
+def _silhouette(axis: Axes, pose: np.ndarray, shape: Shape, columns: tuple[int, int], colour: str) -> None:
     points = 1e3 * moved(pose, surface(shape))[:, columns]
     look = {"facecolor": colour, "edgecolor": "0.35", "lw": 0.5, "alpha": 0.8, "zorder": 1}
     if shape.kind == "mesh" and 0 < len(shape.faces) <= _MANY:

@@ -9,7 +9,7 @@ from html import escape
 from typing import Any
 
 from afo_sim import lab, show, study
-from afo_sim.common import ROOM, InputError, missing_extra
+from afo_sim.common import ROOM, Foreign, Function, InputError, Json, JsonDict, missing_extra
 from afo_sim.description import amount, facts
 from afo_sim.description.scenario_text import reference
 from afo_sim.metrics import closing, in_short
@@ -26,10 +26,11 @@ _NUMBERS = 24  # of a run that does not walk
 
 _Table = tuple[str, Sequence[str], Iterable[Sequence[str]]]  # title, header, rows
 _Draw = Callable[[pathlib.Path], object]  # writes a PNG at a path, or beside it
+_Result = Any  # of the class by whose name _PAGES has it: importing that class takes long
 _Parts = Iterable[str | _Table | _Draw]  # of a page: lines, tables, pictures
 
 
-def html(result: Any) -> str | None:
+def html(result: object) -> str | None:
     """A result as one HTML element that needs nothing outside itself; None where its text says all."""
     parts = next((_PAGES[kind.__name__] for kind in type(result).__mro__ if kind.__name__ in _PAGES), None)
     if parts is None:
@@ -76,7 +77,7 @@ def _picture(draw: _Draw) -> str:
     return f'<img style="display:block;background:white;width:{width}px" src="data:image/png;base64,{text}">'
 
 
-def _recording(run: Any) -> _Parts:
+def _recording(run: _Result) -> _Parts:
     """Verdict, figure, bands, warnings, changes and notes; of a run that does not walk its first numbers."""
     if run.verdict:
         said = ((each, f"{each.question} {each.text}") for each in run.verdict)
@@ -97,12 +98,12 @@ def _marked(warnings: Iterable[str]) -> Iterator[str]:
     return (f"⚠ {warning}" for warning in warnings)
 
 
-def _numbers(metrics: Any) -> _Table:
+def _numbers(metrics: _Result) -> _Table:
     found = known(metrics)[:_NUMBERS]
     return f"{len(found)} of {len(metrics)} numbers", (), found
 
 
-def _both(legs: Any) -> _Parts:
+def _both(legs: _Result) -> _Parts:
     worse = ((each, each.answers.get(each.leg) or [*each.answers.values()][-1]) for each in legs.verdict)
     yield "", (), ((verdict.badge(w), w.leg, f"{w.question} {answer.text}") for w, answer in worse)
     if legs.ok:
@@ -112,7 +113,7 @@ def _both(legs: Any) -> _Parts:
     yield from legs.notes
 
 
-def _sweep(results: Any) -> _Parts:
+def _sweep(results: _Result) -> _Parts:
     from afo_sim.study.findings import findings
 
     found = findings(results, study.chosen(results, []))
@@ -123,11 +124,11 @@ def _sweep(results: Any) -> _Parts:
     yield from show.tables(found, _BEST_CASES)
 
 
-def _fit(found: Any) -> _Parts:
+def _fit(found: _Result) -> _Parts:
     """Of points, torques or a log."""
     from afo_sim.lab import law_result, run_report, torque_report
 
-    made: dict[str, tuple[Any, Any]] = {
+    made: dict[str, tuple[Foreign, Function]] = {
         "StaticFit": (law_result, show.write_fit_figure),
         "TorqueFit": (torque_report, show.write_torque_figure),
         "FitRun": (run_report, show.write_log_figure),
@@ -138,7 +139,7 @@ def _fit(found: Any) -> _Parts:
     yield from words.remarks(found)
 
 
-def _stand(tests: Any) -> _Parts:
+def _stand(tests: _Result) -> _Parts:
     for own in map(tests.of, tests.kinds):
         yield partial(show.draw_trials, own.trials, own.compared)
     for trial in tests.trials:
@@ -146,7 +147,7 @@ def _stand(tests: Any) -> _Parts:
         yield lab.printed(trial)
 
 
-def _described(what: Any) -> _Parts:
+def _described(what: _Result) -> _Parts:
     """A description: a muscle's force, an orthosis' drawing, and the keys that are not as by default."""
     kind = type(what).__name__
     if kind == "Muscle":
@@ -159,7 +160,7 @@ def _described(what: Any) -> _Parts:
     yield "", (), facts(what.resolved()) if kind == "Scenario" else _keys(own)
 
 
-def _keys(table: Any, path: str = "") -> Iterator[tuple[str, str, str]]:
+def _keys(table: JsonDict, path: str = "") -> Iterator[tuple[str, str, str]]:
     """Dotted key, value in the unit of people, kind of source; a product within another is its name."""
     for key, value in table.items():
         name, source = f"{path}{key}", table.get("provenance", {}).get(key, {}).get("kind", "")
@@ -173,7 +174,7 @@ def _keys(table: Any, path: str = "") -> Iterator[tuple[str, str, str]]:
             yield from _keys(value, f"{name}.")
 
 
-def _usual(value: Any) -> str:
+def _usual(value: Json) -> str:
     """A value as a file may write it, an SI number in the unit that people use."""
     if isinstance(value, list):
         return f"[{', '.join(map(_usual, value))}]"
@@ -184,7 +185,7 @@ def _usual(value: Any) -> str:
         return str(value)
 
 
-_PAGES: dict[str, Callable[[Any], _Parts]] = {
+_PAGES: dict[str, Callable[[_Result], _Parts]] = {
     "Recording": _recording,
     "Both": _both,
     "Results": _sweep,

@@ -2,9 +2,9 @@
 
 import math
 from collections.abc import Collection, Iterable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from afo_sim.common import InputError, Notice, parse_quantity, with_code
+from afo_sim.common import InputError, JsonMapping, Keywords, Notice, parse_quantity, with_code
 from afo_sim.description import body_height, body_mass, worn
 from afo_sim.description.scenario_text import joint_words, own_walk, reference
 from afo_sim.metrics import AIR_BEFORE, NAMES, ROUND_OFF, Metric, lift, number
@@ -75,7 +75,7 @@ def in_brief(notes: Iterable[str]) -> str:
     return "; ".join(dict.fromkeys(_BRIEF.get(getattr(note, "code", ""), note) for note in notes))
 
 
-def unseen(scenario: Mapping[str, Any], metrics: Collection[str]) -> list[str]:
+def unseen(scenario: JsonMapping, metrics: Collection[str]) -> list[str]:
     """Notes for many walks of which nobody has asked how they begin, what fills, what the device harms."""
     if any(name.startswith("walkers_") for name in metrics):
         return [_RESPONDING]
@@ -91,13 +91,13 @@ def unseen(scenario: Mapping[str, Any], metrics: Collection[str]) -> list[str]:
     return found
 
 
-def cautions(scenario: Mapping[str, Any], metrics: Metrics, strides: Strides) -> list[str]:
+def cautions(scenario: JsonMapping, metrics: Metrics, strides: Strides) -> list[str]:
     """What a reader of a run's numbers must know: over whom the toe is lifted, and its `doubts`."""
     lifted = [f"{told}; worn here: {worn(scenario)}" for told in lift(metrics, reference(scenario))]
     return [*lifted, *doubts(scenario, metrics, strides)]
 
 
-def decisive(scenario: Mapping[str, Any], metrics: Metrics, strides: Strides) -> list[str]:
+def decisive(scenario: JsonMapping, metrics: Metrics, strides: Strides) -> list[str]:
     """What may change what a reader of the verdict decides, and is not said there; each in short."""
     known = doubts(scenario, metrics, strides)
     if "strides_solved" in metrics:
@@ -106,7 +106,7 @@ def decisive(scenario: Mapping[str, Any], metrics: Metrics, strides: Strides) ->
     return [*known, *of_walker(scenario)]
 
 
-def of_leg(scenario: Mapping[str, Any]) -> list[Notice]:
+def of_leg(scenario: JsonMapping) -> list[Notice]:
     """What is mirrored onto the simulated leg, and what of it does not move."""
     side = scenario.get("side") or scenario["leg"].get("side", "right")  # of one older than sides the right
     found: list[Notice] = []
@@ -132,7 +132,7 @@ def of_leg(scenario: Mapping[str, Any]) -> list[Notice]:
     return found
 
 
-def doubts(scenario: Mapping[str, Any], metrics: Metrics, strides: Strides) -> list[Notice]:
+def doubts(scenario: JsonMapping, metrics: Metrics, strides: Strides) -> list[Notice]:
     """Strides that are left out, assumed stiffness that decides."""
     found = of_leg(scenario)
     if "toe_clearance" in metrics and "strides_counted" in metrics:
@@ -159,7 +159,7 @@ def doubts(scenario: Mapping[str, Any], metrics: Metrics, strides: Strides) -> l
     return [*found, *_of_muscles(scenario)]
 
 
-def _of_muscles(scenario: Mapping[str, Any]) -> list[Notice]:
+def _of_muscles(scenario: JsonMapping) -> list[Notice]:
     """What is not measured of the muscles' force, by muscle group."""
     found = []
     for name, group in scenario["orthosis"].get("muscle", {}).items():
@@ -177,7 +177,7 @@ def _of_muscles(scenario: Mapping[str, Any]) -> list[Notice]:
     return found
 
 
-def of_walker(scenario: Mapping[str, Any]) -> list[Notice]:
+def of_walker(scenario: JsonMapping) -> list[Notice]:
     """What a reader must know of a run's gait cycle: doubts of its import, another mass or height."""
     from afo_sim.common import find_gait
     from afo_sim.gait import closing_doubts
@@ -201,7 +201,7 @@ def of_walker(scenario: Mapping[str, Any]) -> list[Notice]:
     if abs(cycle.body_mass / mass - 1.0) > _SAME_MASS:
         words = "the recorded walker weighs {walker:.1f} kg, the patient {patient:g} kg: force and moment "
         words += "are scaled to the patient{key}"
-        data: dict[str, Any] = {"walker": cycle.body_mass, "patient": mass, "key": " (patient.body_mass)"}
+        data: Keywords = {"walker": cycle.body_mass, "patient": mass, "key": " (patient.body_mass)"}
         found.append(Notice("walker-mass", words, subject="patient.body_mass", **data))
     found += _of_height(cycle, scenario)
     if own_walk(scenario):
@@ -218,7 +218,7 @@ def of_walker(scenario: Mapping[str, Any]) -> list[Notice]:
     return found
 
 
-def _of_height(cycle: "GaitCycle", scenario: Mapping[str, Any]) -> list[Notice]:
+def _of_height(cycle: "GaitCycle", scenario: JsonMapping) -> list[Notice]:
     """A recorded walker's height that is not known, or that is not the patient's."""
     height, leg = body_height(scenario), parse_quantity(scenario["leg"]["body_height"], "m")
     trial = cycle.body_height or leg
@@ -232,7 +232,7 @@ def _of_height(cycle: "GaitCycle", scenario: Mapping[str, Any]) -> list[Notice]:
         return []
     else:
         end = f"{is_tall}, the leg's"
-    data: dict[str, Any] = {"walker": trial, "patient": height, "key": " (patient.body_height)"}
+    data: Keywords = {"walker": trial, "patient": height, "key": " (patient.body_height)"}
     return [Notice("walker-height", f"the recorded walker {end}", subject="patient.body_height", **data)]
 
 

@@ -2,11 +2,10 @@
 
 import itertools
 from collections.abc import Iterable, Sequence
-from typing import Any
 
 import numpy as np
 
-from afo_sim.common import parse_quantity
+from afo_sim.common import JsonDict, Keywords, parse_quantity
 from afo_sim.description import WORN
 from afo_sim.gait import norm as gait_norm
 from afo_sim.show.run_view import PERCENT, PHASE, SET_PRESSURE, Over, RunView
@@ -23,6 +22,9 @@ from afo_sim.show.style import (
     SOLE,
     STANCE,
     ZERO,
+    Axes,
+    Figure,
+    LineStyle,
     plain,
 )
 
@@ -56,12 +58,12 @@ _SLACK = ":"  # line style of a muscle that pulls on nothing
 
 
 def mean_and_spread(
-    axis: Any,
+    axis: Axes,
     values: np.ndarray,
     colour: str,
     label: str | None,
     x: np.ndarray,
-    style: Any = "-",
+    style: LineStyle = "-",
     marker: str | None = None,
 ) -> None:
     """Mean of the strides as a line, lowest to highest as a band; one row is a line."""
@@ -71,14 +73,16 @@ def mean_and_spread(
     axis.plot(x, values.mean(axis=0), color=colour, ls=style, label=label, zorder=3, **marked(x, marker))
 
 
-def marked(x: np.ndarray, marker: str | None) -> dict[str, Any]:
+def marked(x: np.ndarray, marker: str | None) -> JsonDict:
     """Markers of a line at every MARKER_EVERY of the axis' width; a dot for a single row."""
     if len(x) == 1:
         return {"marker": "."}
     return {"marker": marker, "markevery": _MARKER_EVERY, "ms": 3.2} if marker else {}
 
 
-def unknown_band(axis: Any, run: RunView, column: str, scale: float = 1.0, colour: str | None = None) -> None:
+def unknown_band(
+    axis: Axes, run: RunView, column: str, scale: float = 1.0, colour: str | None = None
+) -> None:
     """5 to 95 % of a column over the gait cycle, light, with dotted edges; nothing where none were drawn."""
     study = run.recording.studies.get(_UNKNOWN) or {}
     curves = study.get("curves", {}).get(column)
@@ -91,7 +95,7 @@ def unknown_band(axis: Any, run: RunView, column: str, scale: float = 1.0, colou
         axis.plot(PERCENT, edge, color=paint, lw=0.7, ls=_UNKNOWN_DASHES, zorder=1.6)
 
 
-def angle(axis: Any, runs: Sequence[RunView], over: Over = "time") -> None:
+def angle(axis: Axes, runs: Sequence[RunView], over: Over = "time") -> None:
     """Ankle angle, with the recorded one in walking, the norm's band over the cycle."""
     first = runs[0]
     axis.axhline(0.0, color=ZERO, lw=0.6, zorder=1)
@@ -126,7 +130,7 @@ def angle(axis: Any, runs: Sequence[RunView], over: Over = "time") -> None:
             axis.axhspan(low, high, color="0.93", lw=0.0, zorder=0, label="orthosis' range of motion")
 
 
-def moments(axis: Any, runs: Sequence[RunView]) -> None:
+def moments(axis: Axes, runs: Sequence[RunView]) -> None:
     """Moments about the joint over time: of one run all of them, of several the orthosis'."""
     first = runs[0]
     axis.axhline(0.0, color=ZERO, lw=0.6, zorder=1)
@@ -146,7 +150,7 @@ def moments(axis: Any, runs: Sequence[RunView]) -> None:
         shade_stance(axis, first)
 
 
-def sole(axis: Any, runs: Sequence[RunView]) -> None:
+def sole(axis: Axes, runs: Sequence[RunView]) -> None:
     """Heights of toe and ball over time, and the same foot's at the recorded ankle angle."""
     run = runs[0]
     time = run.recording["time"]
@@ -159,7 +163,7 @@ def sole(axis: Any, runs: Sequence[RunView]) -> None:
     shade_stance(axis, run)
 
 
-def pressures(axis: Any, runs: Sequence[RunView], over: Over = "time") -> None:
+def pressures(axis: Axes, runs: Sequence[RunView], over: Over = "time") -> None:
     """Pressure of the supply and of each chamber of a run; thin, those of volumes in its air path."""
     run = runs[0]
     wanted, had = (run.recording.columns.get(name) for name in (SET_PRESSURE, "supply/pressure"))
@@ -182,7 +186,7 @@ def pressures(axis: Any, runs: Sequence[RunView], over: Over = "time") -> None:
     shade_stance(axis, run, over)
 
 
-def valves(axis: Any, runs: Sequence[RunView], over: Over = "time") -> None:
+def valves(axis: Axes, runs: Sequence[RunView], over: Over = "time") -> None:
     """One lane per valve of a run, with a bar as high as its seat is open; grey those of no chamber."""
     run = runs[0]
     lanes = run.lanes
@@ -199,7 +203,7 @@ def valves(axis: Any, runs: Sequence[RunView], over: Over = "time") -> None:
     axis.set_ylabel("valves\nopen")
 
 
-def forces(axis: Any, runs: Sequence[RunView], over: Over = "time") -> None:
+def forces(axis: Axes, runs: Sequence[RunView], over: Over = "time") -> None:
     """Force of each muscle of a run, of a group once where its muscles coincide."""
     run = runs[0]
     for group in run.groups:
@@ -222,7 +226,7 @@ def group_curves(run: RunView, group: str, *quantities: str) -> list[tuple[str, 
     return [(name if count == 1 else f"{name} 1–{count}", muscles[0], "-")]
 
 
-def shade_stance(axis: Any, run: RunView, over: Over = "time") -> None:
+def shade_stance(axis: Axes, run: RunView, over: Over = "time") -> None:
     """A band over time wherever the recorded foot stands, behind all else; none where nobody walks."""
     if not run.walks or over != "time":
         return
@@ -241,30 +245,30 @@ def shade_stance(axis: Any, run: RunView, over: Over = "time") -> None:
     axis.annotate(_SETTLED, (begins, 0.0), xycoords=whole, xytext=(1, 2), textcoords="offset points", **look)
 
 
-def keys(axes: Iterable[Any]) -> dict[str, Any]:
+def keys(axes: Iterable[Axes]) -> JsonDict:
     """{name: what it is drawn as} of all panels, each name once."""
-    found: dict[str, Any] = {}
+    found: Keywords = {}
     for axis in axes:
         for handle, label in zip(*axis.get_legend_handles_labels(), strict=True):
             found.setdefault(label, handle)
     return found
 
 
-def share_scale(axes: Sequence[Any]) -> None:
+def share_scale(axes: Sequence[Axes]) -> None:
     """One scale of the ordinate for panels that stand in figures of their own."""
     limits = [axis.get_ylim() for axis in axes]
     for axis in axes:
         axis.set_ylim(min(low for low, _ in limits), max(high for _, high in limits))
 
 
-def legend(figure: Any, axes: Iterable[Any], columns: int = 3) -> None:
+def legend(figure: Figure, axes: Iterable[Axes], columns: int = 3) -> None:
     """One legend above all panels, each name once."""
     found = keys(axes)
     if found:
         figure.legend(list(found.values()), list(found), loc="outside upper left", ncols=columns)
 
 
-def volumes(axis: Any, run: RunView, over: Over) -> None:
+def volumes(axis: Axes, run: RunView, over: Over) -> None:
     """Pressure in each volume of a run's air path, in thin lines."""
     free = COLOURS[len(run.colours) :] or COLOURS
     looks = itertools.cycle(zip(free, itertools.cycle(LINE_STYLES[1:]), strict=False))
@@ -286,7 +290,7 @@ def tells_flow(run: RunView) -> bool:
     return any(name in run.recording.columns for name in FLOWS)
 
 
-def air_flow(axis: Any, runs: Sequence[RunView], over: Over = "time") -> None:
+def air_flow(axis: Axes, runs: Sequence[RunView], over: Over = "time") -> None:
     """Flow from the supply and to the ambient air, as free air (ANR)."""
     run = runs[0]
     litres = PER_MINUTE / run.gas.free_density
@@ -298,7 +302,7 @@ def air_flow(axis: Any, runs: Sequence[RunView], over: Over = "time") -> None:
     axis.set_ylabel("air flow\n[l/min ANR]")
 
 
-def source(axis: Any, run: RunView, quantity: str) -> None:
+def source(axis: Axes, run: RunView, quantity: str) -> None:
     """Pressure, mass or temperature of what is in a run's bottle, cartridge or tank, over time."""
     time, values = run.curves(f"{run.source}/{quantity}", "time")
     scaled, label = {
@@ -311,7 +315,7 @@ def source(axis: Any, run: RunView, quantity: str) -> None:
     axis.set_ylabel(label)
 
 
-def contractions(axis: Any, runs: Sequence[RunView], over: Over = "time") -> None:
+def contractions(axis: Axes, runs: Sequence[RunView], over: Over = "time") -> None:
     """Own contraction of each muscle of a run, dotted where it is slack; thin, that of its path."""
     run = runs[0]
     axis.axhline(0.0, color=ZERO, lw=0.6, zorder=1)
@@ -331,7 +335,7 @@ def contractions(axis: Any, runs: Sequence[RunView], over: Over = "time") -> Non
 
 
 def _own(
-    axis: Any, x: np.ndarray, values: np.ndarray, slack: np.ndarray, label: str, look: dict[str, Any]
+    axis: Axes, x: np.ndarray, values: np.ndarray, slack: np.ndarray, label: str, look: JsonDict
 ) -> None:
     """A muscle's curves, with a dotted mean where it is slack in every one of them."""
     if len(values) > 1:
@@ -348,19 +352,19 @@ def _own(
     axis.plot(x, np.where(reach, mean, np.nan), color=look["color"], ls=_SLACK, zorder=3)
 
 
-def displacements(axis: Any, runs: Sequence[RunView], over: Over = "time") -> None:
+def displacements(axis: Axes, runs: Sequence[RunView], over: Over = "time") -> None:
     """How far the cuff and the plate of a run give along the pull of the muscles."""
     _mountings(axis, runs[0], over, "displacement", 1e3)
     axis.set_ylabel("mounting gives\n[mm]")
 
 
-def pulls(axis: Any, runs: Sequence[RunView], over: Over = "time") -> None:
+def pulls(axis: Axes, runs: Sequence[RunView], over: Over = "time") -> None:
     """Pull of all muscles of a run on its cuff and on its plate."""
     _mountings(axis, runs[0], over, "force", 1.0)
     axis.set_ylabel("pull on the\nmounting [N]")
 
 
-def _mountings(axis: Any, run: RunView, over: Over, quantity: str, factor: float) -> None:
+def _mountings(axis: Axes, run: RunView, over: Over, quantity: str, factor: float) -> None:
     for anchor, style in zip(run.anchors, itertools.cycle(LINE_STYLES)):
         x, values = run.curves(f"cuff/{anchor}/{quantity}", over)
         mean_and_spread(axis, factor * values, MOUNTINGS[WORN[anchor]], WORN[anchor], x, style)

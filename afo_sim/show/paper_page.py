@@ -4,11 +4,10 @@ import base64
 import functools
 import pathlib
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 
-from afo_sim.common import GRAVITY, together, write_text
+from afo_sim.common import GRAVITY, Foreign, Keywords, together, write_text
 from afo_sim.description import Muscle, reader
 from afo_sim.lab import (
     KINDS,
@@ -27,7 +26,7 @@ from afo_sim.lab.validation_s1 import CM, MISPRINT, model, table
 from afo_sim.physics import LAWS, contractions
 from afo_sim.show.report import rendered
 from afo_sim.show.stand_figure import colour as shade
-from afo_sim.show.style import COLOURS, on_scale, write_pair
+from afo_sim.show.style import COLOURS, Axes, Figure, on_scale, write_pair
 from afo_sim.show.torque_map_figure import fill
 from afo_sim.simulation import torque_map
 
@@ -52,7 +51,7 @@ def write_paper(paper: Paper, folder: pathlib.Path) -> list[pathlib.Path]:
     return [folder / "paper.html", *(folder / file.name for file in files)]
 
 
-def _device(figure: Any) -> None:
+def _device(figure: Figure) -> None:
     """S1's figures 6 to 8: force of its models and of the measured muscle over the 8 s, and the angle."""
     force, angle = figure.subplots(1, 2)
     group = "orthosis.muscle.dorsiflexor.type"
@@ -64,7 +63,7 @@ def _device(figure: Any) -> None:
     )
     for k, (label, scenario, sets, style) in enumerate(drawn):
         run = paper_values.recorded({"scenario": scenario, "set": sets})
-        look: dict[str, Any] = {"color": COLOURS[k], "ls": style, "label": label}
+        look: Keywords = {"color": COLOURS[k], "ls": style, "label": label}
         cycle = run["time"] <= 8.0
         pulls = np.sum([run[f"muscle/dorsiflexor_{number}/force"] for number in (1, 2, 3)], axis=0)
         force.plot(run["time"][cycle], pulls[cycle], **look)
@@ -75,7 +74,7 @@ def _device(figure: Any) -> None:
     figure.legend(*angle.get_legend_handles_labels(), loc="outside lower center", ncols=3)
 
 
-def _isobars(figure: Any) -> None:
+def _isobars(figure: Figure) -> None:
     """S2's figure 4, S0's 4.8: the maker's points, and the shipped law where it holds."""
     axis, data, muscle = figure.subplots(), characteristic("dmsp_20"), reader.load("muscle", "dmsp_20")
     assert data.contraction is not None
@@ -90,7 +89,7 @@ def _isobars(figure: Any) -> None:
     axis.legend(loc="upper right")
 
 
-def _arms(figure: Any, scenarios: dict[str, tuple[str, tuple[float, float]]]) -> None:
+def _arms(figure: Figure, scenarios: dict[str, tuple[str, tuple[float, float]]]) -> None:
     """S2's figures 5 and 6: the arm with each of the four laws, on the paper's axes; differences below."""
     axes = figure.subplots(2, 2, sharex=True)
     for column, (name, (title, axis_ends)) in zip(axes.T, scenarios.items(), strict=True):
@@ -104,7 +103,7 @@ def _arms(figure: Any, scenarios: dict[str, tuple[str, tuple[float, float]]]) ->
     figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
 
 
-def _static_load(figure: Any) -> None:
+def _static_load(figure: Figure) -> None:
     """S0's figures 4.3 to 4.6 by two stand-ins: F_ce with its line, contraction under loads, open loop."""
     for name, axes in zip(("reynolds_2003", "serres_2009"), figure.subplots(2, 3), strict=True):
         isobaric, isotonic, step = (stand(test, name).trials[0] for test in ("isobaric", "isotonic", "step"))
@@ -112,7 +111,7 @@ def _static_load(figure: Any) -> None:
         line = np.array([found.pressure.min(), found.pressure.max()])
         label = f"{found.start:.1f} N + {found.slope * 1e3:.3f} N/kPa p"
         axes[0].plot(line * 1e-5, found.start + found.slope * line, color=COLOURS[0], label=label)
-        look: dict[str, Any] = {"ms": 4, "color": COLOURS[1], "label": "stand"}
+        look: Keywords = {"ms": 4, "color": COLOURS[1], "label": "stand"}
         axes[0].plot(found.pressure * 1e-5, found.contractile_force, "o", **look)
         axes[0].set(title=name, xlabel="gauge pressure [bar]", ylabel="contractile force F_ce [N]")
         axes[0].set_ylim(0.0, None)
@@ -132,7 +131,7 @@ def _static_load(figure: Any) -> None:
         axes[2].legend(loc="upper right")
 
 
-def _s1(figure: Any, bench: int, first: int, masses: tuple[float, ...], shape: tuple[int, int]) -> None:
+def _s1(figure: Figure, bench: int, first: int, masses: tuple[float, ...], shape: tuple[int, int]) -> None:
     """Change of length over pressure, one panel for each load, as S1's figures compare them."""
     axes = figure.subplots(*shape, sharex=True, sharey=True, squeeze=False)
     for number, (axis, mass) in enumerate(zip(axes.flat, masses, strict=True), first):
@@ -148,11 +147,11 @@ def _s1(figure: Any, bench: int, first: int, masses: tuple[float, ...], shape: t
     figure.suptitle(f"Muscle of {length:g} cm between its ends", x=0.01, ha="left", fontsize=9.0)
 
 
-def _s1_panel(axis: Any, bench: int, mass: float) -> None:
+def _s1_panel(axis: Axes, bench: int, mass: float) -> None:
     measured, own = table(bench), table(bench + 2)
     loads = {bench: (mass + measured.facts["hanger"]) * GRAVITY, bench + 2: mass * GRAVITY}
     pressure = np.linspace(1.5e5, 4.2e5, 100)
-    looks: dict[int, dict[str, Any]] = {
+    looks: dict[int, Keywords] = {
         bench + 2: {"color": _S1_OWN, "ls": "--", "label": "S1's model as it is run here (37°, r0 5 mm)"},
         bench: {"color": _OURS, "label": "muscle fitted here to tables I and II"},
     }
@@ -171,7 +170,7 @@ def _s1_panel(axis: Any, bench: int, mass: float) -> None:
         axis.annotate("misprint: 2.4 is implied", place, textcoords="offset points", **look)
 
 
-def _s3(figure: Any) -> None:
+def _s3(figure: Figure) -> None:
     """Isobaric, isotonic and isometric: the maker's points, S3's printed numbers, the law fitted here."""
     axes = figure.subplots(1, 3)
     data, _ = select(characteristic("dmsp_10"))
@@ -199,7 +198,7 @@ def _s3_printed() -> dict[str, float]:
     return next(rows)["parameters"]
 
 
-def _isobaric(axis: Any, data: Measured, muscle: Muscle) -> None:
+def _isobaric(axis: Axes, data: Measured, muscle: Muscle) -> None:
     assert data.contraction is not None
     kappa = np.linspace(0.0, 0.25, 120)
     for bar, colour in zip(_ISOBARS, on_scale(np.linspace(0.0, 1.0, len(_ISOBARS))), strict=True):
@@ -212,7 +211,7 @@ def _isobaric(axis: Any, data: Measured, muscle: Muscle) -> None:
     axis.set(title="isobaric F(κ)", xlabel="contraction [%]", ylabel="force [N]", xlim=(-0.5, 25.0))
 
 
-def _isotonic(axis: Any, data: Measured, muscle: Muscle) -> None:
+def _isotonic(axis: Axes, data: Measured, muscle: Muscle) -> None:
     assert data.contraction is not None
     pressure = np.linspace(1e5, 8e5, 120)
     fitted = LAWS[_S3_LAW].coefficients(muscle.braid, muscle.laws[_S3_LAW].parameters)
@@ -234,7 +233,7 @@ def _isotonic(axis: Any, data: Measured, muscle: Muscle) -> None:
     axis.set_ylim(top=25.0)
 
 
-def _isometric(axis: Any, data: Measured, muscle: Muscle) -> None:
+def _isometric(axis: Axes, data: Measured, muscle: Muscle) -> None:
     assert data.contraction is not None
     pressure = np.linspace(1e5, 8e5, 120)
     for kappa, colour in zip(_ISOMETERS, on_scale(np.linspace(0.0, 1.0, len(_ISOMETERS))), strict=True):
@@ -248,13 +247,13 @@ def _isometric(axis: Any, data: Measured, muscle: Muscle) -> None:
     axis.set(title="isometric F(p)", xlabel="gauge pressure [bar]", ylabel="force [N]", xlim=(0.8, 8.2))
 
 
-def _pair(axis: Any, x: np.ndarray, y: np.ndarray, style: str, colour: Any, label: str = "") -> None:
+def _pair(axis: Axes, x: np.ndarray, y: np.ndarray, style: str, colour: Foreign, label: str = "") -> None:
     """A curve where it is positive: a muscle does not push."""
     axis.plot(x, np.where(y >= 0.0, y, np.nan), style, color=colour, label=label or None)
 
 
 _WEAK_CALF = {"patient": "plantarflexor-weak"}
-_Fill = Callable[[Any], None]
+_Fill = Callable[[Figure], None]
 FIGURES: dict[str, dict[str, tuple[tuple[float, float], _Fill]]] = {
     "S0": {"static_load": ((12.0, 6.4), _static_load), "isobaric": ((6.0, 4.2), _isobars)},
     "S1": {

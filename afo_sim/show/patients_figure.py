@@ -1,10 +1,10 @@
 """The figure of a population: each patient's ankle, and each patient's numbers from case to case."""
 
 import pathlib
-from typing import Any
 
 import numpy as np
 
+from afo_sim.common import JsonDict
 from afo_sim.show.style import RUN_STYLES, RUNS, new_figure
 from afo_sim.walker import NAMES, SAMPLES, Population, norm_at
 
@@ -22,7 +22,7 @@ _TICKS = dict(
 _SPEED = 1.22  # of the norm that is drawn [m/s]
 
 
-def look_of(case: str) -> dict[str, Any]:
+def look_of(case: str) -> JsonDict:
     """Colour and line of a case."""
     k = list(NAMES).index(case)
     return {"color": RUNS[k], "ls": RUN_STYLES[k]}

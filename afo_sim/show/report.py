@@ -3,10 +3,9 @@
 import datetime
 import pathlib
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Iterator, Sequence
 
-from afo_sim.common import InputError, assets, check_writable, read_json, write_text
+from afo_sim.common import InputError, JsonDict, JsonMapping, assets, check_writable, read_json, write_text
 from afo_sim.description import facts, unchanged, worn
 from afo_sim.description.scenario_text import reference
 from afo_sim.gait import TwoSides
@@ -55,7 +54,7 @@ _TEMPLATE = "report.html.j2"
 _TIME_POINTS = 2000  # of a curve over time, about
 
 
-def _scenario_rows(runs: Sequence[RunView]) -> Iterator[dict[str, Any]]:
+def _scenario_rows(runs: Sequence[RunView]) -> Iterator[JsonDict]:
     """The scenarios in words, one cell for each run; the duration last."""
     tables = [
         {
@@ -73,7 +72,7 @@ def _scenario_rows(runs: Sequence[RunView]) -> Iterator[dict[str, Any]]:
         yield {"label": name, "cells": [(str(table.get(name, "–")), "") for table in tables]}
 
 
-def _row(name: str, runs: Sequence[RunView]) -> dict[str, Any]:
+def _row(name: str, runs: Sequence[RunView]) -> JsonDict:
     """A metric of all runs, with its meaning or what it is compared with; runs that have none show a dash."""
     found = [run.recording.metrics.get(name) for run in runs]
     with_it = [run.recording.scenario for run in runs if name in run.recording.metrics]
@@ -257,7 +256,7 @@ def _title(runs: Sequence[RunView], joined: str) -> str:
     return f"{first}{joined} {', '.join(others)}"
 
 
-def page(runs: Sequence[RunView], both: Mapping[str, Any] | None = None) -> str:
+def page(runs: Sequence[RunView], both: JsonMapping | None = None) -> str:
     """The whole HTML text of a report; the runs after the first are compared with it."""
     judged = runs[:1] if both and both.get("affected") else runs
     walking = [run for run in runs if run.walks and run.strides]
@@ -294,10 +293,12 @@ def page(runs: Sequence[RunView], both: Mapping[str, Any] | None = None) -> str:
     )
 
 
-def rendered(template: str, **names: Any) -> str:
+def rendered(template: str, **names: object) -> str:
     """A page of this room's templates."""
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
-    plain: dict[str, Any] = {"autoescape": True, "trim_blocks": True, "lstrip_blocks": True}
-    environment = Environment(loader=PackageLoader("afo_sim.show", "."), undefined=StrictUndefined, **plain)
+    loader = PackageLoader("afo_sim.show", ".")
+    environment = Environment(
+        loader=loader, undefined=StrictUndefined, autoescape=True, trim_blocks=True, lstrip_blocks=True
+    )
     return environment.get_template(template).render(**names)

@@ -6,21 +6,21 @@ import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
 
 import numpy as np
 
+from afo_sim.common import Foreign
 from afo_sim.metrics import NEEDED_MOMENT
 from afo_sim.show import panels, walk_panels
 from afo_sim.show.run_view import Over, RunView
-from afo_sim.show.style import ink, plain, styled
+from afo_sim.show.style import Axes, Figure, ink, plain, styled
 
 WIDTH = 3.7  # of a panel [inch]; 355 CSS pixels
 _KEY = (0.36, 0.13)  # of a legend's sample [inch]
 _MINUS = str.maketrans("-", "−")
 
-_MusclePanel = Callable[[Any, Sequence[RunView], Over], None]
-Draw = Callable[[Sequence[Any], Sequence[RunView]], None]  # on a figure for each panel
+_MusclePanel = Callable[[Axes, Sequence[RunView], Over], None]
+Draw = Callable[[Sequence[Figure], Sequence[RunView]], None]  # on a figure for each panel
 _TITLES = {  # of what the page explains
     "walk": "Toe clearance and ankle angle",
     "moment": "Whole internal ankle moment, and the ball of the foot in swing",
@@ -47,7 +47,7 @@ class _Drawing:
         return _TITLES[self.explained[0]]
 
 
-def svg(name: str, title: str, figure: Any, words: str = "") -> str:
+def svg(name: str, title: str, figure: Figure, words: str = "") -> str:
     """A panel as an SVG element that states its title, and its curves or other words."""
     told = "".join(
         f'<{tag} id="{name}-{tag}">{html.escape(text)}</{tag}>'
@@ -57,7 +57,7 @@ def svg(name: str, title: str, figure: Any, words: str = "") -> str:
     return re.sub(r"<svg ([^>]*)>", lambda tag: f"<svg {names} {tag[1]}>{told}", _text(name, figure), count=1)
 
 
-def _text(name: str, figure: Any) -> str:
+def _text(name: str, figure: Figure) -> str:
     """A figure as an SVG element without size, whose ids begin with a name."""
     page = io.StringIO()
     figure.savefig(page, format="svg", metadata=dict.fromkeys(("Date", "Creator", "Format", "Type")))
@@ -67,7 +67,7 @@ def _text(name: str, figure: Any) -> str:
     return re.sub(r'\b(width|height)="[\d.]+pt" ?', "", text, count=2)
 
 
-def described(figure: Any) -> str:
+def described(figure: Figure) -> str:
     """Each named curve of a figure's panels in words: of what over what, from where to where."""
     found = []
     for axis in figure.axes:
@@ -88,7 +88,7 @@ def _unescaped(text: str) -> str:
     return text.replace(r"\$", "$").strip()
 
 
-def _sample(name: str, handle: Any) -> str:
+def _sample(name: str, handle: Foreign) -> str:
     """What a legend shows of a line or an area, as SVG text."""
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
@@ -107,7 +107,7 @@ def _sample(name: str, handle: Any) -> str:
     return _text(name, figure).replace("<svg ", '<svg class="key" aria-hidden="true" ', 1)
 
 
-def draw_walk(figures: Sequence[Any], runs: Sequence[RunView]) -> None:
+def draw_walk(figures: Sequence[Figure], runs: Sequence[RunView]) -> None:
     """What a reader looks at first: the outsole above the floor in swing, and the ankle angle."""
     toe, angle = (figure.subplots() for figure in figures)
     _clearance(toe, runs, "toe")
@@ -117,7 +117,7 @@ def draw_walk(figures: Sequence[Any], runs: Sequence[RunView]) -> None:
     angle.set_title("ankle angle", loc="left")
 
 
-def draw_moment(figures: Sequence[Any], runs: Sequence[RunView]) -> None:
+def draw_moment(figures: Sequence[Figure], runs: Sequence[RunView]) -> None:
     """Internal moment over the gait cycle with the norm's band, and the ball of the foot above the floor."""
     moment, ball = (figure.subplots() for figure in figures)
     walk_panels.internal_moment(moment, runs)
@@ -125,12 +125,12 @@ def draw_moment(figures: Sequence[Any], runs: Sequence[RunView]) -> None:
     _clearance(ball, runs, "ball")
 
 
-def _clearance(axis: Any, runs: Sequence[RunView], point: str) -> None:
+def _clearance(axis: Axes, runs: Sequence[RunView], point: str) -> None:
     walk_panels.clearance(axis, runs, point)
     walk_panels.share_floor(axis, min(run.toe_off for run in runs))
 
 
-def draw_pressures(figures: Sequence[Any], runs: Sequence[RunView], over: Over = "cycle") -> None:
+def draw_pressures(figures: Sequence[Figure], runs: Sequence[RunView], over: Over = "cycle") -> None:
     """Pressures and, below, valves of each run: over the gait cycle or over time."""
     flowing = any(panels.has_flow(run) for run in runs)
     for figure, run in zip(figures, runs, strict=True):
@@ -150,7 +150,7 @@ def draw_pressures(figures: Sequence[Any], runs: Sequence[RunView], over: Over =
         panels.share_scale([figure.axes[1] for figure, run in drawn if panels.tells_flow(run)])
 
 
-def draw_sources(figures: Sequence[Any], runs: Sequence[RunView]) -> None:
+def draw_sources(figures: Sequence[Figure], runs: Sequence[RunView]) -> None:
     """What is in the bottle, cartridge or tank of each run, over time."""
     for figure, quantity in zip(figures, panels.QUANTITIES, strict=True):
         axis = figure.subplots()
@@ -160,7 +160,7 @@ def draw_sources(figures: Sequence[Any], runs: Sequence[RunView]) -> None:
         axis.margins(y=0.1)
 
 
-def draw_muscles(figures: Sequence[Any], runs: Sequence[RunView], over: Over = "cycle") -> None:
+def draw_muscles(figures: Sequence[Figure], runs: Sequence[RunView], over: Over = "cycle") -> None:
     """Of each run, a column: contraction and force of its muscles, and how far cuff and plate give."""
     every = [figure.subplots(len(muscle_rows(runs)), 1) for figure in figures]
     for figure, axes, run in zip(figures, every, runs, strict=True):
@@ -180,7 +180,7 @@ def draw_muscles(figures: Sequence[Any], runs: Sequence[RunView], over: Over = "
         panels.share_scale([axis for axis in row if axis.axison])
 
 
-def _over(axis: Any, run: RunView, over: Over) -> None:
+def _over(axis: Axes, run: RunView, over: Over) -> None:
     """The whole abscissa of a run, with its toe-off."""
     x, _ = run.curves("supply/pressure", over)
     axis.set_xlim(x[0], x[-1])
@@ -196,7 +196,7 @@ def muscle_rows(runs: Sequence[RunView]) -> list[_MusclePanel]:
     return rows
 
 
-def draw_torque(figures: Sequence[Any], runs: Sequence[RunView]) -> None:
+def draw_torque(figures: Sequence[Figure], runs: Sequence[RunView]) -> None:
     """Torque that the patient lacks, and torque of the orthosis; one panel for each run."""
     axes = [figure.subplots() for figure in figures]
     for axis, run in zip(axes, runs, strict=True):
@@ -204,13 +204,13 @@ def draw_torque(figures: Sequence[Any], runs: Sequence[RunView]) -> None:
     panels.share_scale(axes)
 
 
-def draw_work(figures: Sequence[Any], runs: Sequence[RunView]) -> None:
+def draw_work(figures: Sequence[Figure], runs: Sequence[RunView]) -> None:
     """Power of the orthosis over the cycle, and its work per stride."""
     for figure, draw in zip(figures, (walk_panels.power, walk_panels.work), strict=True):
         draw(figure.subplots(), runs)
 
 
-def draw_over_time(figures: Sequence[Any], runs: Sequence[RunView]) -> None:
+def draw_over_time(figures: Sequence[Figure], runs: Sequence[RunView]) -> None:
     """The joint's angle over time, and of one run all moments about it, of several the orthosis'."""
     angle, moment = (figure.subplots() for figure in figures)
     panels.angle(angle, runs)

@@ -3,14 +3,13 @@
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
 
-from afo_sim.common import InputError
+from afo_sim.common import InputError, Keywords
 from afo_sim.metrics import REFERENCES, without_floor
 from afo_sim.show.ground_force import above
 from afo_sim.show.report_figures import WIDTH, svg
 from afo_sim.show.run_view import RunView
-from afo_sim.show.style import styled
+from afo_sim.show.style import Axes, styled
 from afo_sim.show.walking_figure import ABOVE, BELOW, SAME, WalkingFigure, draw_figure, reference_view
 
 _MOST = 3  # walkers beside one another, of whom one may be the reference
@@ -75,14 +74,16 @@ def _drawn(name: str, run: RunView | None, label: str, view: RunView, width: flo
         _draw(close, walker, phase, middle, _CLOSE, _BELOW)
         frame = [0.0, 1.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 1.0, 0.0]
         close.plot(*frame, transform=close.transAxes, color="0.8", lw=1.5)
-        look: dict[str, Any] = {"ha": "center", "va": "bottom", "fontsize": 9.0, "weight": "bold"}
+        look: Keywords = {"ha": "center", "va": "bottom", "fontsize": 9.0, "weight": "bold"}
         look |= {"color": BELOW if height < 0.0 else ABOVE, "transform": close.transAxes}
         close.text(0.5, 0.015, f"{height:+.0f} mm".replace("-", "−"), **look)
         told = f"in mid-swing at {percent} % of the gait cycle: toe {above(1e-3 * height)}"
         yield _Walker(run, label, svg(name, "Walker from the side", figure, told), percent)
 
 
-def _draw(axis: Any, walker: WalkingFigure, phase: float, middle: float, across: float, below: float) -> None:
+def _draw(
+    axis: Axes, walker: WalkingFigure, phase: float, middle: float, across: float, below: float
+) -> None:
     """A walker without words, its lines as thick as its limbs."""
     draw_figure(axis, walker, phase)
     for text in list(axis.texts):

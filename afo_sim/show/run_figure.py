@@ -4,16 +4,15 @@ import dataclasses
 import itertools
 import pathlib
 from collections.abc import Callable, Sequence
-from typing import Any
 
 import numpy as np
 
-from afo_sim.common import InputError, together
+from afo_sim.common import Foreign, InputError, together
 from afo_sim.control import TOLD
 from afo_sim.show import panels, walk_panels
 from afo_sim.show.panels import shade_stance
 from afo_sim.show.run_view import RunView, alone
-from afo_sim.show.style import COLOURS, FORMATS, LINE_STYLES, new_figure, on_scale, paragraph, plain
+from afo_sim.show.style import COLOURS, FORMATS, LINE_STYLES, Axes, new_figure, on_scale, paragraph, plain
 from afo_sim.simulation import SENSOR, Recording
 
 _PLAIN = tuple(f"controller/{name}" for name, (unit, _) in TOLD.items() if unit == "")
@@ -21,7 +20,7 @@ _LEAST_SPAN = 1.0  # that an axis of contractions shows [%]
 _LOOP_POINTS = 600  # of a force-contraction curve, evenly spaced on the page
 _SMALL = (3.6, 2.5)  # of a figure of one panel [inch]
 
-_Panel = Callable[[Any, list[RunView]], None]  # draws on an axis
+_Panel = Callable[[Axes, list[RunView]], None]  # draws on an axis
 
 
 def plain_numbers(recording: Recording) -> list[str]:
@@ -31,7 +30,7 @@ def plain_numbers(recording: Recording) -> list[str]:
     return [name for name in _PLAIN if name in recording.columns] + sensors
 
 
-def electronics(axis: Any, runs: Sequence[RunView]) -> None:
+def electronics(axis: Axes, runs: Sequence[RunView]) -> None:
     """What the electronics of a run tell in plain numbers: state, phase, output, activation, switches."""
     run = runs[0]
     styles = itertools.cycle(zip(COLOURS, itertools.cycle(LINE_STYLES)))
@@ -107,7 +106,7 @@ def flows(run: RunView) -> list[_Panel]:
     return [_air_flow] if panels.has_flow(run) else []
 
 
-def _air_flow(axis: Any, runs: list[RunView]) -> None:
+def _air_flow(axis: Axes, runs: list[RunView]) -> None:
     panels.air_flow(axis, runs)
     panels.shade_stance(axis, runs[0])
 
@@ -176,7 +175,7 @@ def _stack(
         figure.suptitle(paragraph(*texts), x=0.01, ha="left", fontsize=9.0)
 
 
-def _force_contraction(figure: Any, run: RunView) -> None:
+def _force_contraction(figure: Foreign, run: RunView) -> None:
     """A panel per group, the curves coloured by the pressure in their chamber."""
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import ListedColormap, Normalize
@@ -203,7 +202,7 @@ def _force_contraction(figure: Any, run: RunView) -> None:
 
 
 def _loop(
-    axis: Any, x: np.ndarray, y: np.ndarray, pressure: np.ndarray, colour: Any, gap: int | None
+    axis: Axes, x: np.ndarray, y: np.ndarray, pressure: np.ndarray, colour: Foreign, gap: int | None
 ) -> None:
     """A curve with a dot at its start, arrows in time's direction where it pulls, a gap before a row."""
     from matplotlib.collections import LineCollection

@@ -3,9 +3,9 @@
 import itertools
 import pathlib
 import re
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
+from afo_sim.common import JsonMapping
 from afo_sim.description import unchanged
 from afo_sim.show.style import plain
 
@@ -19,7 +19,7 @@ def begun(text: str) -> str:
     return text[:1].upper() + text[1:]
 
 
-def in_words(scenario: Mapping[str, Any]) -> tuple[str, list[str]]:
+def in_words(scenario: JsonMapping) -> tuple[str, list[str]]:
     """A scenario's description, and each value that was set otherwise with its key in words."""
     whole = scenario.get("description") or ""
     words, _ = unchanged(whole)
@@ -27,7 +27,7 @@ def in_words(scenario: Mapping[str, Any]) -> tuple[str, list[str]]:
     return words, [f"{re.sub(r'[._]', ' ', key)} {value}".rstrip() for key, _, value in keys]
 
 
-def whom(scenario: Mapping[str, Any]) -> str:
+def whom(scenario: JsonMapping) -> str:
     """Patient, walk, side and device of a walk, and what was set otherwise, as a line for its page."""
     gait, patient = scenario.get("gait") or {}, scenario.get("patient") or {}
     if not gait:
@@ -43,7 +43,7 @@ def whom(scenario: Mapping[str, Any]) -> str:
     return " · ".join(parts).replace("_", " ")
 
 
-def apart(scenarios: Sequence[Mapping[str, Any]]) -> tuple[str, list[str]]:
+def apart(scenarios: Sequence[JsonMapping]) -> tuple[str, list[str]]:
     """What the descriptions of scenarios begin with, and the clauses that set each apart, if any do."""
     if len(scenarios) == 1:
         return "", [ALONE]

@@ -4,7 +4,7 @@ import itertools
 import re
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from afo_sim.metrics.strides import strides
 from afo_sim.metrics.walking import chambers
 from afo_sim.model import OUTLET, SOURCE, TUBE_END, VALVE_END
 from afo_sim.physics import AIR, GASES, Gas
-from afo_sim.show.style import COLOURS, MARKERS, RUNS, plain
+from afo_sim.show.style import COLOURS, MARKERS, RUNS, LineStyle, plain
 from afo_sim.simulation import Recording
 
 PHASE = np.linspace(0.0, 1.0, 201)
@@ -41,7 +41,7 @@ class RunView:
     colour: str
     recording: Recording
     most_points: int | None = None
-    style: Any = "-"
+    style: LineStyle = "-"
 
     @property
     def name(self) -> str | None:

@@ -2,12 +2,12 @@
 
 import pathlib
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 
+from afo_sim.common import Keywords
 from afo_sim.metrics import metric_words
-from afo_sim.show.style import COLOURS, new_figure, plain, wrapped
+from afo_sim.show.style import COLOURS, Axes, new_figure, plain, wrapped
 from afo_sim.study import OBJECTIVE, Columns, Problem, best_of, human_scale
 
 _ACROSS = 3  # panels side by side
@@ -15,7 +15,7 @@ _PANEL = (2.5, 2.0)  # [inch]
 _NOT = {"color": "0.55", "marker": "o", "mfc": "none", "ls": "", "ms": 3.0, "mew": 0.7}
 _KEEPS = {"color": COLOURS[1], "marker": "o", "ls": "", "ms": 3.4, "mew": 0.0}
 BEST = {"color": COLOURS[0], "lw": 1.4, "drawstyle": "steps-mid"}
-_FACTS: dict[str, Any] = {"loc": "left", "fontsize": 8.0, "color": "0.3"}  # of a panel's title
+_FACTS: Keywords = {"loc": "left", "fontsize": 8.0, "color": "0.3"}  # of a panel's title
 _BOUND = {"color": "0.25", "lw": 0.9, "ls": "--"}
 
 
@@ -49,7 +49,7 @@ def draw_search(problem: Problem, units: Mapping[str, str], columns: Columns, pa
         figure.legend(*axes[count - 1].get_legend_handles_labels(), loc="outside upper left", ncols=4)
 
 
-def _dots(axis: Any, problem: Problem, columns: Columns, values: np.ndarray, best: np.ndarray) -> None:
+def _dots(axis: Axes, problem: Problem, columns: Columns, values: np.ndarray, best: np.ndarray) -> None:
     """All designs' values; grey those that violate something, a line along the best so far."""
     generation, keeps = columns["generation"] + 1, problem.aim.feasible(columns)
     axis.plot(generation[~keeps], values[~keeps], label="violates a limit or constraint", zorder=2, **_NOT)
@@ -60,7 +60,7 @@ def _dots(axis: Any, problem: Problem, columns: Columns, values: np.ndarray, bes
     axis.margins(y=0.08)
 
 
-def _parameter(axis: Any, problem: Problem, number: int, columns: Columns, so_far: np.ndarray) -> None:
+def _parameter(axis: Axes, problem: Problem, number: int, columns: Columns, so_far: np.ndarray) -> None:
     parameter = problem.parameters[number]
     ends = np.array([parameter.spread.lower, parameter.spread.upper])  # type: ignore[union-attr]
     factor, unit = human_scale(parameter.unit, ends)

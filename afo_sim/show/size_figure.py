@@ -1,12 +1,11 @@
 """The figure of a sizing: each limit's margin over the candidates, what keeps it shaded."""
 
 import pathlib
-from typing import Any
 
 import numpy as np
 
 from afo_sim.metrics import UNITS
-from afo_sim.show.style import BLUE, GREEN, GREY, RED, new_figure, plain
+from afo_sim.show.style import BLUE, GREEN, GREY, RED, Axes, new_figure, plain
 from afo_sim.study import Candidate, Requirement, Sizing
 
 _WIDTH, _HEAD, _PANEL = 6.4, 1.3, 1.6  # [inch]
@@ -31,7 +30,7 @@ def draw_size(found: Sizing, path: pathlib.Path) -> None:
 
 
 def _panel(
-    axis: Any, limit: Requirement, ran: list[Candidate], places: dict[str, float], best: Candidate | None
+    axis: Axes, limit: Requirement, ran: list[Candidate], places: dict[str, float], best: Candidate | None
 ) -> None:
     margins = {each.name: each.margin(limit) for each in ran if np.isfinite(each.margin(limit))}
     axis.plot([places[name] for name in margins], list(margins.values()), color=GREY, lw=0.8, zorder=1)

@@ -2,12 +2,12 @@
 
 import pathlib
 from collections.abc import Callable, Sequence
-from typing import Any
 
 import numpy as np
 
+from afo_sim.common import Foreign
 from afo_sim.lab import AXES, FURTHER, SET, Comparison, Replay, Trial, set_point_text, static
-from afo_sim.show.style import COLOURS, new_figure, on_scale, plain
+from afo_sim.show.style import COLOURS, Axes, new_figure, on_scale, plain
 
 # Column → (label, factor from SI)
 SHOWN = {
@@ -32,7 +32,7 @@ def draw_trials(trials: Sequence[Trial], compared: Sequence[Comparison], path: p
     with new_figure(path, (_PANEL[0] * across + 0.9, height + 0.4)) as figure:
         fill: Callable[..., None] = {"step": _step, "release": _release}.get(kind, _sweep)
         alike = len({trial.plan.muscle.name for trial in trials}) == 1 and kind in AXES
-        rows: Any = alike and ("row" if tall > 1 else "all")
+        rows: bool | str = alike and ("row" if tall > 1 else "all")
         axes = figure.subplots(tall * down, across, squeeze=False, sharex=alike, sharey=rows)
         same = all(np.array_equal(t.plan.set_points, trials[0].plan.set_points) for t in trials)
         for k in range(down * across):
@@ -64,7 +64,7 @@ def draw_replay(found: Replay, path: pathlib.Path) -> None:
         axes[-1].set_xlabel(SHOWN["time"][0])
 
 
-def colour(trial: Trial, curve: int) -> Any:
+def colour(trial: Trial, curve: int) -> Foreign:
     """A curve's colour: from dark to light as the set point rises."""
     return on_scale(curve / max(len(trial.curves) - 1, 1))
 
@@ -96,7 +96,7 @@ def _sweep(axes: np.ndarray, trial: Trial, compared: Comparison | None) -> None:
         axis.set(xlabel=x_label, ylabel=y_label)
 
 
-def _legend(axis: Any, trial: Trial, compared: Sequence[Comparison]) -> None:
+def _legend(axis: Axes, trial: Trial, compared: Sequence[Comparison]) -> None:
     """The curves and the meaning of the line styles."""
     from matplotlib.lines import Line2D
 

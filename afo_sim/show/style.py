@@ -8,8 +8,11 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from afo_sim.common import InputError, replacing
+from afo_sim.common import FloatOrArray, Foreign, InputError, replacing
 
+Axes = Foreign  # Matplotlib's, as the figure: it is imported where something is drawn
+Figure = Foreign
+LineStyle = Any  # as Matplotlib takes it: a text, or lengths of dashes and gaps
 FORMATS = ("png", "pdf", "svg")
 RESOLUTION = 200  # of PNG [1/inch]
 # Hues of Okabe and Ito (2008), darkened until each stands out from white (contrast 3) and moved until any
@@ -19,7 +22,7 @@ RED, BLUE, ORANGE, SKY, GREEN, PINK = COLOURS
 GREY = "#737373"
 RUNS = (BLUE, RED, GREEN, PINK, ORANGE, SKY)  # of runs, in their order
 # Of runs, in their order: the colour is never alone in telling them.
-RUN_STYLES: tuple[Any, ...] = (
+RUN_STYLES: tuple[LineStyle, ...] = (
     "-",
     (0, (8, 1.5)),
     (0, (6, 1.5, 1, 1.5)),
@@ -36,7 +39,7 @@ MOMENTS = {  # about the ankle
     "ground": SKY,
     "frame": GREY,
 }
-MOMENT_STYLES: dict[str, Any] = {
+MOMENT_STYLES: dict[str, LineStyle] = {
     "passive": "--",
     "gravity": ":",
     "load": "-.",
@@ -71,7 +74,7 @@ STEP = 0.97  # by which a colour is darkened at a time
 SHADES = 96  # colours of a PNG
 
 
-def on_scale(share: Any) -> Any:
+def on_scale(share: FloatOrArray) -> FloatOrArray:
     """The colour of each share of a scale, from 0 to 1."""
     from matplotlib import colormaps
 
@@ -113,7 +116,7 @@ def _has_glyph(character: str) -> bool:
     return bool(get_font(findfont(FontProperties())).get_char_index(ord(character)))
 
 
-def styled(**own: Any) -> Any:
+def styled(**own: object) -> Foreign:
     """A block with Matplotlib's defaults and this style, whatever `matplotlibrc` the current folder holds."""
     import matplotlib
 
@@ -121,7 +124,7 @@ def styled(**own: Any) -> Any:
 
 
 @contextmanager
-def new_figure(path: pathlib.Path, size: tuple[float, float], *also: pathlib.Path) -> Iterator[Any]:
+def new_figure(path: pathlib.Path, size: tuple[float, float], *also: pathlib.Path) -> Iterator[Figure]:
     """An empty figure that is filled in the block and written at its end, each file whole or not at all."""
     suffixes = {file: file.suffix.lower().removeprefix(".") for file in (path, *also)}
     for file, suffix in suffixes.items():
@@ -138,14 +141,14 @@ def new_figure(path: pathlib.Path, size: tuple[float, float], *also: pathlib.Pat
             figure.set_layout_engine("none")  # what is laid out stays, and is not laid out again
 
 
-def write_figure(path: pathlib.Path, size: tuple[float, float], fill: Callable[[Any], None]) -> None:
+def write_figure(path: pathlib.Path, size: tuple[float, float], fill: Callable[[Figure], None]) -> None:
     """Draw a figure and write it, whole or not at all."""
     with new_figure(path, size) as figure:
         fill(figure)
 
 
 def write_pair(
-    stem: pathlib.Path, size: tuple[float, float], fill: Callable[[Any], None]
+    stem: pathlib.Path, size: tuple[float, float], fill: Callable[[Figure], None]
 ) -> list[pathlib.Path]:
     """Draw a figure as PNG and as PDF: the files. Other parameters and errors as in `write_figure`."""
     files = [stem.with_suffix(f".{suffix}") for suffix in FORMATS[:2]]
@@ -178,7 +181,7 @@ def ink(colour: str) -> str:
     return shade
 
 
-def write_page(path: pathlib.Path, size: tuple[float, float], fill: Callable[[Any], None]) -> None:
+def write_page(path: pathlib.Path, size: tuple[float, float], fill: Callable[[Figure], None]) -> None:
     """Draw a page and write it, whole or not at all; a PNG in few colours, a third as large as in all."""
     if path.suffix.lower() != ".png":
         write_figure(path, size, fill)

@@ -4,12 +4,11 @@ import pathlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from itertools import combinations
-from typing import Any
 
 import numpy as np
 
-from afo_sim.common import check_writable, together
-from afo_sim.show.style import COLOURS, plain, wrapped, write_figure
+from afo_sim.common import Foreign, JsonDict, check_writable, together
+from afo_sim.show.style import COLOURS, Axes, Figure, plain, wrapped, write_figure
 from afo_sim.study import Better, Findings, Indices, Results, chosen, pareto_front, scale, spread, varied
 from afo_sim.study.analysis import Effect, levels_of
 from afo_sim.study.findings import findings
@@ -17,7 +16,7 @@ from afo_sim.study.findings import findings
 FIGURES = "figures"  # the folder in a sweep's own
 _IN_ONE = 3  # metrics in one figure
 _PANEL = (2.5, 2.3)  # [inch]
-_Drawing = tuple[str, tuple[float, float], Callable[[Any], None]]  # name, size [inch], what draws it
+_Drawing = tuple[str, tuple[float, float], Callable[[Figure], None]]  # name, size [inch], what draws it
 _CASE = {"color": "0.5", "marker": "o", "ls": "", "mew": 0.0, "alpha": 0.75}
 MOST_DOTS = 3000  # cases drawn as dots
 _MOST_PARAMETERS = 6  # side by side
@@ -59,7 +58,7 @@ def drawings(found: Findings) -> Iterator[_Drawing]:
     for suffix, names in _batches(list(found.effects)):
         high = len(names)
         some = {name: found.effects[name] for name in names}
-        draw: Callable[[Any], None] = partial(draw_distributions, results=results, metrics=names)
+        draw: Callable[[Figure], None] = partial(draw_distributions, results=results, metrics=names)
         yield f"distributions{suffix}", (_PANEL[0] * high + 0.4, _PANEL[1] + 0.5), draw
         draw = partial(draw_effects, results=results, effects=some)
         yield f"main_effects{suffix}", (0.85 * _PANEL[0] * across + 1.0, 1.9 * high + 0.8), draw
@@ -87,7 +86,7 @@ def _batches(names: list[str]) -> Iterator[tuple[str, list[str]]]:
         yield f"_{k // _IN_ONE + 1}" if k else "", names[k : k + _IN_ONE]
 
 
-def draw_distributions(figure: Any, results: Results, metrics: Sequence[str]) -> None:
+def draw_distributions(figure: Figure, results: Results, metrics: Sequence[str]) -> None:
     """A histogram for each metric, with its median and the middle 90 % of the cases."""
     axes = figure.subplots(1, len(metrics), squeeze=False)[0]
     for axis, metric in zip(axes, metrics, strict=True):
@@ -108,7 +107,7 @@ def draw_distributions(figure: Any, results: Results, metrics: Sequence[str]) ->
     figure.get_layout_engine().set(wspace=0.05)
 
 
-def draw_effects(figure: Any, results: Results, effects: Mapping[str, Mapping[str, Effect]]) -> None:
+def draw_effects(figure: Figure, results: Results, effects: Mapping[str, Mapping[str, Effect]]) -> None:
     """One row for each metric, one panel for each parameter: all cases, and the mean along the parameter."""
     parameters = most_influential(effects, _MOST_PARAMETERS)
     axes = figure.subplots(len(effects), len(parameters), sharex="col", sharey="row", squeeze=False)
@@ -129,7 +128,7 @@ def draw_effects(figure: Any, results: Results, effects: Mapping[str, Mapping[st
     figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper left", ncols=2)
 
 
-def _effect(axis: Any, results: Results, names: tuple[str, str], effect: Effect, rows: np.ndarray) -> None:
+def _effect(axis: Axes, results: Results, names: tuple[str, str], effect: Effect, rows: np.ndarray) -> None:
     of_parameter, of_metric = (scale(results, name) for name in names)
     values = results[names[0]]
     text = values.dtype.kind in "US"
@@ -169,7 +168,7 @@ def most_influential(effects: Mapping[str, Mapping[str, Effect]], count: int) ->
     return sorted(shares, key=lambda name: -shares[name])[:count]
 
 
-def draw_maps(figure: Any, results: Results, effects: Mapping[str, Mapping[str, Effect]]) -> None:
+def draw_maps(figure: Figure, results: Results, effects: Mapping[str, Mapping[str, Effect]]) -> None:
     """For each metric its mean over the two parameters that it depends on most."""
     axes = figure.subplots(1, len(effects), squeeze=False)[0]
     hatched = False
@@ -208,7 +207,7 @@ class _Cells:
     def __init__(self, results: Results, name: str):
         values, self.look = results[name], scale(results, name)
         levels = results.levels()
-        self.ticks: tuple[Any, list[str]] | None = None
+        self.ticks: tuple[np.ndarray, list[str]] | None = None
         text = values.dtype.kind in "US"
         if levels is None:
             distinct, self.cell = np.unique(values, return_inverse=True)
@@ -232,7 +231,7 @@ class _Cells:
             self.ticks = self.centres, [plain(self.look.text(v.item())) for v in distinct]
 
 
-def _numbers(axis: Any, x: _Cells, y: _Cells, means: np.ndarray, shown: Any) -> None:
+def _numbers(axis: Axes, x: _Cells, y: _Cells, means: np.ndarray, shown: Foreign) -> None:
     largest = np.nanmax(np.abs(means))
     decimals = int(np.clip(2 - np.floor(np.log10(largest)), 0, 6)) if largest > 0.0 else 0
     for i, j in np.ndindex(means.shape):
@@ -244,7 +243,7 @@ def _numbers(axis: Any, x: _Cells, y: _Cells, means: np.ndarray, shown: Any) -> 
             axis.annotate(text, place, color="white" if dark else "black", **look)
 
 
-def _draw_fronts(figure: Any, results: Results, objectives: Mapping[str, Better]) -> None:
+def _draw_fronts(figure: Figure, results: Results, objectives: Mapping[str, Better]) -> None:
     """For each two metrics all cases, and the front of those that no other case is better than in both."""
     pairs = list(combinations(objectives, 2))
     for axis, names in zip(figure.subplots(1, len(pairs), squeeze=False)[0], pairs, strict=True):
@@ -270,7 +269,7 @@ def _draw_fronts(figure: Any, results: Results, objectives: Mapping[str, Better]
 
 
 def _case_numbers(
-    axis: Any, cases: np.ndarray, points: np.ndarray, front: np.ndarray, lowest: tuple[bool, ...]
+    axis: Axes, cases: np.ndarray, points: np.ndarray, front: np.ndarray, lowest: tuple[bool, ...]
 ) -> None:
     """Numbers of cases spread evenly along the front, on the side where no case is."""
     if not len(front):
@@ -290,7 +289,7 @@ def _case_numbers(
         axis.annotate(f"{cases[row]}", points[row], fontsize=7.0, color="#8a3d00", **where, **look)
 
 
-def _draw_sobol(figure: Any, results: Results, found: Mapping[str, Indices]) -> None:
+def _draw_sobol(figure: Figure, results: Results, found: Mapping[str, Indices]) -> None:
     """For each metric the first-order and total index of each parameter, with 95 % intervals."""
     axes = figure.subplots(1, len(found), sharex=True, sharey=True, squeeze=False)[0]
     first = next(iter(found.values()))
@@ -323,6 +322,6 @@ def _some(count: int) -> np.ndarray:
     return np.sort(np.random.default_rng(0).permutation(count)[:MOST_DOTS])
 
 
-def _dots(count: int) -> dict[str, Any]:
+def _dots(count: int) -> JsonDict:
     """The look of a case's dot: the fewer cases, the larger."""
     return _CASE | {"ms": float(np.clip(8.0 * max(count, 1) ** -0.18, 2.2, 4.2))}

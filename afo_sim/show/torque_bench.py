@@ -3,14 +3,14 @@
 import pathlib
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
+from afo_sim.common import Foreign
 from afo_sim.lab import Group, Profile, Readings, TorqueFit, profile, refused
 from afo_sim.lab.solution import FitParameter
 from afo_sim.lab.torque_problem import predict
-from afo_sim.show.style import COLOURS, ZERO, on_scale, plain, write_pair
+from afo_sim.show.style import COLOURS, ZERO, Axes, Figure, on_scale, plain, write_pair
 
 _MOST_GROUPS = 6  # panels of measured torque
 _GRID = 61  # angles of a line
@@ -28,7 +28,7 @@ def write_torque_figure(found: TorqueFit, folder: pathlib.Path) -> list[pathlib.
     return write_pair(folder / "fit_torque", size, lambda f: _fill(f, found, profiled, columns, rows))
 
 
-def _fill(figure: Any, found: TorqueFit, profiled: Profile | None, columns: int, rows: int) -> None:
+def _fill(figure: Figure, found: TorqueFit, profiled: Profile | None, columns: int, rows: int) -> None:
     axes = iter(np.ravel(figure.subplots(rows, columns)))
     level, of_group = found.problem.levels, found.problem.of_group
     for k, group in enumerate(found.problem.groups[:_MOST_GROUPS]):
@@ -46,12 +46,12 @@ def _fill(figure: Any, found: TorqueFit, profiled: Profile | None, columns: int,
     figure.suptitle(plain(f"{values}{told}", None))
 
 
-def _colour(pressure: float, found: TorqueFit) -> Any:
+def _colour(pressure: float, found: TorqueFit) -> Foreign:
     every = found.problem.column("pressure")
     return on_scale(min(max((pressure - every.min()) / max(float(np.ptp(every)), 1e4), 0.0), 1.0))
 
 
-def _draw_torque(axis: Any, found: TorqueFit, group: Group, level: np.ndarray) -> None:
+def _draw_torque(axis: Axes, found: TorqueFit, group: Group, level: np.ndarray) -> None:
     """Readings, the fit through them, and the same muscles on rigid anchors."""
     readings = group.readings
     reach = (readings.angle.min(), readings.angle.max())
@@ -91,7 +91,7 @@ def _at(readings: Readings, angle: np.ndarray, pressure: float) -> Readings:
     return replace(like, angle=angle, pressure=np.full(len(angle), pressure), path=path)
 
 
-def _draw_residuals(axis: Any, found: TorqueFit, level: np.ndarray) -> None:
+def _draw_residuals(axis: Axes, found: TorqueFit, level: np.ndarray) -> None:
     """Errors over angle: seen by the fit, and when left out."""
     angle, pressure = np.degrees(found.problem.column("angle")), found.problem.column("pressure")
     axis.axhline(0.0, color=ZERO, lw=0.8)
@@ -111,7 +111,7 @@ def _draw_residuals(axis: Any, found: TorqueFit, level: np.ndarray) -> None:
     axis.legend()
 
 
-def _scale(parameter: FitParameter, scale: Any, side: Any) -> None:
+def _scale(parameter: FitParameter, scale: Foreign, side: Foreign) -> None:
     """A logarithmic axis where the parameter is searched so."""
     from matplotlib.ticker import LogFormatter
 
@@ -121,7 +121,7 @@ def _scale(parameter: FitParameter, scale: Any, side: Any) -> None:
             format_(LogFormatter(minor_thresholds=(1.2, 0.5)))
 
 
-def _draw_laws(axis: Any, found: TorqueFit) -> None:
+def _draw_laws(axis: Axes, found: TorqueFit) -> None:
     """The first parameter by each law, with its interval; hollow where it fits worse than comparably."""
     p = found.problem.free[0]
     shown = [each for each in reversed(found.laws) if each.ends(p.name)]
@@ -140,7 +140,7 @@ def _draw_laws(axis: Any, found: TorqueFit) -> None:
     axis.set_title("by each law (hollow: fits worse)" + ("\ngrey: 95 % interval" if hull else ""))
 
 
-def _draw_profile(axis: Any, found: TorqueFit, profiled: Profile) -> None:
+def _draw_profile(axis: Axes, found: TorqueFit, profiled: Profile) -> None:
     """Which pairs of two parameters fit as well, and what each group alone says."""
     first, second = profiled.parameters
     x = np.array([first.number(v) for v in profiled.first])

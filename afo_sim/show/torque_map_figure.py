@@ -2,7 +2,6 @@
 
 import functools
 import pathlib
-from typing import Any
 
 import numpy as np
 
@@ -10,7 +9,7 @@ from afo_sim.description import JOINTS
 from afo_sim.metrics import SIDES
 from afo_sim.model import TorqueMap, person_of
 from afo_sim.show.panels import marked
-from afo_sim.show.style import BLUE, GREEN, MARKERS, SKY, ZERO, on_scale, plain, write_pair
+from afo_sim.show.style import BLUE, GREEN, MARKERS, SKY, ZERO, Axes, Figure, on_scale, plain, write_pair
 from afo_sim.simulation import TorqueMaps
 
 _PANEL = (4.4, 3.8)  # [inch]
@@ -22,7 +21,7 @@ def draw(found: TorqueMaps, stem: pathlib.Path) -> list[pathlib.Path]:
     return write_pair(stem, (width * len(found.maps), height), functools.partial(fill, found=found))
 
 
-def fill(figure: Any, found: TorqueMaps) -> None:
+def fill(figure: Figure, found: TorqueMaps) -> None:
     """A panel for each chamber."""
     scenario = found.scenario
     title = f"{scenario.orthosis.name} on {scenario.leg.name}: static torque"
@@ -51,7 +50,7 @@ def fill(figure: Any, found: TorqueMaps) -> None:
     figure.suptitle(plain(title, None), x=0.01, ha="left", fontsize=9.0)
 
 
-def _shade_stretch(axis: Any, found: TorqueMap, paths: list[np.ndarray]) -> None:
+def _shade_stretch(axis: Axes, found: TorqueMap, paths: list[np.ndarray]) -> None:
     """Grey where the braid is stretched at every pressure, and keep the scale to the rest and the needs."""
     free = found.contraction.max(axis=1) >= 0.0
     if free.all() or not free.any():

@@ -1,8 +1,8 @@
 """The verdict of a walk as it is shown: a mark, a word and a colour, all of one meaning, for each answer."""
 
 from collections.abc import Sequence
-from typing import Any
 
+from afo_sim.common import JsonDict
 from afo_sim.metrics import ADDS, AIR, HEEL, HELP, LIFT, PUSH_OFF, QUESTIONS, SKIN, Answer, closing
 from afo_sim.show.run_names import begun
 from afo_sim.show.run_view import RunView
@@ -83,7 +83,7 @@ def markdown(recording: Recording) -> str:
     return "\n".join([*items, "", f"*{' '.join(ends)}*"] if items else [])
 
 
-def of_report(runs: Sequence[RunView]) -> list[dict[str, Any]]:
+def of_report(runs: Sequence[RunView]) -> list[JsonDict]:
     """What the report's part report_verdict.html.j2 draws; empty where there is nothing to report."""
     judged = [(run, answers) for run in runs if (answers := run.recording.verdict)]
     rows = []
@@ -91,7 +91,7 @@ def of_report(runs: Sequence[RunView]) -> list[dict[str, Any]]:
         named = [(run, {a.name: a for a in answers}.get(name)) for run, answers in judged]
         if not any(answer for _, answer in named):
             continue
-        cells: list[dict[str, Any]] = []
+        cells: list[JsonDict] = []
         for run, found in named:
             answer = found or Answer(name, QUESTIONS[name], "unknown", _NOT_COMPARED, "")
             kinds = f" [{_kinds(run.recording, answer)}]" if answer.brief and answer.limit else ""

@@ -10,12 +10,12 @@ import tempfile
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import replace
-from typing import IO, Any, Self
+from typing import IO, Self
 
 import mujoco
 import numpy as np
 
-from afo_sim.common import InputError, child_environment, replacing
+from afo_sim.common import Foreign, InputError, Keywords, child_environment, replacing
 from afo_sim.description import load, worn
 from afo_sim.model import muscle_names
 from afo_sim.show.film_figure import FilmFigure
@@ -47,12 +47,12 @@ def scenery(xml: str, width: int, height: int, walkway: tuple[float, float] | No
     spec.visual.headlight.specular = [0.1] * 3
     spec.stat.center, spec.stat.extent = _LOOK_AT, 1.0
     kinds, patterns = mujoco.mjtTexture, mujoco.mjtBuiltin
-    sky: dict[str, Any] = {"rgb1": [0.86, 0.90, 0.94], "rgb2": [0.97] * 3, "width": 256, "height": 1536}
+    sky: Keywords = {"rgb1": [0.86, 0.90, 0.94], "rgb2": [0.97] * 3, "width": 256, "height": 1536}
     box, shade = kinds.mjTEXTURE_SKYBOX, patterns.mjBUILTIN_GRADIENT
     spec.add_texture(name="background", type=box, builtin=shade, **sky)
-    floor: dict[str, Any] = {"size": [0.0, 0.0, 0.1], "rgba": [0.97, 0.97, 0.97, 1.0]}
+    floor: Keywords = {"size": [0.0, 0.0, 0.1], "rgba": [0.97, 0.97, 0.97, 1.0]}
     if walkway is not None:
-        tiles: dict[str, Any] = {"rgb1": [0.9] * 3, "rgb2": [0.8, 0.81, 0.83], "width": 256, "height": 256}
+        tiles: Keywords = {"rgb1": [0.9] * 3, "rgb2": [0.8, 0.81, 0.83], "width": 256, "height": 256}
         spec.add_texture(name="squares", type=kinds.mjTEXTURE_2D, builtin=patterns.mjBUILTIN_CHECKER, **tiles)
         squares = spec.add_material(name="squares", texuniform=True, texrepeat=[2.0, 2.0])
         squares.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = "squares"
@@ -72,7 +72,7 @@ def scenery(xml: str, width: int, height: int, walkway: tuple[float, float] | No
     return spec.compile()
 
 
-def opengl_context(model: mujoco.MjModel, width: int, height: int) -> tuple[Any, mujoco.MjrContext]:
+def opengl_context(model: mujoco.MjModel, width: int, height: int) -> tuple[Foreign, mujoco.MjrContext]:
     """An OpenGL context off the screen, and MuJoCo's drawing context in it."""
     headless = sys.platform.startswith("linux") and not os.environ.get("DISPLAY")
     backend = os.environ.get("MUJOCO_GL", "").lower().strip() or ("egl" if headless else "")

@@ -1,7 +1,6 @@
 """The panels of walking over the gait cycle: moment, clearance in swing, torque, power and work."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
@@ -9,7 +8,7 @@ from afo_sim.gait import norm as gait_norm
 from afo_sim.metrics import EXTENSIONS, HEIGHTS, INTERNAL, NEEDED_MOMENT, ORTHOSIS, without_floor
 from afo_sim.show.panels import HEALTHY, NORM_LABEL, mean_and_spread, unknown_band
 from afo_sim.show.run_view import PERCENT, PHASE, RunView
-from afo_sim.show.style import GREY, NORM, ZERO, ink, plain
+from afo_sim.show.style import GREY, NORM, ZERO, Axes, ink, plain
 
 _FLEXION = "plantarflexion –  |  + dorsiflexion"
 _TRIP = "below the floor: a trip"
@@ -18,7 +17,7 @@ BAND = "toes less to more extended in swing (assumed)"
 _WORK = ("orthosis_positive_work", "orthosis_negative_work")
 
 
-def over_cycle(axis: Any, toe_off: float | None, label: str, start: float = 0.0) -> None:
+def over_cycle(axis: Axes, toe_off: float | None, label: str, start: float = 0.0) -> None:
     """An axis over the gait cycle."""
     axis.axhline(0.0, color=ZERO, lw=0.6, zorder=1)
     if toe_off is not None:
@@ -28,12 +27,12 @@ def over_cycle(axis: Any, toe_off: float | None, label: str, start: float = 0.0)
     axis.set(xlim=(100.0 * start, 100.0), xlabel="gait cycle [%]", ylabel=label)
 
 
-def mark_toe_off(axis: Any, toe_off: float) -> None:
+def mark_toe_off(axis: Axes, toe_off: float) -> None:
     """A dotted line at toe-off, gait phase [-]."""
     axis.axvline(100.0 * toe_off, color="0.6", lw=0.6, ls=":", zorder=1)
 
 
-def internal_moment(axis: Any, runs: Sequence[RunView]) -> None:
+def internal_moment(axis: Axes, runs: Sequence[RunView]) -> None:
     """Whole internal moment per body mass: tissue, muscles and orthosis together, with the norm's band."""
     low, high = (gait_norm.read().at(f"moment_{end}", PHASE) for end in ("low", "high"))
     axis.fill_between(PERCENT, low, high, color=NORM, lw=0.0, zorder=0, label=NORM_LABEL)
@@ -46,7 +45,7 @@ def internal_moment(axis: Any, runs: Sequence[RunView]) -> None:
     over_cycle(axis, first.toe_off, f"internal ankle moment [N·m/kg]\n{_FLEXION}")
 
 
-def clearance(axis: Any, runs: Sequence[RunView], point: str) -> None:
+def clearance(axis: Axes, runs: Sequence[RunView], point: str) -> None:
     """Height of the outsole or its ball above the floor in swing, with a dot at the minimum that counts."""
     start = min(run.toe_off for run in runs)
     dots: list[tuple[float, float, str]] = []  # gait cycle [%], height [mm], colour
@@ -89,7 +88,7 @@ def _heights(run: RunView, point: str) -> tuple[str, str]:
     return without_floor(columns, own), recorded
 
 
-def share_floor(axis: Any, start: float) -> None:
+def share_floor(axis: Axes, start: float) -> None:
     """The scale of a panel of clearance from a phase on, with room for words below a shaded floor."""
     curves = (line.get_ydata() for line in axis.lines)
     seen = [y[start <= PHASE] for y in curves if len(y) == len(PHASE)]
@@ -100,14 +99,14 @@ def share_floor(axis: Any, start: float) -> None:
     axis.tick_params(labelleft=True)
 
 
-def _number(axis: Any, at: tuple[float, float], height: float, colour: str, up: float) -> None:
+def _number(axis: Axes, at: tuple[float, float], height: float, colour: str, up: float) -> None:
     """A clearance [mm] in words, above or below a place by `up` [points]."""
     text = f"{height:.0f} mm".replace("-", "−")
     look = {"textcoords": "offset points", "ha": "center", "va": "bottom", "fontsize": 8.0, "zorder": 6}
     axis.annotate(text, at, xytext=(0.0, up), color=ink(colour), **look)
 
 
-def torque(axis: Any, run: RunView) -> None:
+def torque(axis: Axes, run: RunView) -> None:
     """Torque that the patient lacks, where that is known, and the orthosis' torque."""
     if NEEDED_MOMENT in run.recording.columns:
         needed = run.cycles(NEEDED_MOMENT).mean(axis=0)
@@ -121,7 +120,7 @@ def torque(axis: Any, run: RunView) -> None:
     axis.set_title(plain(run.label), loc="left", color=ink(run.colour))
 
 
-def power(axis: Any, runs: Sequence[RunView]) -> None:
+def power(axis: Axes, runs: Sequence[RunView]) -> None:
     """Power of the orthosis per body mass."""
     for run in runs:
         flow = run.cycles(ORTHOSIS) * run.cycles("ankle/velocity") / run.body_mass
@@ -129,7 +128,7 @@ def power(axis: Any, runs: Sequence[RunView]) -> None:
     over_cycle(axis, runs[0].toe_off, "power of the orthosis [W/kg]\ntaken –  |  + given")
 
 
-def work(axis: Any, runs: Sequence[RunView]) -> None:
+def work(axis: Axes, runs: Sequence[RunView]) -> None:
     """Positive and negative work of the orthosis per stride, one row of bars for each run."""
     for k, run in enumerate(runs):
         found = [run.recording.metrics[name] for name in _WORK if name in run.recording.metrics]

@@ -3,12 +3,12 @@
 import math
 import pathlib
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
+from afo_sim.common import JsonMapping
 from afo_sim.show.patients_figure import look_of as look_in
 from afo_sim.show.style import new_figure
 from afo_sim.show.walker_figure import look_of
@@ -20,7 +20,7 @@ class Dose:
     """A case at one value: the ankle in mid-swing [°] and starts that fall [%], each with its interval."""
 
     case: str
-    look: Mapping[str, Any]
+    look: JsonMapping
     ankle: tuple[float, float, float]
     falls: tuple[float, float, float] | None
 
@@ -45,7 +45,9 @@ def doses_of(found: Response | Population) -> list[Dose]:
     return doses
 
 
-def draw_doses(key: str, values: Sequence[Any], doses: Sequence[Sequence[Dose]], path: pathlib.Path) -> None:
+def draw_doses(
+    key: str, values: Sequence[object], doses: Sequence[Sequence[Dose]], path: pathlib.Path
+) -> None:
     """Draw the ankle in mid-swing and the falls of each case over a key's values, with intervals."""
     places, unit = axis_of(values)
     with new_figure(path, (6.4, 6.4)) as figure:
@@ -74,7 +76,7 @@ def draw_doses(key: str, values: Sequence[Any], doses: Sequence[Sequence[Dose]],
         figure.legend(*upper.get_legend_handles_labels(), loc="outside upper left", ncols=2)
 
 
-def axis_of(values: Sequence[Any]) -> tuple[list[float], str | None]:
+def axis_of(values: Sequence[object]) -> tuple[list[float], str | None]:
     """Numbers and their common unit, as written; places in order and None where they have none."""
     found = [
         re.fullmatch(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*)", str(value)) for value in values

@@ -1,11 +1,11 @@
 """The figure of a response: curves of its cases over the cycle, and falls of perturbed starts."""
 
 import pathlib
-from typing import Any
 
 import numpy as np
 
-from afo_sim.show.style import RUN_STYLES, RUNS, new_figure
+from afo_sim.common import JsonDict
+from afo_sim.show.style import RUN_STYLES, RUNS, Axes, new_figure
 from afo_sim.walker import CASES, LEGS, SAMPLES, Case, Response, norm_at, sole_tilt, strides_of, walk_in_words
 
 _SIZE = (7.2, 9.4)  # [inch]
@@ -17,7 +17,7 @@ _ROWS = {
 }
 
 
-def look_of(case: Case) -> dict[str, Any]:
+def look_of(case: Case) -> JsonDict:
     """Colour and line of a case, the same in each picture; the first shows beneath another."""
     k = list(CASES).index(case.name)
     return {"color": RUNS[k], "ls": RUN_STYLES[k], "lw": 1.3 if k else 2.2}
@@ -48,7 +48,7 @@ def draw_response(response: Response, path: pathlib.Path) -> None:
         figure.legend(*axes[0][0].get_legend_handles_labels(), loc="outside upper left", ncols=2)
 
 
-def _curves(axis: Any, response: Response, side: str, name: str) -> None:
+def _curves(axis: Axes, response: Response, side: str, name: str) -> None:
     """The mean curve of each case that has strides; the others stand in the legend alone."""
     cycle, factor = np.linspace(0.0, 100.0, SAMPLES), 1.0 if name == "load" else 180.0 / np.pi
     healthy = response["healthy"]

@@ -2,15 +2,14 @@
 
 import pathlib
 from collections.abc import Callable, Iterable
-from typing import Any
 
 import mujoco
 import numpy as np
 
-from afo_sim.common import replacing
+from afo_sim.common import Keywords, replacing
 from afo_sim.model import ANKLE, POINTS, SOLE
 from afo_sim.show.moving_parts import Mountings, joint_columns, padded
-from afo_sim.show.style import BLUE, ink, styled
+from afo_sim.show.style import BLUE, Axes, ink, styled
 from afo_sim.show.walker_figure import look_of
 from afo_sim.show.walking_figure import HEAD, TRUNK
 from afo_sim.walker import CASES, ROOT, SIDES, Case, Response, contacts, floor_of, walk_in_words
@@ -44,7 +43,7 @@ def draw_film(response: Response, path: pathlib.Path) -> None:
             frames.append(Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB"))
     palette = frames[-1].quantize(_SHADES)
     first, *others = (frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames)
-    many: dict[str, Any] = {"append_images": others, "duration": round(1e3 * _EVERY), "loop": 0}
+    many: Keywords = {"append_images": others, "duration": round(1e3 * _EVERY), "loop": 0}
     with replacing(path) as temporary:
         first.save(temporary, format="GIF", save_all=True, optimize=True, **many)
 
@@ -60,7 +59,7 @@ def _beside(case: Case, healthy: Case, rows: np.ndarray, hips: np.ndarray) -> di
     return {f"healthy {limb}": found[limb] + ahead[:, None] for limb in ("left", "trunk", "right")}
 
 
-def _filmed(axis: Any, case: Case, healthy: Case) -> Callable[[int], None]:
+def _filmed(axis: Axes, case: Case, healthy: Case) -> Callable[[int], None]:
     """A walker on its walkway, the healthy one over it; what moves it to the picture of a number."""
     time = case.walked["time"]
     rows = np.searchsorted(time, _EVERY * np.arange(_PICTURES)).clip(max=len(time) - 1)
@@ -70,7 +69,7 @@ def _filmed(axis: Any, case: Case, healthy: Case) -> Callable[[int], None]:
     axis.axhline(0.0, color="0.3", lw=1.2)
     axis.vlines(np.arange(round(_WIDE)), -0.04, 0.0, color="0.3", lw=1.2)
     axis.set_axis_off()
-    look: dict[str, Any] = {"transform": axis.transAxes, "weight": "bold", "va": "top"}
+    look: Keywords = {"transform": axis.transAxes, "weight": "bold", "va": "top"}
     title = CASES[case.name] + "; thin lines: healthy, at the same phase" * (case is not healthy)
     axis.text(0.01, 0.97, title, color=ink(look_of(case)["color"]), **look)
     words = axis.text(0.99, 0.97, "", color="#b3261e", ha="right", **look)

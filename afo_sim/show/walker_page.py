@@ -2,10 +2,9 @@
 
 import base64
 import pathlib
-from typing import Any
 
 from afo_sim import walker
-from afo_sim.common import write_text
+from afo_sim.common import JsonDict, write_text
 from afo_sim.metrics import NO_DEVICE
 from afo_sim.show.patients_figure import draw_patients
 from afo_sim.show.report import rendered
@@ -19,7 +18,7 @@ def write_pictures(response: walker.Response, folder: pathlib.Path, *, rrd: bool
     draw_response(response, figure)
     draw_film(response, film)
     caption = "Of undisturbed walks; a dash where a case has no such number."
-    shown: dict[str, Any] = {"words": walker.in_words(response), "asked": walker.asked_in_words(response)}
+    shown: JsonDict = {"words": walker.in_words(response), "asked": walker.asked_in_words(response)}
     shown |= {"replies": walker.verdict(response), "tables": [("Numbers", caption, walker.table(response))]}
     _write_page(folder, f"{response.scenario.name}: a walker that responds", shown)
     if rrd:
@@ -34,12 +33,12 @@ def write_population(population: walker.Population, recorded: walker.Recorded, f
     asked, words = population.asked, f"{len(population.drawn)} patients: {population.condition.description}."
     how = f"{asked['starts']} starts of each, pushed by {asked['push']:g} N; {asked['generations']} "
     how += f"generations of search now; seed {asked['seed']}; steps of {1e3 * asked['timestep']:g} ms."
-    shown: dict[str, Any] = {"words": [words], "asked": [how], "tables": walker.tables(population)}
+    shown: JsonDict = {"words": [words], "asked": [how], "tables": walker.tables(population)}
     shown |= {"replies": walker.replies(population, recorded)}
     _write_page(folder, f"{population.scenario.name}: patients who respond", shown)
 
 
-def _write_page(folder: pathlib.Path, title: str, shown: dict[str, Any]) -> None:
+def _write_page(folder: pathlib.Path, title: str, shown: JsonDict) -> None:
     """Write walk.html with the pictures that lie beside it."""
     files = [folder / name for name in walker.PICTURES[:2]]
     figure, film = (base64.b64encode(file.read_bytes()).decode() if file.is_file() else "" for file in files)

@@ -5,15 +5,14 @@ is not below the floor. Lengths are shares of the body height (Winter 2009, figu
 signs: assumed, and no number depends on them.
 """
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import mujoco
 import numpy as np
 
-from afo_sim.common import InputError
+from afo_sim.common import InputError, JsonMapping, Keywords
 from afo_sim.description import load
 from afo_sim.gait import GaitCycle
 from afo_sim.metrics import Stride, without_floor
@@ -21,6 +20,7 @@ from afo_sim.model import ANKLE, Foot, foot_of, muscle_names, person_of, persons
 from afo_sim.show.ground_force import above
 from afo_sim.show.moving_parts import Mountings
 from afo_sim.show.run_view import RunView
+from afo_sim.show.style import Axes
 from afo_sim.simulation import Recording, reference_of, run_scenario
 
 SHANK, THIGH, TRUNK, HEAD = 0.246, 0.245, 0.288, 0.09  # of the body height [-]; the head: to its centre
@@ -172,7 +172,7 @@ def _along(start: np.ndarray, length: float, angle: np.ndarray | float) -> np.nd
     return start + length * np.stack([np.sin(angle), np.cos(angle)], axis=-1)
 
 
-def capsules(points: Mapping[str, Any]) -> np.ndarray:
+def capsules(points: JsonMapping) -> np.ndarray:
     """Ends of the capsules of RADII in space (n, k, 2, 3) [m], from `Limbs.points` or one `Pose`'s fields."""
     sole = dict(zip(("heel", "ball", "pulp", "tip"), np.moveaxis(points["other_sole"], -2, 0), strict=True))
     places = {**points, **sole}
@@ -200,7 +200,7 @@ def height_words(low: float, deep: float) -> str:
     return f"toe {above(low)}" if deep >= 0.0 else f"toe drags, {-1e3 * deep:.0f} mm too low"
 
 
-def draw_figure(axis: Any, figure: WalkingFigure, phase: float) -> None:
+def draw_figure(axis: Axes, figure: WalkingFigure, phase: float) -> None:
     """Draw a walker in true proportions, the hip at x = 0, with the height of the toes in swing."""
     pose = figure.pose(phase)
     shift = np.array([pose.hip[0], 0.0])
@@ -218,7 +218,7 @@ def draw_figure(axis: Any, figure: WalkingFigure, phase: float) -> None:
         colour = BELOW if deep < 0.0 else ABOVE
         tip = pose.sole[-1] - shift
         axis.plot([tip[0], tip[0]], [0.0, tip[1]], color=colour, lw=2.0)
-        look: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": 13.0, "weight": "bold"}
+        look: Keywords = {"ha": "center", "va": "center", "fontsize": 13.0, "weight": "bold"}
         axis.text(0.0, -0.16, height_words(low, deep), color=colour, **look)
     axis.axhline(0.0, color="0.3", lw=1.2, zorder=0)
     for mark in np.arange(-0.75, 1.01, _TICKS) - float(shift[0]) % _TICKS:  # which pass under the walker
@@ -228,7 +228,7 @@ def draw_figure(axis: Any, figure: WalkingFigure, phase: float) -> None:
 
 
 def _draw_leg(
-    axis: Any, colour: str, widths: tuple[float, float], shift: np.ndarray, *points: np.ndarray
+    axis: Axes, colour: str, widths: tuple[float, float], shift: np.ndarray, *points: np.ndarray
 ) -> None:
     """Hip, knee, ankle and the foot."""
     *joints, sole = points
@@ -237,6 +237,8 @@ def _draw_leg(
     _line(axis, colour, widths[1], shift, sole)
 
 
-def _line(axis: Any, colour: str, width: float, shift: np.ndarray, points: Any) -> None:
-    look: dict[str, Any] = {"solid_capstyle": "round", "solid_joinstyle": "round"}
+def _line(
+    axis: Axes, colour: str, width: float, shift: np.ndarray, points: np.ndarray | list[np.ndarray]
+) -> None:
+    look: Keywords = {"solid_capstyle": "round", "solid_joinstyle": "round"}
     axis.plot(*(np.array(points) - shift).T, color=colour, lw=width, **look)

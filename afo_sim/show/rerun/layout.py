@@ -1,15 +1,16 @@
 """The layout of the viewer."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 import rerun.blueprint as rrb
 from rerun.encodings import AbsoluteTimeRange
 
+from afo_sim.common import Foreign, Keywords
 from afo_sim.show.rerun.run_rows import STRIDES, TIMELINE
 
-Row = tuple[Any, float]  # a view; its share of a column, or its height as a negative number [pixel]
+View = Foreign  # or a container of them
+Row = tuple[View, float]  # a view; its share of a column, or its height as a negative number [pixel]
 CAMERA = ((0.46, -0.72, 0.56), (0.03, 0.0, 0.43))  # beside a seated leg: where it is, where it looks [m]
 _CARRIAGE_CAMERA = ((0.12, -1.3, 0.53), (0.05, 0.0, 0.46))  # beside a walking one, from the carriage [m]
 
@@ -51,7 +52,7 @@ def blueprint(contents: Contents) -> rrb.Blueprint:
     )
 
 
-def closed(body: Any, timeline: str = TIMELINE, **time: Any) -> rrb.Blueprint:
+def closed(body: View, timeline: str = TIMELINE, **time: object) -> rrb.Blueprint:
     """A layout with all panels collapsed, and the time panel's settings."""
     return rrb.Blueprint(
         body,
@@ -125,21 +126,23 @@ def _joint(contents: Contents) -> list[Row]:
     return [(angle, 3.0)] if contents.answer else [(angle, 3.0), (_moment(contents), 3.0)]
 
 
-def _moment(contents: Contents) -> Any:
+def _moment(contents: Contents) -> View:
     return _plots(contents, "/moment", f"moment [N·m], {contents.positive} +", "moment")
 
 
-def space(origin: str, name: str, position: Any, target: Any, **more: Any) -> rrb.Spatial3DView:
+def space(
+    origin: str, name: str, position: Sequence[float], target: Sequence[float], **more: object
+) -> rrb.Spatial3DView:
     """A view in space that turns about a point, z up."""
     eye = rrb.EyeControls3D(kind="Orbital", position=position, look_target=target, eye_up=(0, 0, 1))
-    ground: dict[str, Any] = {"line_grid": False, "background": [28, 30, 34], "eye_controls": eye}
+    ground: Keywords = {"line_grid": False, "background": [28, 30, 34], "eye_controls": eye}
     return rrb.Spatial3DView(origin=origin, name=name, **ground, **more)
 
 
 def _tabs(contents: Contents) -> Row:
     """The tabs, those that are looked at most first: all names do not fit in the smallest window."""
-    plots: list[Any] = [_moment(contents)] if contents.answer else []
-    further: list[Any] = []
+    plots: list[View] = [_moment(contents)] if contents.answer else []
+    further: list[View] = []
     if contents.muscles and contents.carriage:
         plots.append(_plots(contents, "/pressure", "gauge pressure [bar]", "pressure"))
     if "/air" in contents.plots:
@@ -161,7 +164,7 @@ def _tabs(contents: Contents) -> Row:
     return rrb.Tabs(*plots, *further, active_tab=0), 4.2
 
 
-def _plots(contents: Contents, origin: str, title: str, tab: str = "") -> Any:
+def _plots(contents: Contents, origin: str, title: str, tab: str = "") -> View:
     """The plot of an entity; of compared runs a plot for each part below it, beside one another."""
     parts = [plot for plot in contents.plots if plot.startswith(f"{origin}/")] if contents.compared else []
     if not parts:

@@ -7,7 +7,6 @@ import shutil
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import rerun as rr
@@ -18,6 +17,7 @@ import afo_sim.show.rerun.events as events
 import afo_sim.show.rerun.scene as scene
 import afo_sim.show.rerun.texts as texts
 import afo_sim.show.rerun.walk_scene as walk_scene
+from afo_sim.common import Foreign
 from afo_sim.show.moving_parts import Carriage
 from afo_sim.show.rerun.layout import Contents, blueprint
 from afo_sim.show.rerun.run_rows import GAIT, Columns, Source, from_folder, from_recording, require_rows
@@ -31,7 +31,7 @@ _GHOST = 0.55  # opacity of every run after the first
 
 
 @contextmanager
-def recording(path: pathlib.Path, name: str, blueprint: Any) -> Iterator[rr.RecordingStream]:
+def recording(path: pathlib.Path, name: str, blueprint: Foreign) -> Iterator[rr.RecordingStream]:
     """A stream of a name; what is logged in the block is written to a file."""
     rr.set_strict_mode(True)  # otherwise a wrong shape is dropped with a warning
     stream = rr.RecordingStream(APPLICATION, recording_id=f"{APPLICATION} {name}")

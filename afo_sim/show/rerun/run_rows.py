@@ -4,12 +4,11 @@ import functools
 import pathlib
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import rerun as rr
 
-from afo_sim.common import InputError
+from afo_sim.common import Foreign, InputError
 from afo_sim.description import Scenario, body_mass, load
 from afo_sim.metrics import SOLVED
 from afo_sim.model import as_run
@@ -138,7 +137,7 @@ def strides(rows: Columns) -> np.ndarray:
     return rows["gait/stride"] + rows["gait/phase"]
 
 
-def send(stream: rr.RecordingStream, entity: str, rows: Columns, columns: Any) -> None:
+def send(stream: rr.RecordingStream, entity: str, rows: Columns, columns: Foreign) -> None:
     """Log columns at the times of some rows."""
     times = [rr.TimeColumn(TIMELINE, duration=_stamps(rows["time"]))]
     if GAIT[0] in rows:

@@ -2,12 +2,12 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import mujoco
 import numpy as np
 import rerun as rr
 
+from afo_sim.common import Keywords
 from afo_sim.description import MuscleGroup
 from afo_sim.metrics import stance_force
 from afo_sim.model import ANKLE, muscle_names, path_points
@@ -125,9 +125,9 @@ def log_body(
             stream.log(f"{root}/{model.geom(geom).name or f'geom_{geom}'}", pose, shape, static=True)
 
 
-def _shape(model: mujoco.MjModel, geom: int, colour: np.ndarray) -> Any:
+def _shape(model: mujoco.MjModel, geom: int, colour: np.ndarray) -> rr.AsComponents:
     size, kind = model.geom_size[geom], model.geom_type[geom]
-    look: dict[str, Any] = {"colors": [colour], "fill_mode": "solid"}
+    look: Keywords = {"colors": [colour], "fill_mode": "solid"}
     types = mujoco.mjtGeom
     if kind in (types.mjGEOM_SPHERE, types.mjGEOM_ELLIPSOID):
         return rr.Ellipsoids3D(half_sizes=[size if kind == types.mjGEOM_ELLIPSOID else [size[0]] * 3], **look)

@@ -2,12 +2,12 @@
 
 import pathlib
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
+from afo_sim.common import Foreign
 from afo_sim.lab import AXES, Trial, set_point_text
 from afo_sim.show.rerun.curves import log_line
 from afo_sim.show.rerun.layout import closed, space, time_plot
@@ -46,7 +46,7 @@ def _layout(trials: Sequence[Trial]) -> rrb.Blueprint:
     middle = 0.5 * (count - 1) * _SPACING
     eye = (1.2 * max(height, count * _SPACING) + 0.3, middle, -0.3 * height)
     scene = space("/stand", "the stand", eye, (0.0, middle, -0.6 * height))
-    right: list[Any] = list(plots)
+    right: list[Foreign] = list(plots)
     if trials[0].plan.kind in AXES:
         abscissa, _, ordinate, _ = AXES[trials[0].plan.kind]
         title = f"{SHOWN[ordinate][0]} over {SHOWN[abscissa][0]}"

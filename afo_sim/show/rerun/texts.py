@@ -1,11 +1,11 @@
 """Texts beside the pictures: metrics, warnings, the whole scenario."""
 
 from collections.abc import Iterator
-from typing import Any
 
 import rerun as rr
 
 import afo_sim.show.rerun.colours as colours
+from afo_sim.common import Json
 from afo_sim.description import worn
 from afo_sim.description.scenario_text import reference
 from afo_sim.metrics import GROUPS, unit, words
@@ -69,7 +69,7 @@ def document(stream: rr.RecordingStream, entity: str, text: str) -> None:
     stream.log(entity, rr.TextDocument(text, media_type=rr.MediaType.MARKDOWN), static=True)
 
 
-def _flat(node: Any, path: str = "") -> str:
+def _flat(node: Json, path: str = "") -> str:
     """A resolved scenario as dotted keys, without where its numbers come from."""
     if isinstance(node, dict):
         parts = [_flat(v, f"{path}.{k}".strip(".")) for k, v in node.items() if k != "provenance"]

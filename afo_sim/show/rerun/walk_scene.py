@@ -6,12 +6,11 @@ are shown relative to their own carriages. The floor is at height 0: each run's 
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 import rerun as rr
 
-from afo_sim.common import InputError, assets
+from afo_sim.common import InputError, Keywords, assets
 from afo_sim.gait import file as gait
 from afo_sim.metrics import loaded, stance_force
 from afo_sim.model import ANKLE, TOE_POINTS, foot_of, phase_at
@@ -208,6 +207,6 @@ def log_walker_styles(stream: rr.RecordingStream, walker: Walker) -> None:
             fill_mode="solid",
         )
         stream.log(f"{root}/figure", shapes, static=True)
-    look: dict[str, Any] = {"radii": [0.0001], "colors": [[200, 205, 215]], "show_labels": True}
+    look: Keywords = {"radii": [0.0001], "colors": [[200, 205, 215]], "show_labels": True}
     stream.log(f"{CARRIAGE}/caption", rr.Points3D([[-0.36, 0.0, 0.8]], **look), static=True)
     stream.log(f"{root}/ground_force", rr.Arrows3D.from_fields(radii=[0.01]), static=True)
