@@ -9,13 +9,13 @@ import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 from typer import Argument, Option
 
 from afo_sim.cli.error_handler import Commands, print_version
-from afo_sim.common import InputError, parse_toml, unknown
+from afo_sim.common import Function, InputError, JsonDict, Keywords, Mixed, parse_toml, unknown
 
 _EPILOGUE = """Exit codes:
 
@@ -86,28 +86,28 @@ def drawn(rrd: bool | None) -> bool:
     return there if rrd is None else rrd
 
 
-def one_group(body: Callable[[Any], None]) -> Callable[..., None]:
+def one_group(body: Callable[[Mixed], None]) -> Callable[..., None]:
     """A command whose options are the fields of the dataclass that its body takes."""
     (parameter,) = inspect.signature(body, eval_str=True).parameters.values()
 
     @functools.wraps(body)
-    def command(**given: Any) -> None:
+    def command(**given: object) -> None:
         body(parameter.annotation(**given))
 
     command.__dict__["__signature__"] = inspect.signature(parameter.annotation)
     return command
 
 
-def picked(options: Any, *names: str) -> dict[str, Any]:
+def picked(options: object, *names: str) -> JsonDict:
     """Some of a command's options by their names."""
     return {name: getattr(options, name) for name in names}
 
 
 def read_sets(
     sets: list[str] | None, field: str = "--set", example: str = 'supply.pressure="3 bar"'
-) -> dict[str, Any]:
+) -> JsonDict:
     """`--set key=value` options as dotted keys and values; a value is TOML, or else plain text."""
-    values: dict[str, Any] = {}
+    values: Keywords = {}
     for text in sets or []:
         key, equals, value = text.partition("=")
         if not equals or not key.strip():
@@ -130,7 +130,7 @@ def short_lived() -> None:
 
 
 @contextmanager
-def watching(live: bool) -> Iterator[Any]:
+def watching(live: bool) -> Iterator[Function | None]:
     """A viewer that watches a run grow, or nobody."""
     if not live:
         yield None
@@ -259,7 +259,7 @@ def print_table(
             least[k] = whole[k]
         elif whole_names and max(map(len, columns[k][1:]), default=0) <= _MOST_SHORT:
             least[k] = max(map(len, (*header[k].split(), *columns[k][1:])))
-    look: dict[str, Any] = {"title_justify": "left", "title_style": "bold", "pad_edge": False, "box": None}
+    look: Keywords = {"title_justify": "left", "title_style": "bold", "pad_edge": False, "box": None}
     for number, block in enumerate(_blocks(least, console.width)):
         table = Table(title=escape(title) if number == 0 else None, show_header=any(header), **look)
         for k, width in zip(block, _widths(block, least, whole, console.width), strict=True):

@@ -4,12 +4,12 @@ import math
 import re
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 from typer import Argument, Option
 
 from afo_sim.cli import common
-from afo_sim.common import InputError, nearest_name, unknown
+from afo_sim.common import Foreign, InputError, nearest_name, unknown
 
 if TYPE_CHECKING:
     from afo_sim.model import Fit, Ratio
@@ -55,7 +55,7 @@ def _entries(kind: str) -> list[tuple[str, str]]:
     from afo_sim.physics import FRICTIONS, LAWS
 
     if kind in ("laws", "frictions"):
-        known: Any = LAWS if kind == "laws" else FRICTIONS
+        known: Foreign = LAWS if kind == "laws" else FRICTIONS
         return [(law.name, f"{law.formula} — {law.source}; {law.validity}") for law in known.values()]
     if kind == "gaits":
         headers = {name: read_header(assets.find_gait(name)) for name in assets.gait_names()}
@@ -250,7 +250,7 @@ def _ratio(to: str, made_for: str, shank_length: str, foot_length: str) -> "Rati
 
 
 def _rows(before: "dict[str, Fit]", after: "dict[str, Fit]") -> list[list[str]]:
-    def cells(fit: Any) -> list[str]:
+    def cells(fit: "Fit") -> list[str]:
         low, high = fit.contraction
         taut = "–" if math.isnan(fit.taut) else f"{math.degrees(fit.taut):.1f}"
         return [f"{1e3 * fit.arm:.1f}", f"{100 * low:.1f} to {100 * high:.1f}", taut]

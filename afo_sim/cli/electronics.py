@@ -1,14 +1,14 @@
 """Command that exports the electronics: electronics."""
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 from typer import Option
 
 from afo_sim.cli.common import Scenario, Sets, app, print_table, progress, quantity, read_sets, short_lived
 from afo_sim.cli.overwriting import check_same
-from afo_sim.common import InputError
+from afo_sim.common import InputError, JsonDict
 
 _JSON, _COMMANDS = "electronics.json", "commands.csv"
 _FILES = (_JSON, "valves/valves.h", "valves/valves.ino", "host.c", _COMMANDS, "inputs.csv")
@@ -72,7 +72,7 @@ def electronics_command(
     print(f"check it with: cc -std=c99 -o host host.c && ./host {played} > host.csv")
 
 
-def _compare(scenario: str, values: dict[str, Any], file: Path, within: float, *, in_loop: bool) -> None:
+def _compare(scenario: str, values: JsonDict, file: Path, within: float, *, in_loop: bool) -> None:
     """Compare a log, or firmware in the loop, with the simulation; exit code 1 where they differ."""
     with progress("reading, compiling the muscles") as report:
         from afo_sim.control import differences, read_log

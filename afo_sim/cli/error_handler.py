@@ -13,12 +13,11 @@ import traceback
 import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import typer
 from typer.core import TyperGroup
 
-from afo_sim.common import RETIRED, AfoSimError, InputError, check_encoding, safe_children
+from afo_sim.common import RETIRED, AfoSimError, Foreign, InputError, check_encoding, safe_children
 
 _BUG, _INTERRUPTED = 70, 130  # exit codes; those of input are AfoSimError's
 _PACKAGES = ("afo-sim", "mujoco", "numpy", "numba", "scipy", "pyarrow", "rerun-sdk", "matplotlib", "typer")
@@ -36,14 +35,14 @@ class _Stopped(Exception):
 class Commands(TyperGroup):
     """A group of commands whose errors name options: `--body-mass` for the library's `body_mass`."""
 
-    def get_command(self, ctx: Any, name: str) -> Any:
+    def get_command(self, ctx: Foreign, name: str) -> Foreign:
         """A command by its name; of one that is no more, an error that says what to use."""
         found = super().get_command(ctx, name)
         if found is None and name in RETIRED:
             raise InputError("is retired", field=name, allowed=RETIRED[name])
         return found
 
-    def invoke(self, ctx: Any) -> Any:
+    def invoke(self, ctx: Foreign) -> object:
         """Run the command."""
         try:
             return super().invoke(ctx)
@@ -57,7 +56,7 @@ def grouped(groups: Mapping[str, Sequence[str]]) -> type[Commands]:
     """Commands that `--help` shows in groups."""
 
     class Grouped(Commands):
-        def format_commands(self, ctx: Any, formatter: Any) -> None:
+        def format_commands(self, ctx: Foreign, formatter: Foreign) -> None:
             width = max(map(len, self.commands))
             for title, names in groups.items():
                 with formatter.section(title):
@@ -70,7 +69,7 @@ def grouped(groups: Mapping[str, Sequence[str]]) -> type[Commands]:
     return Grouped
 
 
-def with_options(error: InputError, command: Any) -> InputError:
+def with_options(error: InputError, command: Foreign) -> InputError:
     """An error of the library with a command's options for the arguments that it names."""
     parameters = {parameter.name: parameter for parameter in getattr(command, "params", ())}
 

@@ -5,7 +5,7 @@ import sys
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 from typer import Argument, Option
 
@@ -24,6 +24,7 @@ from afo_sim.cli.common import (
     read_sets,
 )
 from afo_sim.cli.overwriting import check_folder
+from afo_sim.common import JsonDict
 
 if TYPE_CHECKING:
     from afo_sim.lab import Stand
@@ -305,7 +306,7 @@ def fit_torque_command(
     out: Annotated[Path, Option(help="folder to write to")] = Path("runs/fit-torque"),
 ) -> None:
     """Fit the compliance of a worn or mounted device to its static torque; state what stays undetermined."""
-    worn: Any = orthosis[0]
+    worn: str | JsonDict = orthosis[0]
     if len(orthosis) > 1 or "=" in orthosis[0]:
         worn = read_sets(orthosis, "--orthosis", "GROUP=ORTHOSIS, once for each group")
     with progress("reading") as report:

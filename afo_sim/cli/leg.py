@@ -4,15 +4,15 @@ import shlex
 import sys
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 from typer import Argument, Option
 
 from afo_sim.cli.common import app, check_side, leg_app, one_group, picked, print_table, progress, quantity
-from afo_sim.common import InputError
+from afo_sim.common import InputError, Keywords, Mixed
 
 if TYPE_CHECKING:
-    from afo_sim.legs import Imported
+    from afo_sim.legs import Attached, Imported
 
 
 _Forward = Annotated[
@@ -56,7 +56,7 @@ def leg_import_command(cut: Cut) -> None:
     check_side(cut.side)
     at = None if cut.zero is None else quantity("--zero", cut.zero, "rad")
     stops = None if cut.range is None else tuple(quantity("--range", text, "rad") for text in cut.range)
-    person: dict[str, Any] = {}
+    person: Keywords = {}
     for name, text, unit, low, high in (
         ("body_mass", cut.body_mass, "kg", 10.0, 300.0),
         ("body_height", cut.body_height, "m", 0.5, 2.5),
@@ -160,7 +160,7 @@ def attach_command(worn: _Attachment) -> None:
         from afo_sim.legs.attached_files import attached
 
         names = ("joint", "proximal", "distal", "side", "sign", "forward", "supply", "timestep", "prefix")
-        before: Any = attached(model) if ours else model
+        before: Mixed = attached(model) if ours else model
         packages = tuple(worn.package or ())
         found = attach(before, worn.orthosis, zero=angle, packages=packages, **picked(worn, *names))
         if worn.to:
@@ -191,7 +191,7 @@ def _is_written(model: Path) -> bool:
         return False
 
 
-def _print(found: Any) -> None:
+def _print(found: "Attached") -> None:
     """What was found, and where each input and state stands."""
     from afo_sim.common import in_unit
 

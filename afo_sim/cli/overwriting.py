@@ -1,11 +1,10 @@
 """Refusals to write over another run, or into a folder of another kind of output."""
 
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
 
-from afo_sim.common import InputError
+from afo_sim.common import InputError, JsonDict, JsonMapping
 
 # A file by which a folder is known, and what the folder then is.
 KNOWN_BY = {
@@ -51,7 +50,7 @@ def check_files(files: Iterable[Path], *, force: bool) -> None:
             raise InputError("is there already", field="out", value=str(file), allowed=allowed)
 
 
-def check_run_folder(folder: Path, scenario: Mapping[str, Any], *, force: bool = False) -> None:
+def check_run_folder(folder: Path, scenario: JsonMapping, *, force: bool = False) -> None:
     """Refuse a folder that cannot be written to, or holds the run of another description."""
     from afo_sim.common import check_writable
 
@@ -66,7 +65,7 @@ def check_run_folder(folder: Path, scenario: Mapping[str, Any], *, force: bool =
 
 
 def check_same(
-    folder: Path, kind: str, file: str, now: Mapping[str, Any], problem: str, *, force: bool, whom: str = "it"
+    folder: Path, kind: str, file: str, now: JsonMapping, problem: str, *, force: bool, whom: str = "it"
 ) -> None:
     """Refuse a folder whose JSON `file` has other values than `now`; the problem has those in braces."""
     from afo_sim.common import check_writable
@@ -78,8 +77,8 @@ def check_same(
 
 
 def _other(
-    folder: Path, kind: str, there: str, file: str, now: Mapping[str, Any], *, force: bool
-) -> dict[str, Any] | None:
+    folder: Path, kind: str, there: str, file: str, now: JsonMapping, *, force: bool
+) -> JsonDict | None:
     """What a folder has instead of `now`, as far as it can be read; None where nothing is in the way."""
     from afo_sim.common import as_stored, read_json, settle
 

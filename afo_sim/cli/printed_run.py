@@ -7,10 +7,14 @@ import sys
 import textwrap
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from afo_sim.cli.common import print_table
-from afo_sim.common import installed
+from afo_sim.common import Mixed, installed
+
+if TYPE_CHECKING:
+    from afo_sim.metrics import Answer
+    from afo_sim.simulation import Both, Recording
 
 _QUANTITY = re.compile(r"(?<=\d) (?=[^\W\d]{1,3}\b)")  # between a number and its unit
 _STYLES = {"✓": "bold green", "!": "bold yellow", "✗": "bold red", "?": "bold"}
@@ -18,13 +22,14 @@ _LINES = 12 + 2  # that a run prints unasked: a dozen, and what such numbers wer
 _WARNING = "warning: "
 _Line = tuple[str, int]  # a text, and by how much its further lines are indented
 _Lines = Sequence[_Line]
+_Judged = Sequence[tuple["Recording", "Answer"]]
 _SPELLED = str.maketrans(  # for a terminal that does not know them
     {"✓": "+", "✗": "x", "−": "-", "–": "-", "·": "*", "°": " deg", "≥": ">=", "≤": "<=", "×": "x", "²": "^2"}
     | {"…": "...", "→": "->"}
 )
 
 
-def print_run(recording: Any, folder: Path, *, numbers: bool = False) -> None:
+def print_run(recording: "Recording", folder: Path, *, numbers: bool = False) -> None:
     """Print a run: on a dozen lines what decides, or with `numbers` all that is known."""
     from afo_sim.simulation import answers_of
 
@@ -38,7 +43,7 @@ def print_run(recording: Any, folder: Path, *, numbers: bool = False) -> None:
         _print_in_short(recording, answers, written)
 
 
-def _print_in_short(recording: Any, answers: Sequence[Any], written: str) -> None:
+def _print_in_short(recording: "Recording", answers: Sequence["Answer"], written: str) -> None:
     """The answers, then as many warnings, changes and notes as a dozen lines hold."""
     from afo_sim.metrics import decides
     from afo_sim.show import bands, effects, in_brief, known
@@ -62,7 +67,7 @@ def _print_in_short(recording: Any, answers: Sequence[Any], written: str) -> Non
 
 
 def print_answers(
-    judged: Sequence[Any], remarks: _Lines, tail: _Lines, *, first: _Lines = (), whole: bool = False
+    judged: _Judged, remarks: _Lines, tail: _Lines, *, first: _Lines = (), whole: bool = False
 ) -> None:
     """Answers behind their runs, lines that end them, and as many remarks as a dozen lines hold."""
     from afo_sim.metrics import closing
@@ -99,13 +104,13 @@ def _fitting(remarks: _Lines, room: int) -> list[_Line]:
     return [*kept, (f"… {more}every number: --numbers", 2)]
 
 
-def _title(recording: Any) -> str:
+def _title(recording: "Recording") -> str:
     name, what = recording.scenario["name"], recording.scenario.get("description") or ""
     title = f"{name}: {what}" if what else name
     return title if _width() is None else textwrap.shorten(title, _width() or 80, placeholder=" …")
 
 
-def _print_all(recording: Any) -> None:
+def _print_all(recording: "Recording") -> None:
     """The answers whole, what to change first, bands, every number, warnings and notes."""
     from afo_sim.show import bands, effects
     from afo_sim.show import verdict_texts as verdict
@@ -125,7 +130,7 @@ def _print_all(recording: Any) -> None:
     print_line(f"{steps} steps in {timing['wall_seconds']:.2f} s ({speed:.0f} thousand a second)")
 
 
-def _print_numbers(recording: Any) -> None:
+def _print_numbers(recording: "Recording") -> None:
     """The table of metrics, and those that say nothing."""
     from afo_sim.show import printed, undefined
     from afo_sim.simulation import found_step_errors, step_line
@@ -146,9 +151,11 @@ def _print_numbers(recording: Any) -> None:
         print_line(f"left out, {why}: {', '.join(name for name in left_out if left_out[name] == why)}")
 
 
-def warning_lines(recording: Any, has_answers: bool, only: Callable[[str], bool] = bool) -> list[_Line]:
+def warning_lines(
+    recording: "Recording | Both", has_answers: bool, only: Callable[[str], bool] = bool
+) -> list[_Line]:
     """Each warning once; of several of a kind the first, and whom else it concerns."""
-    kinds: dict[str, list[Any]] = {}
+    kinds: dict[str, list[Mixed]] = {}
     for warning in filter(only, dict.fromkeys(recording.warnings)):
         code = getattr(warning, "code", "")
         if not (has_answers and code == "skin-pressure"):  # the answer about the skin says it
@@ -162,7 +169,7 @@ def warning_lines(recording: Any, has_answers: bool, only: Callable[[str], bool]
     return found
 
 
-def note_lines(recording: Any) -> list[Any]:
+def note_lines(recording: "Recording") -> list[Mixed]:
     """What of the numbers is not to be believed."""
     from afo_sim.show import cautions, decisive, of_walker
 

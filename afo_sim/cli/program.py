@@ -11,7 +11,7 @@ import signal
 import sys
 import threading
 from types import FrameType
-from typing import Any, NoReturn
+from typing import NoReturn
 
 _STOPPED, _BUG = 128, 70  # exit codes: by a signal, and its number; a fault of this program
 
@@ -59,7 +59,7 @@ class Program:
             os._exit(self._final_message(Stopped()))
         raise Stopped
 
-    def _swallowed(self, unraisable: Any) -> None:
+    def _swallowed(self, unraisable: sys.UnraisableHookArgs) -> None:
         """Send a signal again that came in a destructor or a callback, where nothing can be raised."""
         if isinstance(unraisable.exc_value, Stopped) and self.received:
             threading.Timer(0.01, signal.raise_signal, [self.received.pop()]).start()

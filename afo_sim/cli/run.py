@@ -3,7 +3,7 @@
 import dataclasses
 import sys
 from pathlib import Path
-from typing import Annotated, Any, cast
+from typing import TYPE_CHECKING, Annotated, Literal, cast
 
 from typer import Option
 
@@ -11,6 +11,10 @@ from afo_sim.cli import common
 from afo_sim.cli.overwriting import check_folder, check_run_folder, check_same
 from afo_sim.cli.printed_run import note_lines, print_answers, print_line, print_run, warning_lines
 from afo_sim.common import InputError
+
+if TYPE_CHECKING:
+    from afo_sim.metrics import Answer
+    from afo_sim.simulation import Both, Recording, TorqueMaps, Worse
 
 # Rows of the table: (beginning of the number's name, words); each stands for right, left and both.
 ROWS = (
@@ -159,7 +163,7 @@ def torque_map_command(
     _print_torque_maps(found, bands, out)
 
 
-def _print_torque_maps(found: Any, bands: dict[str, list[float]], out: Path) -> None:
+def _print_torque_maps(found: "TorqueMaps", bands: dict[str, list[float]], out: Path) -> None:
     import numpy as np
 
     from afo_sim.description import JOINTS
@@ -219,7 +223,7 @@ def both_command(
     """Simulate both legs on one supply: the air of both, the flow from the source, the worse leg."""
     values, others = common.read_sets(sets), common.read_sets(left_sets, "--set-left")
     hertz = None if rate is None else common.hertz_of(rate)
-    side = cast(Any, affected)  # `described` examines it
+    side = cast(Literal["right", "left"], affected)  # `described` examines it
     common.short_lived()
     with common.progress("reading, compiling the muscles") as report:
         from afo_sim.model import with_person
@@ -239,7 +243,7 @@ def both_command(
     _stop({} if found.ok else {"": found.status})
 
 
-def _print_both(legs: Any, folder: Path, *, numbers: bool) -> None:
+def _print_both(legs: "Both", folder: Path, *, numbers: bool) -> None:
     """Print two legs' runs: on a dozen lines what decides, or with `numbers` all that is known."""
     from afo_sim.show import in_brief
 
@@ -259,7 +263,7 @@ def _print_both(legs: Any, folder: Path, *, numbers: bool) -> None:
     print_answers(judged, notes, tail, first=first, whole=numbers)
 
 
-def _print_tables(legs: Any, *, whole: bool) -> None:
+def _print_tables(legs: "Both", *, whole: bool) -> None:
     """The air of both; as a `whole` also one side beside the other, and every number of either leg."""
     from afo_sim.show import printed
 
@@ -284,7 +288,7 @@ def _print_tables(legs: Any, *, whole: bool) -> None:
     common.print_table("either leg", ["", "right", "left"], rows)
 
 
-def _peak(legs: Any) -> list[tuple[str, int]]:
+def _peak(legs: "Both") -> list[tuple[str, int]]:
     """What the source must give at once, against one leg's need."""
     found = [legs.numbers.get(f"peak_flow_{who}") for who in ("right", "left", "both")]
     peaks = [peak.value for peak in found if peak is not None]
@@ -294,7 +298,7 @@ def _peak(legs: Any) -> list[tuple[str, int]]:
     return [(f"the source must give {peaks[2]:.3g} l/min (ANR) at once, {times:.2f} times one leg's", 2)]
 
 
-def _judged(legs: Any, worse: Any) -> tuple[Any, Any]:
+def _judged(legs: "Both", worse: "Worse") -> tuple["Recording", "Answer"]:
     """A leg and its answer to one question, the worse one; where they are alike but for numbers, both's."""
     answers = worse.answers
     if len(answers) == 1:
@@ -311,4 +315,6 @@ def _judged(legs: Any, worse: Any) -> tuple[Any, Any]:
     short = [f"{name}{answers[key].brief}" for key, (_, name) in who.items() if answers[key].brief]
     brief = "; ".join(short) if len(short) == len(who) else ""
     key = next(iter(who))
-    return legs.legs.get(key, legs.right), dataclasses.replace(answers[key], text=text, brief=brief)
+    return (legs.left if key == "left" else legs.right), dataclasses.replace(
+        answers[key], text=text, brief=brief
+    )

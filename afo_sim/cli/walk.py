@@ -3,9 +3,10 @@
 import functools
 import os
 import shutil
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, cast
 
 from typer import Option
 
@@ -13,7 +14,10 @@ from afo_sim.cli import common
 from afo_sim.cli.common import RecordingOption, Scenario, Sets, Threads
 from afo_sim.cli.overwriting import check_same
 from afo_sim.cli.printed_run import print_line
-from afo_sim.common import InputError, optional
+from afo_sim.common import Foreign, Function, InputError, Json, JsonDict, Keywords, Mixed, optional
+
+_Texts = Sequence[str]
+_Table = tuple[list[str], list[list[str]]]
 
 
 @dataclass(frozen=True)
@@ -83,7 +87,7 @@ def _condition_of(walk: _Walk, key: str) -> str | None:
     from afo_sim.description import load
     from afo_sim.walker import prepared
 
-    of_one: dict[str, Any] = {"strength": walk.strength, "adapted-device": walk.adapted_device}
+    of_one: Keywords = {"strength": walk.strength, "adapted-device": walk.adapted_device}
     of_one |= {"subset": walk.subset != "all", "gait": walk.gait != "natural", "rrd": walk.rrd}
     sets, own = common.read_sets(walk.sets), ("patient", "strength")
     of_one |= {"vary": key.partition(".")[0] in own and walk.vary}
@@ -107,16 +111,16 @@ def _condition_of(walk: _Walk, key: str) -> str | None:
 
 
 def _options(
-    walk: _Walk, condition: str | None, key: str, values: list[Any]
-) -> tuple[dict[str, Any], str, list[Any], list[dict[str, Any]]]:
+    walk: _Walk, condition: str | None, key: str, values: Sequence[str | None]
+) -> tuple[JsonDict, str, list[Json], list[JsonDict]]:
     """Options of all walks; the name of one that differs, what it is, and what is set at each value."""
     given, names, duration = common.read_sets(walk.sets), ["generations", "seed"], "10 s"
     weak, muscle = key.startswith("strength"), key.removeprefix("strength").removeprefix(".")
     if condition is None:
         names += ["gait", "subset", "adapted", "adapted_device"]
-        own, starts, duration, options = "strength", 50, "20 s", dict[str, Any]()
+        own, starts, duration, options = "strength", 50, "20 s", JsonDict()
         left = common.read_sets(walk.strength, "--strength", "tibialis=0.2")
-        each: list[Any] = [left | ({muscle: value} if weak else {}) for value in values]
+        each: list[Json] = [{**left, **({muscle: value} if weak else {})} for value in values]
     else:
         given.pop("patient", None)
         own, starts = "spring", 2
@@ -130,7 +134,7 @@ def _options(
     return options, own, each, [given | ({} if weak or key in ("", "spring") else {key: x}) for x in values]
 
 
-def _walk(walk: _Walk, condition: str | None, key: str, values: list[Any]) -> None:
+def _walk(walk: _Walk, condition: str | None, key: str, values: Sequence[str | None]) -> None:
     """The patients of a condition walk, or the scenario's own one, at each value of what is varied."""
     options, own, each, sets = _options(walk, condition, key, values)
     alone = condition is None
@@ -140,8 +144,8 @@ def _walk(walk: _Walk, condition: str | None, key: str, values: list[Any]) -> No
         described = [walker.prepared(walk.scenario, one) for one in sets]
         for value in values if alone and key.startswith("strength") else []:  # before anybody walks
             muscle = key.removeprefix("strength").removeprefix(".")
-            walker.strengths_of(described[0], {muscle: value}, "--vary strength")
-        folder, found = walk.out or Path("runs") / f"{described[0].name}-walk", list[Any]()
+            walker.strengths_of(described[0], {muscle: cast(float, value)}, "--vary strength")
+        folder, found = walk.out or Path("runs") / f"{described[0].name}-walk", list[Foreign]()
         command = options | {"varied": key, own: each, "scenarios": [one.resolved() for one in described]}
         same, problem = {"command": command}, "holds the responding walk of another description or options"
         check_same(folder, "responding walk", walker.JSON, same, problem, force=walk.force)
@@ -151,7 +155,7 @@ def _walk(walk: _Walk, condition: str | None, key: str, values: list[Any]) -> No
             what = walker.CASES.get(case, case) if alone else case
             report(round(1000.0 * share), 1000, f"{len(found) + 1} of {len(sets)}: {what}")
 
-        run: Any = walker.respond if alone else walker.populate
+        run: Function = walker.respond if alone else walker.populate
         options["threads"] = walk.threads or os.cpu_count() or 1
         searches = folder / "walk.searches"
         for one, its in zip(sets, each, strict=True):
@@ -191,7 +195,7 @@ def _walk(walk: _Walk, condition: str | None, key: str, values: list[Any]) -> No
     print(f"written to {folder}: {files}{view}")
 
 
-def _print(title: str, table: Any, words: Any = (), replies: Any = (), asked: Any = ()) -> None:
+def _print(title: str, table: _Table, words: _Texts = (), replies: Mixed = (), asked: _Texts = ()) -> None:
     from afo_sim.metrics import NO_DEVICE
     from afo_sim.walker import EXPERIMENTAL
 
@@ -204,7 +208,7 @@ def _print(title: str, table: Any, words: Any = (), replies: Any = (), asked: An
     print_line(f"{EXPERIMENTAL} Falls are the walker's, never a patient's risk. {NO_DEVICE}")
 
 
-def _varied(text: str | None) -> tuple[str, list[Any]]:
+def _varied(text: str | None) -> tuple[str, Sequence[str | None]]:
     """The key that is varied and its values; "" and one value where none is."""
     if text is None:
         return "", [None]

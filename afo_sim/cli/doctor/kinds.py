@@ -2,10 +2,8 @@
 
 import importlib
 import pathlib
-from collections.abc import Mapping
-from typing import Any
 
-from afo_sim.common import InputError, assets
+from afo_sim.common import InputError, JsonMapping, assets
 
 Findings = list[tuple[str, str]]
 _HERE = "afo_sim.cli.doctor"
@@ -43,7 +41,7 @@ def check_file(path: pathlib.Path) -> Findings:
     return _checked(check, path)
 
 
-def _checked(check: str, given: Any) -> Findings:
+def _checked(check: str, given: object) -> Findings:
     """What "module:function" finds."""
     module, _, function = check.partition(":")
     return getattr(importlib.import_module(f"{_HERE}.{module}"), function)(given)
@@ -88,7 +86,7 @@ def _check_description(path: pathlib.Path, kind: str) -> Findings:
     return findings
 
 
-def _kind_of(path: pathlib.Path, table: Mapping[str, Any]) -> str:
+def _kind_of(path: pathlib.Path, table: JsonMapping) -> str:
     """The kind of description that has most of a file's keys; of several, the file's namesake."""
     from afo_sim.description import fields_of
     from afo_sim.description.schema import SPECS
