@@ -186,7 +186,7 @@ def _print_torque_maps(found: "TorqueMaps", bands: dict[str, list[float]], out: 
         rows.append([need.phase, peak, f"{angle.min():.0f} to {angle.max():.0f}", pulling, met, short])
     scenario = found.scenario
     if rows:
-        title = f"torque needed by {person_of(scenario).body_mass:g} kg" + " (5 to 95 %)" * bool(bands)
+        title = f"torque needed by {person_of(scenario).body_mass:g} kg" + (" (5 to 95 %)" if bands else "")
         common.print_table(f"{title}, at the supply's {scenario.supply.pressure * 1e-5:g} bar", header, rows)
         print("available is static, as if filled at once: a run tells what the valves leave of it")
         print("" if bands else "the need is uncertain by a factor of two and more: --uncertainty 20")

@@ -181,7 +181,7 @@ def _walk(walk: _Walk, condition: str | None, key: str, values: Sequence[str | N
     if key:
         whose = "the wearer" if alone else f"{len(found[0].drawn)} patients ({condition})"
         _print(f"{described[0].name}: {whose} at values of {key}", table)
-        files = "walk.csv, walk.json, walk.png" + ", patients.csv" * bool(gaits)
+        files = "walk.csv, walk.json, walk.png" + (", patients.csv" if gaits else "")
     elif alone:
         words, asked = walker.in_words(found[0]), walker.asked_in_words(found[0])
         title = f"{described[0].name}: a walker that responds"
