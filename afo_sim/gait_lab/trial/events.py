@@ -64,7 +64,7 @@ def find_events(motion: LegMotion) -> FootEvents:
         origin = motion.ankle_x + _SEGMENT * (np.sin(motion.shank_angle) + np.sin(thigh))
     ahead, behind = low_pass(motion.time, np.column_stack([heel - origin, origin - toe]), _SMOOTH).T
     strikes = _farthest(motion.time, ahead)
-    method = "Zeni 2008" + " with the heel against the hip" * (motion.pelvis_x is None)
+    method = "Zeni 2008 with the heel against the hip" if motion.pelvis_x is None else "Zeni 2008"
     swings = np.gradient(ahead, motion.time) > _SWINGING
     landed = [_landing(motion, swings, strike) for strike in strikes]
     if any(time is not None for time in landed):

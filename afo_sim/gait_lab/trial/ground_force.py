@@ -120,7 +120,8 @@ def foot_force(
     notices = [note("foot-on-plates", "{subject} foot on plate {plates}", subject=motion.side, plates=used)]
     turned = [load.plate.name for load in loads if load.turned]
     if turned:
-        text = f"plate{'s' * (len(turned) > 1)} {{plates}}: turned round to be the ground's force on the foot"
+        which = "plates {plates}" if len(turned) > 1 else "plate {plates}"
+        text = f"{which}: turned round to be the ground's force on the foot"
         notices.append(note("plates-turned", text, plates=", ".join(turned)))
     return GroundForce(
         time=grid,

@@ -65,7 +65,7 @@ def _counted(strides: Sequence[RecordedStride]) -> str:
     """How many strides of each side: "2 right and 1 left strides"."""
     counts = Counter(stride.side for stride in strides)
     words = " and ".join(f"{number} {side}" for side, number in counts.items())
-    return f"{words} stride{'s' * (max(counts.values()) > 1)}"
+    return f"{words} stride{'s' if max(counts.values()) > 1 else ''}"
 
 
 def ten_lines(imported: Imported) -> list[tuple[str, str]]:
@@ -95,7 +95,7 @@ def _found(imported: Imported) -> str:
         "standing trial": trial.standing,
     }
     said = [f"{kind} {content.file.name}" for kind, content in kinds.items() if content is not None]
-    said.append(f"{len(trial.plates)} force plate{'s' * (len(trial.plates) != 1)}")
+    said.append(f"{len(trial.plates)} force plate{'' if len(trial.plates) == 1 else 's'}")
     times = [leg.time for leg in imported.legs.values()]
     start, end = min(time[0] for time in times), max(time[-1] for time in times)
     legs = "both legs" if len(imported.legs) > 1 else f"{imported.cycle.side} leg"
@@ -145,13 +145,14 @@ def _taken(imported: Imported) -> str:
     shown = dict.fromkeys(by for stride in chosen for by in (stride.start_by, stride.end_by) if by)
     ends = (", the end by " if len(chosen) == 1 else " and ").join(shown)
     evidence = f"; events by {ends}{_stated_events(imported)}"
-    evidence += f"; {imported.cycle.notes['processing']}" * ("processing" in imported.cycle.notes)
+    if "processing" in imported.cycle.notes:
+        evidence += f"; {imported.cycle.notes['processing']}"
     if len(chosen) > 1:
         spread = np.std([stride.time for stride in chosen], ddof=1)
         closed = sum(stride.closed is not None for stride in chosen)
         return (
             f"{_counted(chosen)}, {imported.cycle.stride_time:.3f} s on average (standard deviation "
-            f"{spread:.3f} s){evidence}" + f"; {closed} closed cyclically" * bool(closed)
+            f"{spread:.3f} s){evidence}" + (f"; {closed} closed cyclically" if closed else "")
         )
     (stride,) = chosen
     if stride.closed is None:
@@ -187,7 +188,7 @@ def _height(imported: Imported) -> str:
     height = imported.cycle.body_height
     if height is None:
         return "height not known: a run keeps its patient's"
-    return f"height {height:.2f} m" + " of the file" * (height == imported.trial.stated.height)
+    return f"height {height:.2f} m" + (" of the file" if height == imported.trial.stated.height else "")
 
 
 def _ankle(imported: Imported) -> str:
@@ -224,7 +225,7 @@ def _moment(imported: Imported) -> str:
     cycle = imported.cycle
     names = ("plantarflexor", "dorsiflexor")
     peaks = [
-        f"{name} {peak.text()}" + f" at {100.0 * peak.phase:.0f} %" * (peak.value > 0.0)
+        f"{name} {peak.text()}" + (f" at {100.0 * peak.phase:.0f} %" if peak.value > 0.0 else "")
         for name, peak in zip(names, _moment_peaks(imported), strict=True)
     ]
     given = _moment_is_given(cycle)
@@ -334,7 +335,7 @@ class MomentPeak:
         if self.value <= 0.0:
             return self.text()
         own = ", ".join(f"{side} {value:.2f}" for side, value in self.sides.items())
-        return f"{self.text()}{unit}" + f" ({own})" * bool(own)
+        return f"{self.text()}{unit}" + (f" ({own})" if own else "")
 
 
 def _moment_peaks(imported: Imported) -> tuple[MomentPeak, MomentPeak]:
