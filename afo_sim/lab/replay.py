@@ -94,8 +94,9 @@ class Replay:
     @property
     def rows(self) -> list[list[str]]:
         """Of each channel its name, RMS error and that over the largest measurement [%], to print."""
+        fed = {k: ", fed" if k in self.log.fed else "" for k in self.errors}
         return [
-            [k + ", fed" * (k in self.log.fed), f"{e.rms:.4g} {COLUMNS[k][0]}", f"{100.0 * e.share:.3g}"]
+            [k + fed[k], f"{e.rms:.4g} {COLUMNS[k][0]}", f"{100.0 * e.share:.3g}"]
             for k, e in self.errors.items()
         ]
 

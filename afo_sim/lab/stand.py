@@ -138,10 +138,10 @@ def stand(
     muscles = [in_series(each, series or 1) for each in _muscles(muscle, law, friction, sets)]
     trials = []
     for kind, (number, one) in itertools.product(kinds, enumerate(muscles, 1)):
-        what, progress = f"{kind} {number} of {len(muscles)}: {one.name}, {one.law}", None
+        what = f"{kind} {number} of {len(muscles)}: {one.name}, {one.law}"
+        progress = None if report is None else lambda done, total, what=what: report(done, total, what)
         if report is not None:
             report(0, 0, what)
-            progress = lambda done, total, what=what: report(done, total, what)  # noqa: E731
         with _told(kind, one, amounts["length"]):
             ends = test != "all"  # or they are of the other tests
             planned = plan(kind, one, **given, **_arguments(amounts, ends, data, kind, one))

@@ -359,8 +359,9 @@ def slack(muscle: Muscle, pressure: float) -> float:
 def hanging(muscle: Muscle, load: float, pressure: float, spring: float = 0.0) -> float:
     """Contraction ratio at which a load [N] and a spring [N/m] rest on a muscle at a gauge pressure [Pa]."""
     rise = spring * muscle.nominal_length
-    left = lambda x: force_at(muscle, x, pressure) - load - rise * x  # noqa: E731
-    return crossing(left, (), LONGEST, SHORTEST, HALVINGS)
+    return crossing(
+        lambda x: force_at(muscle, x, pressure) - load - rise * x, (), LONGEST, SHORTEST, HALVINGS
+    )
 
 
 def _lifting(muscle: Muscle, load: float, contraction: float, highest: float) -> float:
