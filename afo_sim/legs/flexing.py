@@ -150,7 +150,8 @@ def sign_of(
         return float(given), "given", notes if against else []
     lean = {what: np.degrees(np.arccos(abs(x))) for what, x in cosines.items() if what not in votes}
     if len({*votes.values()}) != 1 or (after and lean):
-        said = [f"{what} says {sign:g}" for what, sign in votes.items()] + [why] * (why != "" and not folds)
+        said = [f"{what} says {sign:g}" for what, sign in votes.items()]
+        said += [why] if why and not folds else []
         said += [f"its axis leans by {angle:.0f} deg from {what}" for what, angle in lean.items()]
         said += [f"nothing shows {what}" for what, left in shown.items() if left is None]
         problem = f"is needed: it is not clear which way the hinge {name!r} flexes: {', '.join(said)}"
