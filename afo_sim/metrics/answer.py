@@ -16,7 +16,8 @@ from afo_sim.metrics.metric import Metric
 Status = Literal["good", "doubtful", "bad", "unknown"]
 WORST: tuple[Status, ...] = ("good", "doubtful", "bad")  # the later, the worse
 
-HELP, LIFT, HEEL, PUSH_OFF, AIR, SKIN = "help", "lift", "heel", "push_off", "air", "skin"
+HELP, LIFT, HEEL = "help", "lift", "heel"
+PUSH_OFF, AIR, SKIN = "push_off", "air", "skin"
 ADDS = "air_adds"
 QUESTIONS = {
     HELP: "Does it help?", LIFT: "Does it lift the toe?", HEEL: "Does it land on the heel?",
@@ -61,7 +62,7 @@ class Answer:
     @property
     def word(self) -> str:
         """The status for people; a good one that was not tried on draws is marked."""
-        return self.status.upper() + "*" * (self.status == "good" and self.kept is None)
+        return self.status.upper() + ("*" if self.status == "good" and self.kept is None else "")
 
 
 def at_least(value: float, limit: tuple[float, float]) -> Status:

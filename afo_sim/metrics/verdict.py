@@ -201,7 +201,7 @@ def _helped(without: float, own: float, wanted: float, trips: float) -> tuple[St
     if without >= wanted:
         if own >= max(without - _LOWERED, wanted):
             return "doubtful", "not needed for the toe"
-        return "bad", f"not needed for the toe, which it lowers{' too far' * (own < wanted)}"
+        return "bad", f"not needed for the toe, which it lowers{' too far' if own < wanted else ''}"
     if own >= wanted:
         return "good", ENOUGH
     if own < without - CHANGED:
