@@ -114,8 +114,9 @@ def _brought(orthosis: Orthosis, pressure: float) -> dict[str, float]:
         for each in orthosis.restriction.values():
             if not each.part.feeds:
                 continue
-            both = each.part.both_ways
-            ways = [(each.upstream, each.downstream)] + [(each.downstream, each.upstream)] * both
+            both, ways = each.part.both_ways, [(each.upstream, each.downstream)]
+            if both:
+                ways.append((each.downstream, each.upstream))
             for origin, end in ways:
                 if origin not in found or end == native.AMBIENT_NAME:
                     continue
