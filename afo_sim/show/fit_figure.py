@@ -21,9 +21,9 @@ from afo_sim.lab import (
 )
 from afo_sim.lab.law_problem import predict
 from afo_sim.show.panels import legend
-from afo_sim.show.style import COLOURS, Axes, Figure, on_scale, plain, write_pair
+from afo_sim.show.style import BLUE, COLOURS, GREEN, RED, Axes, Figure, on_scale, plain, write_pair
 
-_LOG, _BEFORE, _AFTER, _FORECAST = "0.75", COLOURS[0], COLOURS[1], COLOURS[4]
+_LOG, _BEFORE, _AFTER, _FORECAST = "0.75", RED, BLUE, GREEN
 _SPARSE = 150  # samples: fewer are drawn one by one
 
 
@@ -89,11 +89,11 @@ def _draw_residuals(axis: Axes, fit: LawFit) -> None:
     factor, unit = residual_unit(fit)
     pressure = np.concatenate([d.pressure for d in fit.problem.data]) * 1e-5
     axis.axhline(0.0, color="0.6", lw=0.8)
-    axis.plot(pressure - 0.04, factor * fit.residuals, "o", ms=3, color=COLOURS[1], label="fitted")
+    axis.plot(pressure - 0.04, factor * fit.residuals, "o", ms=3, color=BLUE, label="fitted")
     left = fit.held_out["pressure"].errors if "pressure" in fit.held_out else {}
     for k, (label, errors) in enumerate(left.items()):
         at = np.full(len(errors), float(label.split()[0]) + 0.04)
-        axis.plot(at, factor * errors, "x", ms=4, color=COLOURS[0], label="left out" if k == 0 else None)
+        axis.plot(at, factor * errors, "x", ms=4, color=RED, label="left out" if k == 0 else None)
     axis.margins(x=0.08)
     axis.set(xlabel="gauge pressure [bar]", ylabel=f"prediction − measurement [{unit}]")
     axis.set_title(f"{factor * fit.rms:.3g} {unit} RMS")
@@ -103,7 +103,7 @@ def _draw_residuals(axis: Axes, fit: LawFit) -> None:
 def _draw_ranking(axis: Axes, fits: Sequence[LawFit]) -> None:
     factor, unit = residual_unit(fits[0])
     places = np.arange(len(fits))[::-1]
-    axis.barh(places + 0.2, [factor * f.rms for f in fits], 0.38, color=COLOURS[1], label="fitted")
+    axis.barh(places + 0.2, [factor * f.rms for f in fits], 0.38, color=BLUE, label="fitted")
     for kind, colour in zip(kinds(fits)[:1], COLOURS, strict=False):
         values = [factor * f.held_out[kind].rms if kind in f.held_out else np.nan for f in fits]
         axis.barh(places - 0.2, values, 0.38, color=colour, label=f"{kind} left out")

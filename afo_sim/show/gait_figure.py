@@ -13,7 +13,7 @@ from afo_sim.gait.file import read
 from afo_sim.gait.toe_extension import toe_extension
 from afo_sim.gait_lab import Imported, taken_words
 from afo_sim.show import gait_panels
-from afo_sim.show.style import COLOURS, NORM, ZERO, Axes, new_figure, paragraph, plain
+from afo_sim.show.style import BLUE, NORM, RED, ZERO, Axes, new_figure, paragraph, plain
 
 _POSES = 11  # of the leg in a stride: every 10 %
 _WARNED = 3  # warnings that stand on the page
@@ -25,7 +25,7 @@ _HINGE = 0.70  # of the toes, from heel to tip [-]; scaled adult of the leg's to
 _EXTENSION = 11.0  # drawn of the toes in swing, over the stride the published mean [deg]
 _SHANK = 0.38  # drawn [m]
 _FORCE = 0.35  # drawn length of one body weight [m]
-_DORSAL, _PLANTAR, GREY = COLOURS[0], COLOURS[1], "0.6"
+_DORSAL, _PLANTAR, GREY = RED, BLUE, "0.6"
 _STRIDE = {"color": "0.55", "lw": 0.7}  # of each stride behind its mean
 
 
@@ -78,7 +78,7 @@ def draw_gait(cycle: GaitCycle, path: pathlib.Path, imported: Imported | None = 
 
 def _warned(warnings: Sequence[str]) -> str:
     """How many warnings there are, and the first of them, a paragraph each."""
-    lines = [f"{len(warnings)} warning{'s' * (len(warnings) > 1)}:"]
+    lines = [f"{len(warnings)} warning{'s' if len(warnings) > 1 else ''}:"]
     for warning in warnings[:_WARNED]:
         short = textwrap.shorten(warning, _LONGEST_WARNING, placeholder=" …")
         lines += textwrap.wrap(f"– {short}", _SMALL_LINE, subsequent_indent="   ")

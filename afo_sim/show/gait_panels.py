@@ -8,11 +8,11 @@ from afo_sim.common import Foreign, JsonDict, Keywords
 from afo_sim.gait import USUAL, GaitCycle, stance
 from afo_sim.gait_lab import Check, Imported, direction
 from afo_sim.gait_lab.trial.strides import RecordedStride
-from afo_sim.show.style import COLOURS, LINE, NORM, Axes, Figure, plain, wrapped
+from afo_sim.show.style import BLUE, LINE, NORM, RED, SKY, Axes, Figure, plain, wrapped
 
 _DASHES = (0, (4, 2))  # of the other side's
 # Of a standard deviation.
-_BAND: Keywords = {"facecolor": "none", "edgecolor": COLOURS[3], "hatch": "//////", "lw": 0.4}
+_BAND: Keywords = {"facecolor": "none", "edgecolor": SKY, "hatch": "//////", "lw": 0.4}
 _TOES = 0.06  # ahead of a toe point, for the drawing only [m]
 _DEGREES = 180.0 / np.pi
 _SIGNALS = (  # panel, field of GaitCycle, scale of the axis' unit
@@ -116,7 +116,7 @@ def draw_checks(figure: Figure, checks: Sequence[Check], size: float) -> None:
     rows = check_cells(checks)
     lines = [max(cell.count("\n") + 1 for cell in cells) for cells in rows]
     for row, (check, cells) in enumerate(zip(checks, rows, strict=True)):
-        colour = COLOURS[0] if check.notice else "0.45" if check.needs else "black"
+        colour = RED if check.notice else "0.45" if check.needs else "black"
         y = 1.0 - (sum(lines[:row]) + 0.2) / sum(lines)
         for x, text in zip((0.0, 0.26, 0.58, 0.77), cells, strict=True):
             axis.text(x, y, text, fontsize=size, color=colour, va="top", linespacing=1.05)
@@ -175,7 +175,7 @@ def draw_strides(figure: Figure, axes: Mapping[str, Axes], imported: Imported) -
     for panel, field, scale in _SIGNALS:
         _strides(axes[panel], imported, field, scale)
     side, sides = imported.cycle.side, {cycle.side for cycle in imported.cycles}
-    handles: list[Foreign] = [Line2D([], [], color=COLOURS[1], label="taken")]
+    handles: list[Foreign] = [Line2D([], [], color=BLUE, label="taken")]
     handles.append(Line2D([], [], color="black", lw=0.8, ls="--", label="its Fourier series"))
     for other in sorted(sides, key=lambda name: name != side):
         look: Keywords = {"color": _NOT_TAKEN, "lw": 0.7, "ls": "-" if other == side else _DASHES}
@@ -245,7 +245,7 @@ def _events(axis: Axes, imported: Imported) -> None:
             filling = "black" if forced else "white"  # open by kinematics
             axis.plot(time, level, marker, ms=size, color="black", mfc=filling, mew=0.16 * size, zorder=3)
         if numbered or (taken and len(imported.chosen) == 1):
-            words = f"{counts[stride.side]}" + ", taken" * taken
+            words = f"{counts[stride.side]}, taken" if taken else str(counts[stride.side])
             marks = np.array([time for time, _, _ in _marks(stride)])
             places = np.linspace(start, end, 11)[2:-2]
             at = places[np.abs(places[:, None] - marks).min(axis=1).argmax()]  # far from its marks
@@ -344,4 +344,4 @@ def _look(imported: Imported, side: str) -> JsonDict:
     """The taken leg is drawn black, the other one in blue dashes."""
     if side == imported.cycle.side:
         return {"color": "black", "ls": "-"}
-    return {"color": COLOURS[1], "ls": (0, (4, 1.5))}
+    return {"color": BLUE, "ls": (0, (4, 1.5))}

@@ -26,11 +26,11 @@ from afo_sim.lab.validation_s1 import CM, MISPRINT, model, table
 from afo_sim.physics import LAWS, contractions
 from afo_sim.show.report import rendered
 from afo_sim.show.stand_figure import colour as shade
-from afo_sim.show.style import COLOURS, Axes, Figure, on_scale, write_pair
+from afo_sim.show.style import BLUE, COLOURS, RED, Axes, Figure, on_scale, write_pair
 from afo_sim.show.torque_map_figure import fill
 from afo_sim.simulation import torque_map
 
-_S1_OWN, _OURS = COLOURS[0], COLOURS[1]
+_S1_OWN, _OURS = RED, BLUE
 _ISOBARS = (2.0, 3.0, 4.0, 5.0, 6.0)  # [bar]
 _ISOTONES = (50.0, 100.0, 200.0, 300.0)  # [N]
 _ISOMETERS = (0.0, 0.05, 0.11, 0.2)  # contraction ratios that the maker's table holds
@@ -110,8 +110,8 @@ def _static_load(figure: Figure) -> None:
         found = static_load(isobaric)
         line = np.array([found.pressure.min(), found.pressure.max()])
         label = f"{found.start:.1f} N + {found.slope * 1e3:.3f} N/kPa p"
-        axes[0].plot(line * 1e-5, found.start + found.slope * line, color=COLOURS[0], label=label)
-        look: Keywords = {"ms": 4, "color": COLOURS[1], "label": "stand"}
+        axes[0].plot(line * 1e-5, found.start + found.slope * line, color=RED, label=label)
+        look: Keywords = {"ms": 4, "color": BLUE, "label": "stand"}
         axes[0].plot(found.pressure * 1e-5, found.contractile_force, "o", **look)
         axes[0].set(title=name, xlabel="gauge pressure [bar]", ylabel="contractile force F_ce [N]")
         axes[0].set_ylim(0.0, None)

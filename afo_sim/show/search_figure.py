@@ -7,14 +7,14 @@ import numpy as np
 
 from afo_sim.common import Keywords
 from afo_sim.metrics import metric_words
-from afo_sim.show.style import COLOURS, Axes, new_figure, plain, wrapped
+from afo_sim.show.style import BLUE, RED, Axes, new_figure, plain, wrapped
 from afo_sim.study import OBJECTIVE, Columns, Problem, best_of, human_scale
 
 _ACROSS = 3  # panels side by side
 _PANEL = (2.5, 2.0)  # [inch]
 _NOT = {"color": "0.55", "marker": "o", "mfc": "none", "ls": "", "ms": 3.0, "mew": 0.7}
-_KEEPS = {"color": COLOURS[1], "marker": "o", "ls": "", "ms": 3.4, "mew": 0.0}
-BEST = {"color": COLOURS[0], "lw": 1.4, "drawstyle": "steps-mid"}
+_KEEPS = {"color": BLUE, "marker": "o", "ls": "", "ms": 3.4, "mew": 0.0}
+BEST = {"color": RED, "lw": 1.4, "drawstyle": "steps-mid"}
 _FACTS: Keywords = {"loc": "left", "fontsize": 8.0, "color": "0.3"}  # of a panel's title
 _BOUND = {"color": "0.25", "lw": 0.9, "ls": "--"}
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from afo_sim.common import Foreign
 from afo_sim.lab import AXES, FURTHER, SET, Comparison, Replay, Trial, set_point_text, static
-from afo_sim.show.style import COLOURS, Axes, new_figure, on_scale, plain
+from afo_sim.show.style import BLUE, RED, Axes, new_figure, on_scale, plain
 
 # Column → (label, factor from SI)
 SHOWN = {
@@ -44,7 +44,7 @@ def draw_trials(trials: Sequence[Trial], compared: Sequence[Comparison], path: p
                 continue
             fill(own, trials[k], compared[k] if compared else None)
             whose, *lines = trials[k].name.split(" · ")
-            lines = [f"{plain(whose)} · {kind}{', formula' * trials[k].static}", *lines]
+            lines = [f"{plain(whose)} · {kind}{', formula' if trials[k].static else ''}", *lines]
             own[0].set_title("\n".join(lines), loc="left")
             own[0].tick_params(labelbottom=True, labelleft=True)
             if not same or k == across - 1:
@@ -58,7 +58,7 @@ def draw_replay(found: Replay, path: pathlib.Path) -> None:
         for axis, (name, error) in zip(axes, found.errors.items(), strict=True):
             label, factor = SHOWN[name]
             axis.plot(error.x, factor * error.measured, color="0.6", lw=3.0, label="measured")
-            axis.plot(error.x, factor * error.predicted, color=COLOURS[0], label="predicted")
+            axis.plot(error.x, factor * error.predicted, color=RED, label="predicted")
             axis.set_ylabel(label)
         axes[0].legend()
         axes[-1].set_xlabel(SHOWN["time"][0])
@@ -127,17 +127,17 @@ def _step(axes: np.ndarray, trial: Trial, compared: Comparison | None) -> None:
     left, right = axes[2], axes[2].twinx()
     for word, style in (("fill", "o-"), ("vent", "o--")):
         tau = [m[f"{word}_{response}_time_constant"].value for m in trial.metrics]
-        face = COLOURS[1] if word == "fill" else "white"
-        left.plot(pressure, tau, style, ms=3.5, mfc=face, color=COLOURS[1], label=f"{word}: time constant")
+        face = BLUE if word == "fill" else "white"
+        left.plot(pressure, tau, style, ms=3.5, mfc=face, color=BLUE, label=f"{word}: time constant")
     label, factor = SHOWN[response]
     filled = [factor * m[f"filled_{response}"].value for m in trial.metrics]
-    right.plot(pressure, filled, "s-", ms=3.5, color=COLOURS[0])
+    right.plot(pressure, filled, "s-", ms=3.5, color=RED)
     left.set_ylim(bottom=0.0)
     right.set_ylim(0.0, 1.15 * max(filled))
     edge = 0.05 * np.ptp(pressure) or 0.5
     left.set(xlim=(pressure.min() - edge, pressure.max() + edge), xlabel="supply, gauge pressure [bar]")
-    left.set_ylabel(f"63 % of {response} [s]", color=COLOURS[1])
-    right.set_ylabel(f"filled: {label}", color=COLOURS[0])
+    left.set_ylabel(f"63 % of {response} [s]", color=BLUE)
+    right.set_ylabel(f"filled: {label}", color=RED)
     right.spines["right"].set_visible(True)
     left.legend(loc="best", handlelength=2.6)
 

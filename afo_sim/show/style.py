@@ -17,8 +17,9 @@ FORMATS = ("png", "pdf", "svg")
 RESOLUTION = 200  # of PNG [1/inch]
 # Hues of Okabe and Ito (2008), darkened until each stands out from white (contrast 3) and moved until any
 # two are apart, and from black and GREY, also for readers without red or green cones.
-COLOURS = ("#BE310F", "#1054DA", "#FD5F14", "#3096FA", "#23A866", "#D25DBE")
-RED, BLUE, ORANGE, SKY, GREEN, PINK = COLOURS
+RED, BLUE, ORANGE = "#BE310F", "#1054DA", "#FD5F14"
+SKY, GREEN, PINK = "#3096FA", "#23A866", "#D25DBE"
+COLOURS = (RED, BLUE, ORANGE, SKY, GREEN, PINK)
 GREY = "#737373"
 RUNS = (BLUE, RED, GREEN, PINK, ORANGE, SKY)  # of runs, in their order
 # Of runs, in their order: the colour is never alone in telling them.

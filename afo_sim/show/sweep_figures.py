@@ -8,7 +8,7 @@ from itertools import combinations
 import numpy as np
 
 from afo_sim.common import Foreign, JsonDict, check_writable, together
-from afo_sim.show.style import COLOURS, Axes, Figure, plain, wrapped, write_figure
+from afo_sim.show.style import BLUE, RED, Axes, Figure, plain, wrapped, write_figure
 from afo_sim.study import Better, Findings, Indices, Results, chosen, pareto_front, scale, spread, varied
 from afo_sim.study.analysis import Effect, levels_of
 from afo_sim.study.findings import findings
@@ -23,7 +23,7 @@ _MOST_PARAMETERS = 6  # side by side
 _MOST_LABELS = 9  # cases of a front that have their number written
 _LABEL = 0.14, 0.06  # width and height of a case's number, as a share of what all cases span
 _MOST_NUMBERS = 64  # cells of a heat map up to which the value is written into each
-_FULL, _PALE = COLOURS[1], "#a9cfe8"
+_FULL, _PALE = BLUE, "#a9cfe8"
 
 
 def show(
@@ -255,9 +255,9 @@ def _draw_fronts(figure: Figure, results: Results, objectives: Mapping[str, Bett
         rest = np.setdiff1d(_some(len(points)), front)
         axis.plot(*points[rest].T, zorder=1, **_dots(len(rest)))
         step = "steps-post" if lowest[0] else "steps-pre"  # around what a case of the front dominates
-        axis.plot(*points[front].T, color=COLOURS[0], lw=0.9, drawstyle=step, zorder=2)
+        axis.plot(*points[front].T, color=RED, lw=0.9, drawstyle=step, zorder=2)
         size, rim = (4.6, 0.5) if len(front) <= 60 else (2.6, 0.0)
-        axis.plot(*points[front].T, "o", ms=size, color=COLOURS[0], mec="white", mew=rim, zorder=3)
+        axis.plot(*points[front].T, "o", ms=size, color=RED, mec="white", mew=rim, zorder=3)
         _case_numbers(axis, results["case"], points, front, lowest)
         axis.margins(0.13)
         for label, look, low in zip((axis.set_xlabel, axis.set_ylabel), looks, lowest, strict=True):

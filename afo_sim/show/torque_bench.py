@@ -10,7 +10,7 @@ from afo_sim.common import Foreign
 from afo_sim.lab import Group, Profile, Readings, TorqueFit, profile, refused
 from afo_sim.lab.solution import FitParameter
 from afo_sim.lab.torque_problem import predict
-from afo_sim.show.style import COLOURS, ZERO, Axes, Figure, on_scale, plain, write_pair
+from afo_sim.show.style import BLUE, RED, ZERO, Axes, Figure, on_scale, plain, write_pair
 
 _MOST_GROUPS = 6  # panels of measured torque
 _GRID = 61  # angles of a line
@@ -103,7 +103,7 @@ def _draw_residuals(axis: Axes, found: TorqueFit, level: np.ndarray) -> None:
         for k, name in enumerate(missed.errors):
             mask = found.problem.parts(kind)[name]
             label = "left out" if k == 0 else None
-            axis.plot(angle[mask], missed.errors[name], "x", ms=4, color=COLOURS[0], label=label)
+            axis.plot(angle[mask], missed.errors[name], "x", ms=4, color=RED, label=label)
     axis.margins(x=0.03)
     axis.set(xlabel="angle [deg]", ylabel="predicted − measured [N·m]")
     left = f", {found.held_out[kind].rms:.3g} with {kind} left out" if kind else ""
@@ -129,7 +129,7 @@ def _draw_laws(axis: Axes, found: TorqueFit) -> None:
     if hull is not None:
         axis.axvspan(*map(p.number, hull), color=ZERO, alpha=0.3, lw=0)
     for k, each in enumerate(shown):
-        colour = COLOURS[0] if each is found.laws[0] else "0.4"
+        colour = RED if each is found.laws[0] else "0.4"
         axis.plot(list(map(p.number, each.ends(p.name) or ())), [k, k], color=colour)
         face = colour if each.comparable else "white"
         axis.plot(p.number(each.solution.values[p.name]), k, "o", ms=4, color=colour, mfc=face)
@@ -155,7 +155,7 @@ def _draw_profile(axis: Axes, found: TorqueFit, profiled: Profile) -> None:
     def at(values: Mapping[str, float]) -> tuple[float, float]:
         return first.number(values[first.name]), second.number(values[second.name])
 
-    axis.plot(*at(found.parameters), "o", color=COLOURS[0], label="fitted")
+    axis.plot(*at(found.parameters), "o", color=RED, label="fitted")
     others = {g: at(values) for g, values in (found.apart.values if found.apart else {}).items()}
     (left, right), (low, high) = (x.min(), x.max()), (y.min(), y.max())
     within = {g: (a, b) for g, (a, b) in others.items() if left <= a <= right and low <= b <= high}
@@ -164,7 +164,7 @@ def _draw_profile(axis: Axes, found: TorqueFit, profiled: Profile) -> None:
     if others:
         beyond = ", ".join(group for group in others if group not in within)
         label = "each group alone" + (f" (beyond: {plain(beyond)})" if beyond else "")
-        axis.plot(*np.reshape([*within.values()], (-1, 2)).T, "+", ms=7, color=COLOURS[1], label=label)
+        axis.plot(*np.reshape([*within.values()], (-1, 2)).T, "+", ms=7, color=BLUE, label=label)
     axis.set(xlim=(left, right), ylim=(low, high), xlabel=f"{first.name} [{first.shown}]")
     axis.set_ylabel(f"{second.name} [{second.shown}]" if second.shown else second.name)
     axis.legend(loc="upper right", frameon=True, framealpha=0.8, edgecolor="none")

@@ -66,7 +66,7 @@ def draw_doses(
                     middle, low, high = np.array(rows, float).T
                     axis.errorbar(at, middle, (middle - low, high - middle), label=name, **look)
         bars = any(dose.ankle[1] < dose.ankle[2] for each in doses for dose in each)
-        words = "bars of the ankle: 5 to 95 % of patients; " * bars
+        words = "bars of the ankle: 5 to 95 % of patients; " if bars else ""
         upper.set_title(f"{words}a gap: a walk that ends before there are strides to count", loc="left")
         upper.set(ylabel=f"ankle in mid-swing [°]\ndorsiflexion +, the {LEGS['right']}")
         lower.set(ylabel="perturbed starts that fall\nin simulation [%], 95 % interval", ylim=(-3.0, 103.0))

@@ -70,7 +70,7 @@ def _filmed(axis: Axes, case: Case, healthy: Case) -> Callable[[int], None]:
     axis.vlines(np.arange(round(_WIDE)), -0.04, 0.0, color="0.3", lw=1.2)
     axis.set_axis_off()
     look: Keywords = {"transform": axis.transAxes, "weight": "bold", "va": "top"}
-    title = CASES[case.name] + "; thin lines: healthy, at the same phase" * (case is not healthy)
+    title = CASES[case.name] + ("" if case is healthy else "; thin lines: healthy, at the same phase")
     axis.text(0.01, 0.97, title, color=ink(look_of(case)["color"]), **look)
     words = axis.text(0.99, 0.97, "", color="#b3261e", ha="right", **look)
     lines = {}

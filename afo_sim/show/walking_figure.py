@@ -38,7 +38,8 @@ _SEGMENTS = (  # beside the simulated leg: from, to, radius, how far beyond that
     ("ball", "tip", 0.016, _APART),
 )
 RADII = tuple(radius for *_, radius, _ in _SEGMENTS)  # of the capsules in space [m]
-FAR, NEAR, BELOW, ABOVE, DEVICE, MOUNT = "0.8", "0.3", "#b3261e", "#1b7a4b", "#1054da", "0.55"
+FAR, NEAR, MOUNT = "0.8", "0.3", "0.55"
+BELOW, ABOVE, DEVICE = "#b3261e", "#1b7a4b", "#1054da"
 COLUMNS = ("ankle/position/x", "ankle/position/z", "shank/angle", "ankle/angle")  # that limbs are drawn from
 _TICKS = 0.25  # between marks on the floor [m]
 SAME = 0.1  # toe clearance by which a reference that is walked again may differ [mm]

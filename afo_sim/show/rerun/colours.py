@@ -3,32 +3,28 @@
 from collections.abc import Iterable
 
 DARK = [13, 14, 16]  # the ground of the viewer's plots
-WORDS: dict[tuple[int, ...], str] = {
-    (240, 240, 240): "white",
-    (236, 148, 85): "orange",
-    (120, 188, 249): "sky blue",
-    (160, 255, 78): "green",
-    (208, 29, 163): "magenta",
-    (84, 106, 255): "blue",
-    (225, 60, 60): "red",
-    (100, 100, 100): "grey",
-    (255, 245, 8): "yellow",
-    (196, 146, 0): "ochre",
-    (58, 205, 195): "teal",
-    (240, 70, 50): "red",
-    (253, 133, 8): "orange",
-    (255, 228, 47): "yellow",
-    (121, 95, 132): "mauve",
-    (128, 153, 255): "light blue",
-    (168, 249, 255): "pale blue",
-    (133, 44, 249): "violet",
-    (3, 195, 166): "teal",
-    (189, 249, 0): "lime",
+WHITE, ORANGE, SKY = [240, 240, 240], [236, 148, 85], [120, 188, 249]
+GREEN, MAGENTA, BLUE = [160, 255, 78], [208, 29, 163], [84, 106, 255]
+RED, GREY, YELLOW = [225, 60, 60], [100, 100, 100], [255, 245, 8]
+OCHRE, TEAL, LIME = [196, 146, 0], [58, 205, 195], [189, 249, 0]
+DORSIFLEXOR = [240, 70, 50], [253, 133, 8], [255, 228, 47], [121, 95, 132]
+PLANTARFLEXOR = [128, 153, 255], [168, 249, 255], [133, 44, 249], [3, 195, 166]
+WORDS = {
+    tuple(WHITE): "white",
+    tuple(ORANGE): "orange",
+    tuple(SKY): "sky blue",
+    tuple(GREEN): "green",
+    tuple(MAGENTA): "magenta",
+    tuple(BLUE): "blue",
+    tuple(RED): "red",
+    tuple(GREY): "grey",
+    tuple(YELLOW): "yellow",
+    tuple(OCHRE): "ochre",
+    tuple(TEAL): "teal",
+    tuple(LIME): "lime",
+    **dict(zip(map(tuple, DORSIFLEXOR), ("red", "orange", "yellow", "mauve"), strict=True)),
+    **dict(zip(map(tuple, PLANTARFLEXOR), ("light blue", "pale blue", "violet", "teal"), strict=True)),
 }
-WHITE, ORANGE, SKY, GREEN, MAGENTA, BLUE, RED, GREY, YELLOW, OCHRE, TEAL = map(list, list(WORDS)[:11])
-DORSIFLEXOR = tuple(map(list, list(WORDS)[11:15]))
-PLANTARFLEXOR = tuple(map(list, list(WORDS)[15:19]))
-LIME = list(list(WORDS)[19])
 RUNS = (WHITE, ORANGE, SKY, GREEN, MAGENTA)
 HEALTHY = BLUE
 MOMENTS = {
