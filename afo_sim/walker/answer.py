@@ -105,13 +105,15 @@ def in_words(response: Response) -> list[str]:
         for leg, whose in (LEGS | {"trunk": "trunk"}).items():
             names, told = list[str](), dict[str, str]()
             for each in (sign for sign in signs or () if sign["leg"] == leg):
-                names.append(each["sign"] + " (as healthy)" * (not alone and (each["sign"], leg) in ours))
+                healthy_too = not alone and (each["sign"], leg) in ours
+                names.append(f"{each['sign']} (as healthy)" if healthy_too else each["sign"])
                 for name, values in each["numbers"].items():
                     row = ROWS[name]
                     beside = "" if alone else f", healthy {row.of(name, healthy, leg)}"
                     own = f"{row.label} {row.of(name, case, leg)} {row.unit}"
                     told[name] = f"{own} (norm {row.text(values['norm'])}{beside})"
-            lines += [f"{who}, {whose}: {', '.join(names)}; {', '.join(told.values())}."] * bool(told)
+            if told:
+                lines.append(f"{who}, {whose}: {', '.join(names)}; {', '.join(told.values())}.")
     return [line.replace(" °", "°") for line in (*lines, NOT_SEEN, NORM_OF)]
 
 

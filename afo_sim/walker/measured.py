@@ -108,7 +108,8 @@ def beside(name: str, own: FloatOrArray, sure: bool = True) -> Compared:
         near = low <= median <= high and abs(median) >= claimed
         verdict = "agrees" if near else "sign agrees"
         verdict = verdict if median * told["measured"] > 0.0 else "disagrees"
-    told["why"] += f"; {len(each) - len(known)} of {len(each)} unknown" * (len(known) < len(each))
+    if len(known) < len(each):
+        told["why"] += f"; {len(each) - len(known)} of {len(each)} unknown"
     return Compared(**told, simulated=median, verdict=verdict, between=(least, most))
 
 

@@ -149,7 +149,7 @@ def _spread(values: np.ndarray, name: str, *, change: bool = False) -> str:
         return NONE
     factor, digits = (100.0, 0) if change and EFFECTS[name].relative else (row.factor, row.digits)
     ends = (round(factor * float(x), digits) + 0.0 for x in np.percentile(known, (5.0, 50.0, 95.0)))
-    low, middle, high = (f"{x:{'+' * change}.{digits}f}".replace("-", "−") for x in ends)
+    low, middle, high = (f"{x:{'+' if change else ''}.{digits}f}".replace("-", "−") for x in ends)
     return f"{middle} ({low} to {high})"
 
 
