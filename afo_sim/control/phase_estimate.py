@@ -103,7 +103,8 @@ AGREES, AGREES_STRUCK, LATE = 0.08, 0.2, 0.08
 UNLIKE_SWING = math.radians(8.0)  # by which the extremes of the shape may differ from those of the swing
 # What is not known when it begins: phase [-], rate [-] of itself, mean and first harmonic of the angle; the
 # others go with one over their order. Half as much of a shape that the walker has shown before.
-PHASE, RATE, MEAN, FIRST, AGAIN = 0.04, 0.25, math.radians(6.0), math.radians(4.0), 0.5
+PHASE, RATE, AGAIN = 0.04, 0.25, 0.5
+MEAN, FIRST = math.radians(6.0), math.radians(4.0)
 UNSTEADY = 0.3  # by which the rate wanders in a stride, of itself
 # By which the angle's size wanders in a stride, of itself, and its mean [rad], while the misfit (below) is as
 # large as `LEARNT`; their variances fall with its square.
