@@ -38,6 +38,7 @@ from .errors import ControllerError as ControllerError
 from .errors import InputError as InputError
 from .errors import SimulationError as SimulationError
 from .errors import nearest_name as nearest_name
+from .errors import no_attribute as no_attribute
 from .errors import unknown as unknown
 from .extending import identities as identities
 from .extending import identity_of as identity_of

@@ -125,6 +125,14 @@ def nearest_name(name: str, names: Iterable[str]) -> str | None:
     return found[0] if found else None
 
 
+def no_attribute(thing: object, name: str) -> AttributeError:
+    """An error for an attribute that a thing lacks, with the nearest one that it has."""
+    nearest = None if name[0] == "_" else nearest_name(name, [n for n in dir(thing) if n[0] != "_"])
+    told = f"; did you mean {nearest!r}?" if nearest else ""
+    text = f"{type(thing).__name__!r} object has no attribute {name!r}{told}"
+    return AttributeError(text, name=name, obj=None)  # of an `obj` some Pythons tell the nearest again
+
+
 def _shown(value: object) -> str:
     try:
         text = repr(value) if isinstance(value, str) else str(value)

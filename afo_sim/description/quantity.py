@@ -7,7 +7,7 @@ import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from numbers import Real
-from typing import Any, Generic, Literal, Self, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, Literal, Self, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, ValidationInfo, model_validator
 from pydantic_core import CoreSchema, InitErrorDetails, PydanticCustomError, core_schema
@@ -21,6 +21,7 @@ from afo_sim.common import (
     in_unit,
     magnitudes,
     nearest_name,
+    no_attribute,
     parse_quantity,
 )
 
@@ -235,6 +236,14 @@ class Described(Shown, BaseModel):
 
     def __str__(self) -> str:
         return repr(self)
+
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any:
+            try:
+                return super().__getattr__(name)
+            except AttributeError:
+                raise no_attribute(self, name) from None
 
     def with_values(self, **values: Any) -> Self:
         """A copy with some values [SI] replaced, checked as a file's are.

@@ -12,7 +12,7 @@ from typing import Any, Generic, Literal, TypeVar, overload
 import numpy as np
 from pydantic import BaseModel, ValidationError
 
-from afo_sim.common import InputError, assets, nearest_name, unknown
+from afo_sim.common import InputError, Shown, assets, nearest_name, unknown
 from afo_sim.description import schema
 from afo_sim.description.air.regulator import Regulator
 from afo_sim.description.air.source import Source as GasSource
@@ -221,7 +221,7 @@ def _tree(kind: str, source: Any) -> Tree:
     """A description as it is written; a scenario that names no limits is judged by the usual ones."""
     if kind not in schema.SPECS:
         raise unknown(kind, schema.SPECS, field="kind", problem="is not a kind of description")
-    if isinstance(source, Mapping):
+    if isinstance(source, Mapping) and not isinstance(source, Shown):  # a result is none
         tree = Tree(kind, None, dict(source))
     elif isinstance(source, str | os.PathLike):
         file = assets.find(kind, os.fspath(source))

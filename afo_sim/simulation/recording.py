@@ -5,13 +5,26 @@ import os
 import pathlib
 import tempfile
 import threading
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from numbers import Integral
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
-from afo_sim.common import Brief, InputError, Notice, Shown, as_stored, installed, nearest_name, shown, titles
+from afo_sim.common import (
+    Brief,
+    InputError,
+    Notice,
+    Shown,
+    as_stored,
+    installed,
+    nearest_name,
+    no_attribute,
+    parse_quantity,
+    shown,
+    titles,
+)
 from afo_sim.description import USUAL_LIMITS, Limits, as_found, load
 from afo_sim.metrics import Answer, Feed, Metric, Metrics, capped, seated_answers, undecided, with_draws
 from afo_sim.metrics.covered import counts
@@ -26,12 +39,32 @@ if TYPE_CHECKING:
     import xarray
 
 
+SLIGHTLY = 1e-9  # that a row may stand before a time [s]
+
+
 class Columns(Brief[str, np.ndarray]):
-    """Columns by name. One that an older or newer recording lacks is an `InputError`, not a KeyError."""
+    """Columns by name; a slice has some rows of all. A column that is not there is an `InputError`."""
 
     def __missing__(self, column: str) -> np.ndarray:
-        problem, nearest = "the recording has no such column", nearest_name(column, self)
+        problem, nearest = "the recording has no such column", nearest_name(str(column), self)
         raise InputError(problem, field="column", value=column, nearest=nearest)
+
+    def __getitem__(self, which: Any) -> Any:
+        if not isinstance(which, slice):
+            return super().__getitem__(which)
+        rows = slice(self._row(which.start), self._row(which.stop), which.step)
+        return Columns({name: values[rows] for name, values in self.items()})
+
+    def _row(self, bound: Any) -> Any:
+        """The first row at a time; a number is a row itself."""
+        if bound is None or isinstance(bound, Integral):
+            return bound
+        try:
+            at = parse_quantity(bound if isinstance(bound, str) else None, "s") - SLIGHTLY
+        except ValueError as error:
+            allowed = 'rows, 10:200, or times, "1 s":"2 s"'
+            raise InputError(str(error), field="rows", value=bound, allowed=allowed) from None
+        return int(np.searchsorted(self["time"], at))
 
 
 class Strides(Brief[int, dict[str, Metric]]):
@@ -59,13 +92,15 @@ class Later:
 
 
 @dataclass(frozen=True, repr=False, eq=False)  # two runs are two, whatever they hold
-class Recording(Shown):
-    """One simulation's result. Indexing gives a column: `run["ankle/angle"]` [SI] (n,).
+class Recording(Shown, Mapping[str, np.ndarray]):
+    """One simulation's result, a mapping of its columns: `run["ankle/angle"]` [SI] (n,).
 
-    Angles are dorsiflexion positive, pressures gauge. `metrics` are numbers that know their unit; `strides`
-    holds those of each whole stride of walking, by the stride's number or a slice; `studies` what was found
-    out beside the run: what to change first, bands. `status` is "ok" or says why the simulation stopped;
-    `warnings` tell what to mind. A notebook shows a recording with figures.
+    `run[10:200]` and `run["1 s":"2 s"]` are a dict of those rows of all columns, without the end. It has no
+    metrics: they are of the whole run. Angles are dorsiflexion positive, pressures gauge. `metrics` are
+    numbers that know their unit; `strides` holds those of each whole stride of walking, by the stride's
+    number or a slice; `studies` what was found out beside the run: what to change first, bands. `status` is
+    "ok" or says why the simulation stopped; `warnings` tell what to mind. A notebook shows a recording with
+    figures.
 
     Raises
     ------
@@ -107,7 +142,7 @@ class Recording(Shown):
 
         def __getattr__(self, name: str) -> Any:  # of what nobody has read yet
             if name not in vars(self).get("_later", ()):
-                raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+                raise no_attribute(self, name)
             found = _KINDS.get(name, lambda same: same)(vars(self)["_later"][name]())
             return vars(self).setdefault(name, found)
 
@@ -136,8 +171,33 @@ class Recording(Shown):
     def _ipython_key_completions_(self) -> list[str]:  # of run["…
         return list(self.columns)
 
-    def __getitem__(self, column: str) -> np.ndarray:
-        return self.columns[self._own(column)]
+    @overload
+    def __getitem__(self, which: str) -> np.ndarray: ...
+    @overload
+    def __getitem__(self, which: slice) -> dict[str, np.ndarray]: ...
+    def __getitem__(self, which: Any) -> Any:
+        return self.columns[self._own(which) if isinstance(which, str) else which]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.columns)
+
+    def __len__(self) -> int:
+        return len(self.columns)
+
+    def __bool__(self) -> bool:  # also without columns
+        return True
+
+    def __contains__(self, column: object) -> bool:
+        return isinstance(column, str) and self._own(column) in self.columns
+
+    def get(self, column: str, default: Any = None) -> Any:
+        """As of a dict."""
+        return self.columns.get(self._own(column), default)
+
+    __eq__, __hash__ = object.__eq__, object.__hash__  # a Mapping's would compare all rows
+
+    def __dir__(self) -> list[str]:  # also what is not computed yet
+        return [*super().__dir__(), *self.__dataclass_fields__]
 
     def describe(self, column: str) -> tuple[str, str]:
         """(unit, sign) of one of its columns."""

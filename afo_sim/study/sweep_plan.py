@@ -11,7 +11,7 @@ from typing import Annotated, Any
 from pydantic import AfterValidator, InstanceOf, StrictInt, StrictStr, field_validator
 from pydantic import Field as Option
 
-from afo_sim.common import InputError, assets
+from afo_sim.common import InputError, Shown, assets
 from afo_sim.description import Scenario, load, refusal, refused_name
 from afo_sim.description.reader import split_key
 from afo_sim.metrics import OTHER, WORDS, instead, no_metric, told, words
@@ -337,7 +337,8 @@ def plain_scenario(scenario: Any) -> str | dict[str, Any]:
     """A scenario as a plan holds it: a name, a path, or plain data."""
     if isinstance(scenario, Scenario):
         return scenario.resolved()
-    return dict(scenario) if isinstance(scenario, Mapping) else os.fspath(scenario)
+    table = isinstance(scenario, Mapping) and not isinstance(scenario, Shown)  # a result is none
+    return dict(scenario) if table else os.fspath(scenario)
 
 
 def parameter_tables(parameters: Mapping[str, Any]) -> dict[str, dict[str, Any]]:

@@ -71,6 +71,65 @@ def test_what_is_read_is_what_was_written(folder: pathlib.Path, seated: Recordin
     assert read.to_pandas().shape == (8000, len(seated.columns))
 
 
+def test_a_run_is_a_mapping_of_its_columns(seated: Recording) -> None:
+    assert list(seated) == list(seated.keys()) == list(seated.columns) and len(seated) == len(seated.columns)
+    assert all(values is seated.columns[name] for name, values in seated.items())
+    assert "ankle/angle" in seated and "joint/angle" in seated  # as indexing takes both
+    assert "ankle/angel" not in seated and 0 not in seated
+    assert seated.get("ankle/angel") is None and seated.get("time") is seated["time"]
+    with pytest.raises(InputError) as wrong:
+        seated["ankle/angel"]
+    assert wrong.value.nearest == "ankle/angle" and "\n" not in str(wrong.value)
+
+
+def test_a_run_is_true_and_equal_to_itself_alone(seated: Recording) -> None:
+    bare = dataclasses.replace(seated, columns={})
+    assert bare and len(bare) == 0
+    again = dataclasses.replace(seated)
+    assert again != seated and len({again, seated, seated}) == 2
+
+
+def test_a_slice_has_the_rows_from_its_start_to_before_its_end(seated: Recording) -> None:
+    time, angle = seated["time"], seated["ankle/angle"]
+    for rows, expected in (
+        (slice(10, 200), (time >= time[10]) & (time < time[200])),
+        (slice("1 s", "2 s"), (time > 0.9999) & (time < 1.9999)),
+        (slice("1500 ms", None), time > 1.4999),
+        (slice(None, None, 7), np.arange(len(time)) % 7 == 0),
+        (slice("2 s", "1 s"), time < 0.0),
+    ):
+        assert seated[rows].keys() == set(seated)
+        assert np.array_equal(seated[rows]["ankle/angle"], angle[expected])
+    assert np.array_equal(seated["1 s":"3 s"]["2 s":]["time"], seated["2 s":"3 s"]["time"])
+    assert not hasattr(seated[10:200], "metrics")
+    for bound in (1.0, "1 m", "soon", [1]):
+        with pytest.raises(InputError, match="2 s"):
+            seated[bound:]
+
+
+def test_a_mistyped_attribute_is_told_the_nearest(seated: Recording) -> None:
+    for thing, name, nearest in (
+        (seated, "metric", "metrics"),
+        (seated, "colums", "columns"),
+        (afo_sim.load("scenario", "seated"), "suply", "supply"),
+        (afo_sim.load("muscle", "dmsp_20"), "using_", "using"),
+    ):
+        with pytest.raises(AttributeError) as wrong:
+            getattr(thing, name)
+        assert str(wrong.value).endswith(f"did you mean {nearest!r}?")
+        assert wrong.value.__context__ is None or wrong.value.__suppress_context__
+    assert "columns" in dir(seated) and not hasattr(seated, "_repr_mimebundle_")
+
+
+def test_a_run_is_no_description(seated: Recording) -> None:
+    for use in (afo_sim.build, afo_sim.run):
+        with pytest.raises(InputError) as wrong:
+            use(seated)
+        assert wrong.value.field == "scenario" and not wrong.value.others
+    with pytest.raises(TypeError, match="Recording"):
+        afo_sim.sweep(seated, {"supply.pressure": ("2 bar", "4 bar")})
+
+
 def test_summary_is_strict_json(folder: pathlib.Path, seated: Recording) -> None:
     def refuse(constant: str) -> None:
         raise AssertionError(constant)
