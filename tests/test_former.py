@@ -38,7 +38,7 @@ def test_a_recording_opens_with_its_numbers(folder: pathlib.Path, name: str) -> 
 @each_version
 def test_a_former_scenario_runs_to_the_same_numbers(folder: pathlib.Path) -> None:
     before = afo.read_recording(folder / "seated")
-    text = json.dumps(before.scenario).replace(INSTALLED, str(assets.folder("models").parent))
+    text = json.dumps(before.described).replace(INSTALLED, str(assets.folder("models").parent))
     now = afo.run(json.loads(text))
     for column in ("ankle/angle", "chamber/dorsiflexor/pressure", "muscle/dorsiflexor_1/force"):
         # version 0.1 stepped a muscle's length by another scheme: its error at 2 ms

@@ -188,7 +188,7 @@ def check_run_command(
         from afo_sim.simulation import read_recording, run_checks
 
         recording = read_recording(folder)
-        results = run_checks(recording, checks or assets.checks_of(recording.scenario["name"]))
+        results = run_checks(recording, checks or assets.checks_of(recording.described["name"]))
     for result in results:
         print(f"{'good' if result.ok else 'FAILED'}  {result.message}")
     failed = sum(not result.ok for result in results)

@@ -105,7 +105,7 @@ def _fitting(remarks: _Lines, room: int) -> list[_Line]:
 
 
 def _title(recording: "Recording") -> str:
-    name, what = recording.scenario["name"], recording.scenario.get("description") or ""
+    name, what = recording.described["name"], recording.described.get("description") or ""
     title = f"{name}: {what}" if what else name
     return title if _width() is None else textwrap.shorten(title, _width() or 80, placeholder=" …")
 
@@ -145,7 +145,7 @@ def _print_numbers(recording: "Recording") -> None:
         for row in rows:
             error = errors.get(row[0])
             row[2:2] = ["–", "–"] if error is None else [f"{error.error:+.2g}", f"{error.bound:.2g}"]
-    print_table(recording.scenario["name"], header, rows)
+    print_table(recording.described["name"], header, rows)
     print_line(step_line(recording))
     for why in dict.fromkeys(left_out.values()):
         print_line(f"left out, {why}: {', '.join(name for name in left_out if left_out[name] == why)}")
@@ -173,9 +173,9 @@ def note_lines(recording: "Recording") -> list[Mixed]:
     """What of the numbers is not to be believed."""
     from afo_sim.show import cautions, decisive, of_walker
 
-    of_run = recording.scenario, recording.metrics, recording.strides
+    of_run = recording.described, recording.metrics, recording.strides
     walks = bool(recording.verdict)
-    return decisive(*of_run) if walks else [*cautions(*of_run), *of_walker(recording.scenario)]
+    return decisive(*of_run) if walks else [*cautions(*of_run), *of_walker(recording.described)]
 
 
 def print_line(text: str, *, hang: int = 0, badge: int = 0, style: str = "") -> None:

@@ -247,7 +247,7 @@ def _print_both(legs: "Both", folder: Path, *, numbers: bool) -> None:
     """Print two legs' runs: on a dozen lines what decides, or with `numbers` all that is known."""
     from afo_sim.show import in_brief
 
-    names = {side: leg.scenario["name"] for side, leg in legs.legs.items()}
+    names = {side: leg.described["name"] for side, leg in legs.legs.items()}
     tail = [(f"written to {folder}; compare the legs with: afo-sim report {folder}", 2)]
     print_line(f"right: {names['right']}; left: {names['left']}, {legs.apart:g} of a stride behind")
     if legs.affected:

@@ -3,15 +3,14 @@
 import math
 import os
 import pathlib
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal, get_args, get_origin
 
 from pydantic import TypeAdapter, ValidationError
 
-from afo_sim.common import EXAMPLES, InputError, assets, nearest_name, unknown
+from afo_sim.common import EXAMPLES, InputError, assets, unknown
 from afo_sim.description import schema
-from afo_sim.description.law_set import FrictionSet, LawSet
 from afo_sim.description.quantity import Provenance, Whole
 from afo_sim.description.reader import Reading, load, read
 from afo_sim.description.scenario import Scenario
@@ -181,28 +180,7 @@ class Field:
 
 def field_at(key: str, scenario: Scenario) -> Field:
     """The field that a dotted key leads to."""
-    path, items = schema.split_key(key)
-    annotation: Any = Scenario
-    value: Any = scenario
-    for depth, name in enumerate(path):
-        if schema.tables(annotation)[1] == "list" and name.isdigit():
-            annotation, value = _item(annotation, value, int(name), key)
-        else:
-            at = schema.dotted_key(path[:depth])
-            # (type, value where there is one) of a field of a table
-            names = _names(annotation, value, scenario)
-            if name not in names:
-                whole = f"{at}.{name}" if at else name
-                if not names:
-                    raise InputError(f"{at} is a value, not a table", field=whole)
-                nearest = nearest_name(name, names)
-                raise InputError("is an unknown key", field=whole, allowed=", ".join(names), nearest=nearest)
-            annotation, value = (
-                schema.type_below(annotation, name, _law_of(value)),
-                schema.child_of(value, name),
-            )
-    for item in items:
-        annotation, value = _item(annotation, value, item, key)
+    annotation, value = schema.found_at(key, scenario)
     kind = schema.core(annotation)[0]
     if get_origin(kind) is tuple:
         raise InputError("is a list: name one of its items", field=key, allowed=f"{key}[0]")
@@ -215,34 +193,5 @@ def field_at(key: str, scenario: Scenario) -> Field:
         return Field(key, "word", "", annotation, value=value)
     if kind in schema.KINDS:
         return Field(key, "word", "", annotation, schema.KINDS[kind])
-    allowed = ", ".join(f"{key}.{name}" for name in _names(annotation, value, scenario))
+    allowed = ", ".join(f"{key}.{name}" for name in schema.names_in(annotation, value, scenario))
     raise InputError("is a table: name one of its fields", field=key, allowed=allowed)
-
-
-def _item(annotation: Any, value: Any, item: int, key: str) -> tuple[Any, Any]:
-    """(type, value where there is one) of an item of a list."""
-    if get_origin(schema.core(annotation)[0]) is not tuple:
-        raise InputError("is not a list, so it has no items", field=key)
-    count = len(value) if isinstance(value, tuple) else 0
-    if item >= count:
-        allowed = f"[0] to [{count - 1}]" if count else "none: the list is empty here"
-        raise InputError(f"there is no item [{item}]", field=key, allowed=allowed)
-    return schema.item_type(annotation, item), value[item]
-
-
-def _names(annotation: Any, value: Any, scenario: Scenario) -> list[str]:
-    """The fields of a table."""
-    kind, many = schema.tables(annotation)
-    if many == "named":
-        return schema.table_names(annotation, value or ())
-    if many != "one":
-        return []
-    chambers: Iterable[str] = () if schema.of_chambers(kind) is None else scenario.orthosis.chamber
-    return [*schema.fields_of(kind, _law_of(value)), *chambers]
-
-
-def _law_of(table: Any) -> str:
-    """The law or friction whose parameters a table holds; "" of any other table."""
-    if isinstance(table, LawSet):
-        return table.law
-    return table.friction if isinstance(table, FrictionSet) else ""

@@ -1,5 +1,6 @@
 """Field types of the descriptions: quantities read from text, and numbers that name their source."""
 
+import contextlib
 import copy
 import functools
 import marshal
@@ -7,7 +8,7 @@ import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from numbers import Real
-from typing import TYPE_CHECKING, Any, Generic, Literal, Self, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal, Self, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, ValidationInfo, model_validator
 from pydantic_core import CoreSchema, InitErrorDetails, PydanticCustomError, core_schema
@@ -119,6 +120,12 @@ def refusal(
     """A refused field; `key` names a field below the one being read, `beside` one on its level."""
     facts = {"problem": problem, "allowed": allowed, "key": key, "nearest": nearest, "beside": beside}
     return PydanticCustomError("refused", "{problem}", facts)
+
+
+def unknown_key(field: str, name: str, known: Collection[str]) -> InputError:
+    """An error for a name that is none of a table's keys, with the nearest of them."""
+    nearest = nearest_name(name, known)
+    return InputError("is an unknown key", field=field, allowed=", ".join(known), nearest=nearest)
 
 
 def refused_name(problem: str, name: str, known: Collection[str], key: str = "") -> PydanticCustomError:
@@ -245,6 +252,21 @@ class Described(Shown, BaseModel):
             except AttributeError:
                 raise no_attribute(self, name) from None
 
+    read_key: ClassVar[Callable[["Described", str], Any]]  # filled by `schema`, which knows all fields
+
+    def __getitem__(self, key: str) -> Any:
+        """What stands at a dotted key, as `set` takes them; a number as its attribute has it [SI]."""
+        return type(self).read_key(self, key)
+
+    def get(self, key: str, default: Any = None) -> Any:
+        """The same, or the default where there is no such key."""
+        with contextlib.suppress(InputError):
+            return self[key]
+        return default
+
+    def __contains__(self, key: str) -> bool:
+        return self.get(key, self) is not self
+
     def with_values(self, **values: Any) -> Self:
         """A copy with some values [SI] replaced, checked as a file's are.
 
@@ -255,9 +277,7 @@ class Described(Shown, BaseModel):
         """
         for name in values:
             if name not in type(self).model_fields:
-                known = _own_keys(type(self))
-                nearest = nearest_name(name, known)
-                raise InputError("is an unknown key", field=name, allowed=", ".join(known), nearest=nearest)
+                raise unknown_key(name, name, _own_keys(type(self)))
         table = {name: getattr(self, name) for name in type(self).model_fields} | values
         try:
             return type(self).model_validate(table, context={"si": True})

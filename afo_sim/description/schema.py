@@ -29,7 +29,7 @@ from afo_sim.description.law_set import FrictionSet, LawSet
 from afo_sim.description.leg import Leg, Shoe
 from afo_sim.description.muscle import Muscle
 from afo_sim.description.orthosis import Orthosis, Valve
-from afo_sim.description.quantity import OfChambers, Quantity, amount
+from afo_sim.description.quantity import Described, OfChambers, Quantity, amount, unknown_key
 from afo_sim.description.scenario import Scenario
 from afo_sim.description.walking import Limits, Patient
 from afo_sim.physics import FRICTIONS, LAWS
@@ -281,6 +281,59 @@ def holder(node: Any, path: Path) -> Any:
     for name in path[:-1]:
         node = child_of(node, name)
     return node
+
+
+def found_at(key: str, whole: Any) -> tuple[Any, Any]:
+    """Type of what a dotted key leads to in a description, and its value, None where it is not described."""
+    path, items = split_key(key)
+    annotation: Any = type(whole)
+    value: Any = whole
+    for depth, name in enumerate(path):
+        if tables(annotation)[1] == "list" and name.isdigit():
+            annotation, value = _item(annotation, value, int(name), key)
+            continue
+        at, names = dotted_key(path[:depth]), names_in(annotation, value, whole)
+        if name not in names:
+            field = f"{at}.{name}" if at else name
+            if not names:
+                raise InputError(f"{at} is a value, not a table", field=field)
+            raise unknown_key(field, name, names)
+        annotation, value = type_below(annotation, name, _law_of(value)), child_of(value, name)
+    for item in items:
+        annotation, value = _item(annotation, value, item, key)
+    return annotation, value
+
+
+Described.read_key = lambda whole, key: found_at(key, whole)[1]
+
+
+def _item(annotation: Any, value: Any, item: int, key: str) -> tuple[Any, Any]:
+    """(type, value where there is one) of an item of a list."""
+    if get_origin(core(annotation)[0]) is not tuple:
+        raise InputError("is not a list, so it has no items", field=key)
+    count = len(value) if isinstance(value, tuple) else 0
+    if item >= count:
+        allowed = f"[0] to [{count - 1}]" if count else "none: the list is empty here"
+        raise InputError(f"there is no item [{item}]", field=key, allowed=allowed)
+    return item_type(annotation, item), value[item]
+
+
+def names_in(annotation: Any, value: Any, whole: Any) -> list[str]:
+    """The fields of a table in a description."""
+    kind, many = tables(annotation)
+    if many == "named":
+        return table_names(annotation, value or ())
+    if many != "one":
+        return []
+    own = whole.orthosis.chamber if isinstance(whole, Scenario) else getattr(value, "chambers", ())
+    return [*fields_of(kind, _law_of(value)), *(own if of_chambers(kind) is not None else ())]
+
+
+def _law_of(table: Any) -> str:
+    """The law or friction whose parameters a table holds; "" of any other table."""
+    if isinstance(table, LawSet):
+        return table.law
+    return table.friction if isinstance(table, FrictionSet) else ""
 
 
 @functools.lru_cache(maxsize=4096)  # cases of a sweep set the same keys

@@ -83,7 +83,9 @@ def _sto(order: Order, path: pathlib.Path) -> tuple[str, ...]:
     rows = finite(order.rows(), failed=not order.recording.ok)
     label = legal_names(rows.columns)
     columns = {label[name]: values for name, values in rows.columns.items()}
-    opensim.write_storage(path, order.recording.scenario["name"], columns, degrees=False, report=order.report)
+    opensim.write_storage(
+        path, order.recording.described["name"], columns, degrees=False, report=order.report
+    )
     _write_metrics(order.recording, _beside(path, METRICS))
     return rows.notes
 
@@ -122,7 +124,7 @@ def _mat(order: Order, path: pathlib.Path) -> tuple[str, ...]:
     rows, recording = order.rows(), order.recording
     field, legal = legal_names(rows.columns), legal_names(recording.metrics)
     run = {
-        "name": recording.scenario["name"],
+        "name": recording.described["name"],
         "status": recording.status,
         "time": rows.columns["time"],
         "columns": {field[name]: values for name, values in rows.columns.items()},
@@ -132,7 +134,7 @@ def _mat(order: Order, path: pathlib.Path) -> tuple[str, ...]:
         "metrics": {legal[k]: {"value": float(m), "unit": m.unit} for k, m in recording.metrics.items()},
         "strides": _strides(recording.strides),
         "warnings": np.array(recording.warnings, dtype=object),
-        "scenario": _json(as_stored(recording.scenario, order.place)),
+        "scenario": _json(as_stored(recording.described, order.place)),
         "studies": _json(recording.studies),
         "versions": _json(recording.versions),
     }

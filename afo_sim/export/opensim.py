@@ -16,7 +16,6 @@ from xml.sax.saxutils import escape, quoteattr
 import numpy as np
 
 from afo_sim.common import InputError
-from afo_sim.description import load
 from afo_sim.export.rows import TIME, Report, Rows, write_numbers
 from afo_sim.model import persons_stride
 from afo_sim.simulation import Recording
@@ -112,15 +111,15 @@ def write_storage(
 
 def side_of(recording: Recording) -> tuple[str, str]:
     """("right" or "left", a note): the simulated side where it was stated, else the recorded walker's."""
-    leg = recording.scenario["leg"]
+    leg = recording.described["leg"]
     if leg.get("directions", _ANKLE) != _ANKLE:
         problem = "has no ankle, and OpenSim's coordinates are of a person"
         allowed = "sto, csv, mat or mjb for a run of this"
         raise InputError(problem, field="leg", value=leg.get("name"), allowed=allowed)
-    stated, own = recording.scenario.get("side"), leg.get("side", "right")
-    if stated or own == "left" or not recording.scenario.get("gait"):
+    stated, own = recording.described.get("side"), leg.get("side", "right")
+    if stated or own == "left" or not recording.described.get("gait"):
         return stated or own, ""
     try:
-        return persons_stride(load("scenario", recording.scenario)).side, ""
+        return persons_stride(recording.scenario).side, ""
     except InputError as error:
         return "right", f"the right side is taken: the recorded walking cannot be read any more ({error})"

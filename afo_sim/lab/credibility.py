@@ -83,8 +83,8 @@ class Credibility(Shown):
         """All of it as plain data, without the run."""
         rules, run = rules_of(), self.recording
         # a digest that is the same on every machine
-        described = json_text(run.scenario).replace(str(assets.folder("models")), "models").encode()
-        found = {"scenario": run.scenario["name"], "scenario_digest": digest(described)} | self.asked
+        described = json_text(run.described).replace(str(assets.folder("models")), "models").encode()
+        found = {"scenario": run.described["name"], "scenario_digest": digest(described)} | self.asked
         found |= {"risk": self.risk, "required": rules["required"][self.risk], "judgement": self.judgement}
         found |= {"because": self.because, "short": [each.name for each in self.short]}
         found |= {key: getattr(self, key) for key in ("answer", "plan", "comparators", "evidence")}
@@ -92,7 +92,7 @@ class Credibility(Shown):
         return found | {"categories": rules["categories"], "sources": rules["sources"]}
 
     def __repr__(self) -> str:
-        return f"<Credibility of {self.recording.scenario['name']!r}: {self.judgement}>"
+        return f"<Credibility of {self.recording.described['name']!r}: {self.judgement}>"
 
     def save(self, folder: str | os.PathLike[str]) -> list[pathlib.Path]:
         """Write credibility.html and credibility.json into a folder: the files."""
@@ -179,7 +179,7 @@ def assess(recording: Recording, asked: dict[str, str]) -> Credibility:
         for each in of.measured
         if each.at.get("metric") == metric
     )
-    evidence = _evidence(recording, metric, answer, comparators) | _inputs(recording.scenario)
+    evidence = _evidence(recording, metric, answer, comparators) | _inputs(recording.described)
     factors = graded(evidence, rules_of()["required"][risk])
     plan = _plan(study, metric, evidence, factors, answer["status"])
     return Credibility(asked, risk, answer, evidence, factors, plan, comparators, recording)

@@ -92,7 +92,7 @@ def draw(runs: Mapping[str, Recording], path: pathlib.Path) -> None:
             angle.plot(run["time"], degrees, **style)
             rows = min(len(degrees), len(first["time"]))
             difference.plot(run["time"][:rows], degrees[:rows] - np.degrees(first[ANGLE][:rows]), **style)
-        leg = first.scenario["leg"]
+        leg = first.described["leg"]
         angle.set_ylabel(f"{plain(leg['ankle'])} angle [deg]\n{plain(leg['directions'][0])} +")
         difference.set_title(f"angle less that of {plain(name)}", loc="left")
         difference.set_ylabel("difference\n[deg]")
@@ -100,7 +100,7 @@ def draw(runs: Mapping[str, Recording], path: pathlib.Path) -> None:
         # a line per run and chamber, and per run and first muscle of a group
         kinds = (("chamber", "{}/pressure", 1e-5), ("muscle", "{}_1/force", 1.0))
         for axis, (kind, column, factor) in zip(axes[2:], kinds, strict=True):
-            styles = dict(zip(first.scenario["orthosis"][kind], itertools.cycle(LINE_STYLES)))
+            styles = dict(zip(first.described["orthosis"][kind], itertools.cycle(LINE_STYLES)))
             for number, (law, run) in enumerate(runs.items()):
                 dots = marked(run["time"], MARKERS[number % len(MARKERS)])
                 for group, style in styles.items():
@@ -111,9 +111,9 @@ def draw(runs: Mapping[str, Recording], path: pathlib.Path) -> None:
         axes[2].set_ylabel("gauge pressure\n[bar]")
         axes[3].set(ylabel="muscle force\n[N]", xlabel="time [s]")
         figure.align_ylabels(axes)
-        told = [run.scenario["description"].split("; ") for run in runs.values()]
+        told = [run.described["description"].split("; ") for run in runs.values()]
         common = (part for part in told[0] if all(part in each for each in told))  # not what was set for one
-        title = paragraph(f"{first.scenario['name']}: {'; '.join(common)}")
+        title = paragraph(f"{first.described['name']}: {'; '.join(common)}")
         figure.suptitle(title, x=0.01, ha="left", fontsize=9.0)
 
 
@@ -132,11 +132,13 @@ def draw_both(legs: "Both", path: pathlib.Path) -> None:
         axis.set_ylabel("flow from the source\n[l/min ANR]")
         axis.set_ylim(bottom=0.0)
         axis.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
-        walks = bool(legs.right.scenario.get("gait"))
+        walks = bool(legs.right.described.get("gait"))
         if walks and legs.apart:
             axis.axvline(100.0 * legs.apart, color=GREY, lw=0.6, ls=":", zorder=0)
         what = "stride of the right leg, from its heel strike" if walks else "timer's period"
         axis.set(xlabel=f"{what} [%]; 100 % = {legs.cycle:.3g} s", xlim=(0.0, 100.0))
-        title = " and ".join(f"{side}: {plain(str(leg.scenario['name']))}" for side, leg in legs.legs.items())
+        title = " and ".join(
+            f"{side}: {plain(str(leg.described['name']))}" for side, leg in legs.legs.items()
+        )
         apart = f", {100.0 * legs.apart:g} % of a stride apart" if legs.apart else ""
         figure.suptitle(f"both legs on one supply{apart}\n{title}", x=0.01, ha="left", fontsize=9.0)

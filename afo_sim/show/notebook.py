@@ -88,8 +88,8 @@ def _recording(run: _Result) -> _Parts:
     yield partial(draw_in_short, run)
     yield from (*bands.lines(run), *_marked(run.warnings), *effects.lines(run))
     if run.verdict:
-        yield from decisive(run.scenario, run.metrics, run.strides)
-    yield from in_short(run.metrics, reference(run.scenario))
+        yield from decisive(run.described, run.metrics, run.strides)
+    yield from in_short(run.metrics, reference(run.described))
     if not run.verdict:
         yield _numbers(run.metrics)
 

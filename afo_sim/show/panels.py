@@ -125,7 +125,7 @@ def angle(axis: Axes, runs: Sequence[RunView], over: Over = "time") -> None:
         if len(runs) == 1:
             shade_stance(axis, first)
         if len(runs) == 1 and first.groups:
-            limits = first.recording.scenario["orthosis"]["range_of_motion"]
+            limits = first.recording.described["orthosis"]["range_of_motion"]
             low, high = (np.degrees(parse_quantity(limit, "rad")) for limit in limits)
             axis.axhspan(low, high, color="0.93", lw=0.0, zorder=0, label="orthosis' range of motion")
 
@@ -216,7 +216,7 @@ def forces(axis: Axes, runs: Sequence[RunView], over: Over = "time") -> None:
 
 def group_curves(run: RunView, group: str, *quantities: str) -> list[tuple[str, str, str]]:
     """[(label, muscle, line style)] to draw: one for the whole group where its muscles coincide."""
-    count, name = run.recording.scenario["orthosis"]["muscle"][group]["count"], plain(group)
+    count, name = run.recording.described["orthosis"]["muscle"][group]["count"], plain(group)
     muscles = [f"{group}_{k}" for k in range(1, count + 1)]
     for quantity in quantities:
         values = np.array([run.recording[f"muscle/{muscle}/{quantity}"] for muscle in muscles])

@@ -58,14 +58,14 @@ def _scenario_rows(runs: Sequence[RunView]) -> Iterator[JsonDict]:
     """The scenarios in words, one cell for each run; the duration last."""
     tables = [
         {
-            "scenario": run.recording.scenario["name"],
+            "scenario": run.recording.described["name"],
             "in words": words,
             **({"set otherwise": "; ".join(changed)} if changed else {}),
-            **dict(facts(run.recording.scenario)),
-            "duration": run.recording.scenario["duration"],
+            **dict(facts(run.recording.described)),
+            "duration": run.recording.described["duration"],
         }
         for run in runs
-        for words, changed in [in_words(run.recording.scenario)]
+        for words, changed in [in_words(run.recording.described)]
     ]
     names = list(dict.fromkeys(name for table in tables for name in table if name != "duration"))
     for name in [*names, "duration"]:
@@ -75,7 +75,7 @@ def _scenario_rows(runs: Sequence[RunView]) -> Iterator[JsonDict]:
 def _row(name: str, runs: Sequence[RunView]) -> JsonDict:
     """A metric of all runs, with its meaning or what it is compared with; runs that have none show a dash."""
     found = [run.recording.metrics.get(name) for run in runs]
-    with_it = [run.recording.scenario for run in runs if name in run.recording.metrics]
+    with_it = [run.recording.described for run in runs if name in run.recording.metrics]
     others = dict.fromkeys(map(reference, with_it)) if name in _COMPARISONS else {}
     sample = next(metric for metric in found if metric is not None)
     pairs = zip(runs, found, strict=True)
@@ -111,11 +111,11 @@ def sources(runs: Sequence[RunView]) -> Iterator[str]:
         norm = gait_norm.read().header
         yield _NORM.format(source=norm["source"], licence=norm["licence"])
         yield _DEFINITIONS
-    if any(run.recording.scenario["leg"].get("passive") for run in runs):
+    if any(run.recording.described["leg"].get("passive") for run in runs):
         yield "Passive ankle: Riener & Edrich 1999."
     muscles: dict[str, None] = {}
     for run in runs:
-        for group in run.recording.scenario["orthosis"].get("muscle", {}).values():
+        for group in run.recording.described["orthosis"].get("muscle", {}).values():
             muscle = group["type"]
             law = muscle["law"].replace("_", " ")
             name = unchanged(muscle.get("description") or "")[0] or muscle["name"]
@@ -127,7 +127,7 @@ def sources(runs: Sequence[RunView]) -> Iterator[str]:
 
 def _gaits_of(runs: Sequence[RunView]) -> list[str]:
     """The gaits that runs walked, each once."""
-    return list(dict.fromkeys(str(run.recording.scenario["gait"]["cycle"]) for run in runs if run.walks))
+    return list(dict.fromkeys(str(run.recording.described["gait"]["cycle"]) for run in runs if run.walks))
 
 
 def _gait_file(name: str) -> pathlib.Path | None:
@@ -198,7 +198,7 @@ def read_runs(folders: Sequence[pathlib.Path], labels: Sequence[str] = ()) -> li
             raise InputError("is given twice", field="folders", value=str(folders[k]))
     recordings = [read_recording(folder) for folder in folders]
     if not labels:
-        _, labels = apart([recording.scenario for recording in recordings])
+        _, labels = apart([recording.described for recording in recordings])
     if not labels:  # their descriptions do not set them apart
         names = [place.name for place in places]
         each = zip(names, folders, strict=True)
@@ -221,7 +221,7 @@ def remarks(runs: Sequence[RunView]) -> list[str]:
         (worn, "the runs wear different things: part of what differs between them is the sole's doing ({})"),
         (reference, "the runs are compared with different walks: their lifts do not compare ({})"),
     ):
-        told = {run.label: describe(run.recording.scenario) for run in runs if run.walks}
+        told = {run.label: describe(run.recording.described) for run in runs if run.walks}
         told = {label: what for label, what in told.items() if what}
         if len(set(told.values())) > 1:
             found.append(note.format("; ".join(f"{label}: {what}" for label, what in told.items())))
@@ -235,8 +235,8 @@ def _notes(runs: Sequence[RunView]) -> Iterator[tuple[RunView | None, list[tuple
     """What the terminal notes of runs, too: what of their numbers is not to be believed, or is left out."""
     told = []
     for recording in (run.recording for run in runs):
-        found = doubts(recording.scenario, recording.metrics, recording.strides)
-        told.append([note.without_key() for note in (*found, *of_walker(recording.scenario))])
+        found = doubts(recording.described, recording.metrics, recording.strides)
+        told.append([note.without_key() for note in (*found, *of_walker(recording.described))])
     common = [note for note in told[0] if len(runs) > 1 and all(note in others for others in told)]
     own = [[note for note in notes if note not in common] for notes in told]
     for run, notes in [(None, common), *zip(runs, own, strict=True)]:
@@ -248,9 +248,9 @@ def _title(runs: Sequence[RunView], joined: str) -> str:
     """What one run is, or what several have in common and what sets them apart."""
     first, *others = (run.label for run in runs)
     if not others:
-        words, changed = in_words(runs[0].recording.scenario)
+        words, changed = in_words(runs[0].recording.described)
         return (words or first) + (f" ({len(changed)} set otherwise)" if changed else "")
-    begin, names = apart([run.recording.scenario for run in runs])
+    begin, names = apart([run.recording.described for run in runs])
     if begin and names == [first, *others]:
         return f"{begin}: {', '.join(names)}"
     return f"{first}{joined} {', '.join(others)}"
@@ -266,7 +266,7 @@ def page(runs: Sequence[RunView], both: JsonMapping | None = None) -> str:
     return rendered(
         _TEMPLATE,
         title=begun(_title(runs, " compared with" if both is None else " and")),
-        whom=[(run, line) for run in runs if (line := whom(run.recording.scenario))],
+        whom=[(run, line) for run in runs if (line := whom(run.recording.described))],
         today=datetime.date.today().isoformat(),
         walkers=walkers(walking),
         leads=[(run, verdict.lead(run.recording, len(runs))) for run in judged if run.recording.verdict],

@@ -34,7 +34,7 @@ def walkers(runs: Sequence[RunView]) -> list[_Walker]:
     """One for each run that walks, behind their reference where it fits, all wear a device and share it."""
     walking = [run for run in runs if run.recording.columns.keys() >= _COLUMNS and run.strides]
     shown: list[tuple[RunView | None, str, RunView]] = [(run, run.label, run) for run in walking]
-    kinds = {run.recording.scenario.get("reference") for run in walking}
+    kinds = {run.recording.described.get("reference") for run in walking}
     found = [run.recording.metrics.get("reference_toe_clearance") for run in walking]
     heights = [float(height) for height in found if height is not None]
     # another patient's stands beside no run
@@ -42,7 +42,7 @@ def walkers(runs: Sequence[RunView]) -> list[_Walker]:
     few = one and len(walking) < _MOST and all(run.has_orthosis for run in walking)
     before = reference_view(walking[0].recording, "", "") if few else None
     if before is not None:
-        without, own = REFERENCES[walking[0].recording.scenario["reference"]]
+        without, own = REFERENCES[walking[0].recording.described["reference"]]
         shown[0] = (walking[0], own if len(walking) == 1 else walking[0].label, walking[0])
         shown.insert(0, (None, without, before))
     among = max(len(shown), 2)

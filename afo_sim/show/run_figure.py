@@ -68,7 +68,7 @@ def draw_in_short(recording: Recording, path: pathlib.Path) -> None:
     if not (run.walks and run.strides):
         _draw_panels(recording, [path], panels.angle, panels.moments)
         return
-    run = dataclasses.replace(run, label=str(recording.scenario["name"]))
+    run = dataclasses.replace(run, label=str(recording.described["name"]))
     with new_figure(path, (7.1, 3.2)) as figure:
         angle, toe = figure.subplots(1, 2)
         panels.angle(angle, [run], "cycle")
@@ -170,7 +170,7 @@ def _stack(
         if not title:
             panels.legend(figure, axes)
             return
-        texts = [str(recording.scenario["name"]), str(recording.scenario.get("description", ""))]
+        texts = [str(recording.described["name"]), str(recording.described.get("description", ""))]
         texts += [] if recording.ok else [recording.status]
         figure.suptitle(paragraph(*texts), x=0.01, ha="left", fontsize=9.0)
 

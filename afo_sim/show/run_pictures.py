@@ -151,7 +151,7 @@ def _folders(runs: Runs) -> Iterator[list[pathlib.Path]]:
                 if isinstance(run, str | os.PathLike):
                     found.append(pathlib.Path(run))
                 else:
-                    found.append(_save(_recording(run), run.scenario["name"], scratch))
+                    found.append(_save(_recording(run), run.described["name"], scratch))
         if not found:
             raise InputError("holds no run", field="runs")
         yield found

@@ -61,7 +61,7 @@ class RunView:
     @property
     def body_mass(self) -> float:
         """Of the patient [kg]."""
-        return float(body_mass(self.recording.scenario))
+        return float(body_mass(self.recording.described))
 
     @cached_property
     def whole_strides(self) -> list[Stride]:
@@ -99,12 +99,12 @@ class RunView:
     @property
     def joint(self) -> str:
         """The joint's name for people."""
-        return plain(self.recording.scenario["leg"]["ankle"])
+        return plain(self.recording.described["leg"]["ankle"])
 
     @property
     def positive(self) -> str:
         """The joint's positive direction."""
-        return plain(self.recording.scenario["leg"].get("directions", ["dorsiflexion"])[0])
+        return plain(self.recording.described["leg"].get("directions", ["dorsiflexion"])[0])
 
     @property
     def chambers(self) -> list[str]:
@@ -114,7 +114,7 @@ class RunView:
     @property
     def groups(self) -> dict[str, str]:
         """{muscle group: its chamber}."""
-        muscles = self.recording.scenario["orthosis"].get("muscle", {})
+        muscles = self.recording.described["orthosis"].get("muscle", {})
         return {name: group.get("chamber") or name for name, group in muscles.items()}
 
     @property
@@ -144,7 +144,7 @@ class RunView:
     @property
     def gas(self) -> Gas:
         """The gas that drives it."""
-        source = (self.recording.scenario.get("supply") or {}).get("source") or {}
+        source = (self.recording.described.get("supply") or {}).get("source") or {}
         return GASES[source.get("gas") or AIR.name]
 
     @property
@@ -165,10 +165,10 @@ class RunView:
     @cached_property
     def recorded(self) -> str:
         """Who the recorded walker is that it is drawn beside: a trial, the mean of adults, the patient."""
-        if self.recording.scenario["gait"].get("walker") == "patient":
+        if self.recording.described["gait"].get("walker") == "patient":
             return _PATIENT
         try:
-            mean = read(find_gait(str(self.recording.scenario["gait"]["cycle"]))).notes.get("mean", "")
+            mean = read(find_gait(str(self.recording.described["gait"]["cycle"]))).notes.get("mean", "")
         except InputError:
             return UNKNOWN
         return _ADULTS if mean.startswith(_MEAN_CURVE) else _TRIAL
@@ -186,7 +186,7 @@ class RunView:
 
     @cached_property
     def _orthosis(self) -> Orthosis:
-        return load("orthosis", self.recording.scenario["orthosis"])
+        return load("orthosis", self.recording.described["orthosis"])
 
     def curves(self, column: str, over: Over) -> tuple[np.ndarray, np.ndarray]:
         """Abscissa, time [s] or gait cycle [%] (n,), and a column's curves over it (curves, n)."""

@@ -110,7 +110,7 @@ class Painter:
         self.data = mujoco.MjData(model)
         names = [model.tendon(t).name.removesuffix(_DRAWN) for t in range(model.ntendon)]
         self.forces = [f"muscle/{name}/force" for name in names]
-        groups = muscle_names(load("orthosis", recording.scenario["orthosis"]))
+        groups = muscle_names(load("orthosis", recording.described["orthosis"]))
         self.mountings = Mountings(model, groups, recording.columns)
         self.scene = mujoco.MjvScene(model, maxgeom=1000)
         self.options, self.camera = mujoco.MjvOption(), mujoco.MjvCamera()
@@ -150,9 +150,9 @@ class Painter:
         places, caption = mujoco.mjtGridPos, {"time": f"{moment:.2f} s"}
         if self.walk is not None:
             caption = {f"stride {self.walk.number + 1}": f"{100.0 * moment:.0f} %"}
-        joint, angle = self.recording.scenario["leg"]["ankle"], np.degrees(at("ankle/angle"))
+        joint, angle = self.recording.described["leg"]["ankle"], np.degrees(at("ankle/angle"))
         caption[f"{joint} angle"] = f"{angle:+.1f} deg"
-        for chamber in self.recording.scenario["orthosis"]["chamber"]:
+        for chamber in self.recording.described["orthosis"]["chamber"]:
             caption[chamber] = f"{1e-5 * at(f'chamber/{chamber}/pressure') + 0.0:z.2f} bar"
         self._write(places.mjGRID_TOPLEFT, self.title)
         self._write(places.mjGRID_BOTTOM, below)
@@ -244,16 +244,16 @@ def _shots(given: Mapping[str, Recording], stride: int | None, reference: bool) 
     other = reference_view(shots[0][1], "", "") if len(shots) == 1 and reference else None
     if other is None:
         return shots
-    off = ", no air" if shots[0][1].scenario["reference"] == "orthosis-off" else ""
+    off = ", no air" if shots[0][1].described["reference"] == "orthosis-off" else ""
     return [(_title(other.recording) + off, other.recording, WalkingFigure.of(other)), *shots]
 
 
 def _title(run: Recording) -> str:
     """What a walker wears."""
-    orthosis = run.scenario["orthosis"]
+    orthosis = run.described["orthosis"]
     if orthosis.get("muscle"):
         return f"with {orthosis.get('name') or 'the device'}"
-    return f"without the device, {worn(run.scenario)}"
+    return f"without the device, {worn(run.described)}"
 
 
 def _moments(shot: _Shot, slow: float | None, rate: float) -> np.ndarray:

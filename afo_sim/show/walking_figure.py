@@ -72,7 +72,7 @@ class Limbs:
     @classmethod
     def of(cls, recording: Recording, model: mujoco.MjModel) -> "Limbs":
         """Those of the person that walks in a run."""
-        scenario = load("scenario", recording.scenario)
+        scenario = recording.scenario
         foot = foot_of(model, scenario.leg, ANKLE)
         return cls(persons_stride(scenario), person_of(scenario).body_height, foot)
 
@@ -134,7 +134,7 @@ class WalkingFigure:
 
     @cached_property
     def _mountings(self) -> Mountings:
-        groups = muscle_names(load("orthosis", self.view.recording.scenario["orthosis"]))
+        groups = muscle_names(load("orthosis", self.view.recording.described["orthosis"]))
         return Mountings(self._model, groups, self.view.recording.columns)
 
     def pose(self, phase: float) -> Pose:
@@ -185,10 +185,10 @@ def capsules(points: JsonMapping) -> np.ndarray:
 def reference_view(recording: Recording, label: str, colour: str) -> RunView | None:
     """The walk that a run is compared with, walked again; None where there is none, or it walks otherwise."""
     before = recording.metrics.get("reference_toe_clearance")
-    if before is None or not recording.scenario.get("reference"):
+    if before is None or not recording.described.get("reference"):
         return None
     try:
-        again = run_scenario(reference_of(load("scenario", recording.scenario)))
+        again = run_scenario(reference_of(recording.scenario))
     except InputError:
         return None
     now = again.metrics.get("toe_clearance")

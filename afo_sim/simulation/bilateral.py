@@ -91,7 +91,7 @@ class Both(Shown):
     asymmetry: Mapping[str, list[TwoSides]] = field(default_factory=dict)
 
     def __repr__(self) -> str:
-        what = f"{self.right.scenario['name']!r} right, {self.left.scenario['name']!r} left"
+        what = f"{self.right.described['name']!r} right, {self.left.described['name']!r} left"
         return f"<Both legs: {what}, {self.apart:g} of a stride apart, {self.status}>"
 
     @property

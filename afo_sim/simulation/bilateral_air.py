@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 
 from afo_sim.common import InputError
-from afo_sim.description import Side, Source, Supply, body_mass, load
+from afo_sim.description import Side, Source, Supply, body_mass
 from afo_sim.metrics import (
     AIR,
     FLOW,
@@ -38,7 +38,7 @@ Legs = Mapping[Side, Recording]
 
 def supply_of(legs: Legs) -> Supply:
     """The supply that both legs are fed from."""
-    return load("scenario", legs["right"].scenario).supply
+    return legs["right"].scenario.supply
 
 
 def litres_a_minute(legs: Legs) -> float:
@@ -142,11 +142,11 @@ class Cycle:
 
 def cycle_of(recording: Recording) -> Cycle:
     """The cycle of a recording that stands for all."""
-    if not recording.scenario.get("gait"):
+    if not recording.described.get("gait"):
         return _period_of(recording)
     columns, time = recording.columns, recording["time"]
     step = float(time[1] - time[0]) if len(time) > 1 else 1.0
-    counted = settled(columns, strides(columns, step, body_mass(recording.scenario)))
+    counted = settled(columns, strides(columns, step, body_mass(recording.described)))
     if not counted:
         raise _too_short(recording, "no whole stride follows the first, which is the start's transient")
     last = counted[-1]
@@ -157,7 +157,7 @@ def cycle_of(recording: Recording) -> Cycle:
 
 def _period_of(recording: Recording) -> Cycle:
     time = recording["time"]
-    period = described_cycle(load("scenario", recording.scenario))
+    period = described_cycle(recording.scenario)
     assert period is not None  # else there are no two legs
     step = float(time[1] - time[0]) if len(time) > 1 else 0.0
     number, part = whole_cycles(len(time), step, period)
@@ -170,7 +170,9 @@ def _period_of(recording: Recording) -> Cycle:
 
 
 def _too_short(recording: Recording, problem: str) -> InputError:
-    return InputError(problem, field="duration", value=recording.scenario["duration"], allowed="a longer one")
+    return InputError(
+        problem, field="duration", value=recording.described["duration"], allowed="a longer one"
+    )
 
 
 def flow_of(cycle: Cycle, phase: np.ndarray, behind: float) -> np.ndarray:

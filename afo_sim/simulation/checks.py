@@ -154,7 +154,7 @@ class Expectation:
                 values = np.where(np.isfinite(values), np.gradient(values, time), values)
         steps = np.diff(time, append=2.0 * time[-1] - time[-2])
         try:
-            period = parse_quantity(self.run.scenario["timer"]["period"], "s") if self.cycles else math.inf
+            period = parse_quantity(self.run.described["timer"]["period"], "s") if self.cycles else math.inf
         except (KeyError, ValueError):
             raise InputError("the run's scenario has no timer period", field="per_cycle") from None
         last = max(math.ceil((time[-1] - GRACE) / period), 1) - 1

@@ -125,7 +125,7 @@ def recording_of(
     return Recording(
         **found,
         status=status,
-        scenario=later(lambda: with_person(scenario).resolved()),
+        described=later(lambda: with_person(scenario).resolved()),
         model_xml=later(lambda: LABEL + built().xml),
         model_binary=later(lambda: to_binary(built().full_model)),
         versions=versions(),

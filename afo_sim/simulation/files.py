@@ -37,7 +37,7 @@ from afo_sim.common import (
     write_json,
     write_text,
 )
-from afo_sim.description import load
+from afo_sim.description import Scenario
 from afo_sim.metrics import Metric
 from afo_sim.model import Built, as_run
 from afo_sim.model.build import build
@@ -57,7 +57,9 @@ class Run(Protocol):
     @property
     def columns(self) -> dict[str, np.ndarray]: ...
     @property
-    def scenario(self) -> dict[str, Any]: ...
+    def described(self) -> dict[str, Any]: ...
+    @property
+    def scenario(self) -> Scenario: ...
     @property
     def model_xml(self) -> str: ...
     @property
@@ -141,7 +143,7 @@ def read_header(file: Any, folder: str | os.PathLike[str]) -> dict[str, Any]:
         return {
             "metrics": _metrics(run["metrics"]),
             "strides": {row["stride"]: _metrics(row["metrics"]) for row in run.get("strides", ())},
-            "scenario": run["scenario"],
+            "described": run["scenario"],
             "model_xml": run["model_xml"],
             "model_binary": unpacked(model.decode()),
             "status": run["status"],
@@ -206,8 +208,8 @@ def read_undamaged(folder: str | os.PathLike[str]) -> dict[str, Any]:
     plausible(columns.get("time", ()), file=folder, field="time")  # without it no row means anything
     text, named = "recovered from a damaged file; lost: {lost}", ", ".join(lost) or "nothing"
     notice = Notice("recovered", text, severity="error", lost=named)
-    told = header["scenario"].get("description", "")  # which is the title of every picture
-    header["scenario"] |= {"description": "; ".join(filter(None, [str(notice), told]))}
+    told = header["described"].get("description", "")  # which is the title of every picture
+    header["described"] |= {"description": "; ".join(filter(None, [str(notice), told]))}
     return header | {"columns": columns, "warnings": (*header["warnings"], notice)}
 
 
@@ -273,9 +275,8 @@ def _own_header() -> bytes:
 def _built_anew(run: Run) -> mujoco.MjModel:
     """The model of the run's scenario, if it is the one that ran."""
     try:
-        scenario = load("scenario", run.scenario)
         # Where its settled stride was solved for, a run has a step of its own; where a policy chose, not.
-        builts = [build(description) for description in (as_run(scenario), scenario)]
+        builts = [build(description) for description in (as_run(run.scenario), run.scenario)]
     except InputError as error:
         raise _lost(run, f"its scenario cannot be built: {error}") from None
     changes = [_change(built, run) for built in builts]

@@ -1,6 +1,7 @@
 """The one result of a simulation: columns with units and provenance, metrics, warnings, verdict."""
 
 import dataclasses
+import functools
 import os
 import pathlib
 import tempfile
@@ -25,7 +26,7 @@ from afo_sim.common import (
     shown,
     titles,
 )
-from afo_sim.description import USUAL_LIMITS, Limits, as_found, load
+from afo_sim.description import USUAL_LIMITS, Limits, Scenario, as_found, load
 from afo_sim.metrics import Answer, Feed, Metric, Metrics, capped, seated_answers, undecided, with_draws
 from afo_sim.metrics.covered import counts
 from afo_sim.metrics.validity import RESTS_ON
@@ -105,7 +106,7 @@ class Recording(Shown, Mapping[str, np.ndarray]):
     Raises
     ------
     InputError
-        There is no such column, or no such metric.
+        There is no such column, or no such metric; or this version does not read an older run's scenario.
 
     Examples
     --------
@@ -120,7 +121,7 @@ class Recording(Shown, Mapping[str, np.ndarray]):
 
     columns: dict[str, np.ndarray]
     metrics: dict[str, Metric]
-    scenario: dict[str, Any]
+    described: dict[str, Any]
     model_xml: str
     status: str
     warnings: tuple[str, ...]
@@ -166,7 +167,7 @@ class Recording(Shown, Mapping[str, np.ndarray]):
         rows, warned = len(self.columns.get("time", ())), len(self.warnings)
         counted = f"{rows} rows × {len(self.columns)} columns, {len(self.metrics)} metrics"
         more = f", {warned} warning{'s' if warned > 1 else ''}" if warned else ""
-        return f"<Recording of {self.scenario['name']!r}: {self.status}, {counted}{more}>"
+        return f"<Recording of {self.described['name']!r}: {self.status}, {counted}{more}>"
 
     def _ipython_key_completions_(self) -> list[str]:  # of run["…
         return list(self.columns)
@@ -201,13 +202,18 @@ class Recording(Shown, Mapping[str, np.ndarray]):
 
     def describe(self, column: str) -> tuple[str, str]:
         """(unit, sign) of one of its columns."""
-        return describe(self._own(column), self.scenario)
+        return describe(self._own(column), self.described)
 
     def _own(self, column: str) -> str:
         """The column that is meant: "knee/angle" of a knee, "joint/angle" of any, is "ankle/angle"."""
         kind, _, rest = column.partition("/")
-        named = column not in self.columns and kind in ("joint", self.scenario["leg"].get("joint"))
+        named = column not in self.columns and kind in ("joint", self.described["leg"].get("joint"))
         return f"ankle/{rest}" if named else column
+
+    @functools.cached_property
+    def scenario(self) -> Scenario:
+        """What was simulated, as `load` reads it; `described` is the dict of it that files hold."""
+        return load("scenario", self.described)
 
     @property
     def ok(self) -> bool:
@@ -239,7 +245,7 @@ class Recording(Shown, Mapping[str, np.ndarray]):
         """
         import xarray
 
-        facts = {"scenario": self.scenario["name"], "status": self.status}
+        facts = {"scenario": self.described["name"], "status": self.status}
         facts |= {name: str(metric) for name, metric in self.metrics.items()}
         variables = {}
         for name, values in self.columns.items():
@@ -269,7 +275,7 @@ class Recording(Shown, Mapping[str, np.ndarray]):
         """
         drawn = (installed("rerun") if rrd is None else rrd) and len(self["time"]) > 0
         picture = (lambda path: shown().write(self, path, rate)) if drawn else None
-        written = replace(self, scenario=as_stored(self.scenario, place or pathlib.Path(folder)))
+        written = replace(self, described=as_stored(self.described, place or pathlib.Path(folder)))
         return write_run(written, pathlib.Path(folder), picture)
 
     def export(
@@ -342,7 +348,7 @@ class Recording(Shown, Mapping[str, np.ndarray]):
         """Contents of summary.json; of walking `verdict` and `strides`, of known kinds `coverage`, too."""
         found: dict[str, Any] = {
             "status": self.status,
-            "scenario": self.scenario,
+            "scenario": self.described,
             "metrics": plain(self.metrics),
             "versions": self.versions,
             "timing": self.timing,
@@ -361,7 +367,7 @@ class Recording(Shown, Mapping[str, np.ndarray]):
         return found
 
 
-_KINDS: dict[str, Callable[[Any], Any]] = {"columns": Columns, "scenario": Brief, "parameters": Brief}
+_KINDS: dict[str, Callable[[Any], Any]] = {"columns": Columns, "described": Brief, "parameters": Brief}
 _KINDS["strides"] = Strides
 _KINDS["metrics"] = lambda given: given if isinstance(given, Metrics) else Metrics(given)
 
@@ -401,17 +407,17 @@ def recording_header(file: Any, folder: str | os.PathLike[str]) -> Recording:
 def _found(recording: Recording, folder: pathlib.Path) -> Recording:
     """A recording from a run's folder, or its Parquet file, with the whole paths of its scenario's files."""
     place = folder if folder.is_dir() else folder.parent
-    return replace(recording, scenario=as_found(recording.scenario, place))
+    return replace(recording, described=as_found(recording.described, place))
 
 
 def limits_of(recording: Recording) -> Limits:
     """The limits of a recording's scenario; the usual ones of a recording that is older than limits are."""
-    return load("limits", recording.scenario.get("limits") or USUAL_LIMITS)
+    return load("limits", recording.described.get("limits") or USUAL_LIMITS)
 
 
 def feed_of(recording: Recording) -> Feed | None:
     """The source that a recording's scenario names, in words; None of endless air."""
-    described = (recording.scenario.get("supply") or {}).get("source")
+    described = (recording.described.get("supply") or {}).get("source")
     if not described:
         return None
     source = load("source", described)
@@ -427,13 +433,13 @@ def feed_of(recording: Recording) -> Feed | None:
 
 def verdict_of(recording: Recording) -> tuple[Answer, ...]:
     """The answers of a walking run, with what bands tell; none of other runs, none known of a failed one."""
-    if not recording.scenario.get("gait"):
+    if not recording.described.get("gait"):
         return ()
     limits = limits_of(recording)
     if not recording.ok:
         return undecided(limits, "the simulation stopped early")
-    over = recording.scenario.get("reference") or "shoe"
-    gait = recording.scenario["gait"]
+    over = recording.described.get("reference") or "shoe"
+    gait = recording.described["gait"]
     own = gait.get("walker") == "patient" and gait.get("compensation", "kept") == "kept"
     found = verdict(recording.metrics, recording.strides, limits, feed_of(recording), over, own)
     study = recording.studies.get("uncertainty", {})
@@ -446,6 +452,6 @@ def verdict_of(recording: Recording) -> tuple[Answer, ...]:
 
 def answers_of(recording: Recording) -> tuple[Answer, ...]:
     """The verdict of a walk; of another run the answers about a joint that is moved."""
-    if recording.scenario.get("gait") or not recording.ok:
+    if recording.described.get("gait") or not recording.ok:
         return recording.verdict
     return capped(seated_answers(recording.metrics, limits_of(recording)), recording.warnings)

@@ -263,7 +263,7 @@ def run_settled(
             see = lambda stretch: watch(make_recording(first, stretch))  # noqa: E731
         walked = simulate(first, schedule.controls(first), progress=progress, see=see)
         if walked.failure is not None:
-            return make_recording(first, walked).changed(scenario=resolved)
+            return make_recording(first, walked).changed(described=resolved)
     begun = time.perf_counter()
     settled = settle([second], [schedule.controls(second)], mode=scenario.callback, fields=FIELDS)[0]
     seconds, failure = time.perf_counter() - begun, settled.rollout.failure
@@ -273,11 +273,11 @@ def run_settled(
         near = until_near(parts.first, control, settled.rollout)
         walked = simulate(parts.first, control if near is None else near)
         if walked.failure is not None:
-            return make_recording(parts.first, walked).changed(scenario=resolved)
+            return make_recording(parts.first, walked).changed(described=resolved)
         parts = parts if near is not None else dataclasses.replace(parts, begun=walked)
     if failure is not None and walked is not None:
         status = f"failed: while the settled stride was sought: {failure}"
-        return make_recording(parts.first, walked).changed(scenario=resolved, status=status, metrics={})
+        return make_recording(parts.first, walked).changed(described=resolved, status=status, metrics={})
     found = parts.examined[1].totals
     sags = scenario.supply.source is not None or SAGS in found  # which is of the first strides too
     known = parts.found.totals if sags else found | settled_metrics(settled)

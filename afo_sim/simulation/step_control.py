@@ -111,7 +111,7 @@ def controlled(scenario: Scenario, simulate: Simulated, halvings: int | None = H
         if finer is None:
             break
         longer, run, step = run, finer, 0.5 * step
-    run = run.changed(scenario=Later(lambda: with_person(scenario).resolved()))
+    run = run.changed(described=Later(lambda: with_person(scenario).resolved()))
     return _with_errors(run, longer if run.ok else None, step, asked)
 
 

@@ -198,7 +198,7 @@ class Answers:
         found = {name: recording.metrics[name] for name in _DECISIVE if name in recording.metrics}
         results = [(words(name).label, str(value).replace("*", "·"), "") for name, value in found.items()]
         told = " ".join(closing(recording.verdict, recording.metrics))
-        notes = decisive(recording.scenario, recording.metrics, recording.strides)
+        notes = decisive(recording.described, recording.metrics, recording.strides)
         yield {
             "kind": "run",
             "lead": verdict.lead(recording),

@@ -227,8 +227,8 @@ def effects(
         allowed = "walking with an orthosis"
         raise InputError(missing, field="scenario", value=description.name, allowed=allowed)
     walk = recording or run_at_step(description)
-    if walk.scenario != with_person(description).resolved():
-        raise InputError("is of another scenario", field="recording", value=walk.scenario["name"])
+    if walk.described != with_person(description).resolved():
+        raise InputError("is of another scenario", field="recording", value=walk.described["name"])
     if not walk.ok:
         raise SimulationError(f"the walk as it is {walk.status}")
     hanging = [  # groups whose muscles never pull

@@ -355,7 +355,7 @@ def test_damaged_run_is_one_message(
 def test_run_without_checks_of_its_own_wants_a_file(tmp_path: pathlib.Path, seated, call: Call) -> None:
     import dataclasses
 
-    other = dataclasses.replace(seated, scenario=seated.scenario | {"name": "mine"})
+    other = dataclasses.replace(seated, described=seated.described | {"name": "mine"})
     other.save(tmp_path, rrd=False)
     code, _, complaint = call("check-run", str(tmp_path))
     assert (code, "carries no checks" in complaint) == (2, True)

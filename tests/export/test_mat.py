@@ -51,7 +51,7 @@ def test_metrics_strides_and_scenario_go_with_them(mat: dict, walked: Recording)
     assert mat["strides"]["toe_clearance"].tolist() == expected
     stored = json.loads(mat["scenario"])
     assert stored["leg"]["file"] == "models/legs/adult_75kg/leg.xml"
-    assert as_found(stored, pathlib.Path()) == json.loads(json.dumps(walked.scenario))
+    assert as_found(stored, pathlib.Path()) == json.loads(json.dumps(walked.described))
     assert mat["scenario"].isascii()  # all that Octave's jsondecode takes
     assert (mat["name"], mat["status"]) == (walked.scenario["name"], "ok")
 

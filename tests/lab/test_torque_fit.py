@@ -287,8 +287,8 @@ def test_the_written_orthosis_runs(tmp_path: pathlib.Path) -> None:
     found = fit_torque(data_of(torque), "s1", ("offset",), hold_out="none")
     torque_report.write(found, tmp_path, tmp_path)
     run = afo_sim.run("seated", {"orthosis": str(tmp_path), "duration": "0.2 s"})
-    cable = run.scenario["orthosis"]["muscle"]["dorsiflexor"]["cable"]
-    assert float(cable["offset"].split()[0]) == pytest.approx(3e-3, abs=1e-6)
+    offset = run.scenario["orthosis.muscle.dorsiflexor.cable.offset"]
+    assert offset == pytest.approx(3e-3, abs=1e-6)
     told = json.loads((tmp_path / "fit_torque.json").read_text())
     assert told["parameters"]["offset"]["value"] == pytest.approx(3e-3, abs=1e-6)
     assert [row[0] for row in tables(found)[0][2]] == ["offset"]

@@ -399,7 +399,7 @@ def expected(run: Recording) -> dict[str, str]:
             ) / max(own["torque_against_push_off_per_mass"] / 0.07, own["work_against_push_off"] / 0.016)
             pays = once["toe_clearance"] < 10.0 or ratio > 1.1
             found["air_adds"] = "good" if own["toe_clearance"] >= 10.0 and pays else "doubtful"
-        supply = float(str(run.scenario["supply"]["pressure"]).split()[0]) * 1e-5
+        supply = run.scenario["supply.pressure"] * 1e-5
         litres = 136.0 - 0.5 * (supply + 1.0)  # of 0.5 l at 300 bar: some 136 l ANR, less what stays in it
         found["air"] = band(litres * 1.185 / run.metrics["air_per_stride"].value, 2000.0, 1000.0)
     return found

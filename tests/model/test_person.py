@@ -58,8 +58,8 @@ def test_who_sits_is_the_legs_own_person() -> None:
 def test_a_recording_holds_the_person_who_walked_and_walks_the_same_again(tmp_path: pathlib.Path) -> None:
     gait = trial(tmp_path, body_mass=85.0, body_height=None)
     first = afo_sim.run(walk(gait__cycle=gait, duration="3 s"))
-    assert (body_mass(first.scenario), body_height(first.scenario)) == (85.0, LEG[1])
-    sources = first.scenario["patient"]["provenance"]
+    assert (body_mass(first.described), body_height(first.described)) == (85.0, LEG[1])
+    sources = first.described["patient"]["provenance"]
     assert sources["body_mass"]["kind"] == "derived" and sources["body_height"]["kind"] == "assumed"
     again = afo_sim.run(load("scenario", first.scenario))
     assert again.scenario == first.scenario

@@ -157,12 +157,12 @@ def test_few_rows_of_a_failed_run_are_drawn(
 
 @pytest.mark.slow
 def test_one_chamber_with_one_muscle(seated: Recording, tmp_path: pathlib.Path, drawn: list[Figure]) -> None:
-    scenario = copy.deepcopy(seated.scenario)
+    scenario = copy.deepcopy(seated.described)
     for part in ("muscle", "chamber"):
         del scenario["orthosis"][part]["plantarflexor"]
     scenario["orthosis"]["muscle"]["dorsiflexor"]["count"] = 1
     one = dataclasses.replace(
-        seated, scenario=scenario, columns={n: v for n, v in seated.columns.items() if "plantar" not in n}
+        seated, described=scenario, columns={n: v for n, v in seated.columns.items() if "plantar" not in n}
     )
     drawn_once(one, tmp_path, drawn)
     assert set(lines(panel(panels.forces, one))) == {"dorsiflexor"}

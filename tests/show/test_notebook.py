@@ -63,7 +63,7 @@ RESULTS: dict[str, tuple[Callable[[], Any], int]] = {  # what makes it, and how 
     "metrics": (lambda: walked().metrics, 0),
     "strides": (lambda: walked().strides, 0),
     "columns": (lambda: walked().columns, 0),
-    "resolved": (lambda: walked().scenario, 0),
+    "resolved": (lambda: walked().described, 0),
     "parameters": (lambda: walked().parameters, 0),
     "both": (lambda: afo.both("walk-dropfoot-afo", sets={"timestep": "4 ms", "duration": "4 s"}), 1),
     "scenario": (lambda: afo.load("scenario", "walk-dropfoot-afo"), 0),

@@ -198,8 +198,8 @@ def test_names_are_escaped_wherever_they_stand(
     for copy in copies:
         shutil.copytree(folders["worn"], copy)
     runs = read_runs(copies)
-    scenario = runs[0].recording.scenario | {"description": "<i>words</i>", "name": "<script>"}
-    recording = dataclasses.replace(runs[0].recording, scenario=scenario, warnings=("<u>careful</u>",))
+    scenario = runs[0].recording.described | {"description": "<i>words</i>", "name": "<script>"}
+    recording = dataclasses.replace(runs[0].recording, described=scenario, warnings=("<u>careful</u>",))
     text = page([dataclasses.replace(runs[0], recording=recording), runs[1]])
     reader = Page(text)
     assert not [tag for tag, name, _ in reader.attributes if name == "onclick"]
@@ -336,10 +336,10 @@ def test_a_lift_is_told_over_whom() -> None:
 def dressed(label: str, changes: dict[str, object], outsole: bool = False) -> RunView:
     """The written-down walk in something."""
     run = shown(label)
-    scenario = run.recording.scenario | changes
+    scenario = run.recording.described | changes
     if outsole:
         scenario["orthosis"] = scenario["orthosis"] | {"name": "s1", "outsole": {"heel_stack": "22 mm"}}
-    return dataclasses.replace(run, recording=dataclasses.replace(run.recording, scenario=scenario))
+    return dataclasses.replace(run, recording=dataclasses.replace(run.recording, described=scenario))
 
 
 def test_runs_that_wear_different_things_say_so() -> None:

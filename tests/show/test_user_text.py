@@ -54,8 +54,8 @@ def assert_plain(figure: Figure, name: str = NAME) -> None:
 def short() -> Recording:
     """A short run whose scenario and joint have such names."""
     run = afo_sim.run("seated", {"duration": "0.2 s"})
-    leg = run.scenario["leg"] | {"ankle": NAME, "directions": [NAME, "down"]}
-    return dataclasses.replace(run, scenario=run.scenario | {"name": NAME, "description": NAME, "leg": leg})
+    leg = run.described["leg"] | {"ankle": NAME, "directions": [NAME, "down"]}
+    return dataclasses.replace(run, described=run.described | {"name": NAME, "description": NAME, "leg": leg})
 
 
 def test_the_helper_keeps_every_letter_that_the_font_has() -> None:

@@ -40,7 +40,7 @@ def made(column: str = ANGLE, values: np.ndarray | None = None, **others: object
     facts: dict = {
         "columns": {"time": TIME[: len(values)], column: values},
         "metrics": {"range_of_motion": Metric(20.0, "deg"), "rise_time": Metric(math.nan, "s")},
-        "scenario": {"timer": {"period": f"{PERIOD} s"}},
+        "described": {"timer": {"period": f"{PERIOD} s"}},
         "model_xml": "",
         "status": "ok",
         "warnings": (),
@@ -56,7 +56,7 @@ def in_degrees(values: np.ndarray) -> Recording:
 
 
 def short_cycles(values: np.ndarray) -> Recording:
-    return made(ANGLE, np.radians(values), scenario={"timer": {"period": "0.08 s"}})
+    return made(ANGLE, np.radians(values), described={"timer": {"period": "0.08 s"}})
 
 
 def bump(at: float, height: float) -> np.ndarray:
@@ -436,7 +436,7 @@ def test_a_last_sample_at_the_very_end_of_a_cycle_is_no_cycle_of_its_own() -> No
 
 def test_per_cycle_needs_a_period() -> None:
     with pytest.raises(InputError, match="no timer period"):
-        expect(made(scenario={}), ANGLE).below("1 deg").per_cycle().check()
+        expect(made(described={}), ANGLE).below("1 deg").per_cycle().check()
 
 
 # --- of any signal --------------------------------------------------------------------------------------

@@ -106,7 +106,7 @@ def test_nothing_is_weakened_a_second_time(own: dict[str, object], key: str) -> 
         other = afo_sim.run("walk-dropfoot-afo", sets | {f"patient.{key}": values.get(key, 0.2)})
         assert np.array_equal(plain["ankle/angle"], other["ankle/angle"])
         for run, unused in ((plain, []), (other, [f"patient.{key}"])):
-            (told,) = with_code(of_walker(run.scenario), "own-walk")
+            (told,) = with_code(of_walker(run.described), "own-walk")
             assert told.data["keys"] == unused
 
 

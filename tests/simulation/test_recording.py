@@ -58,7 +58,7 @@ def test_columns_have_the_promised_names_units_and_signs(folder: pathlib.Path, s
     assert schema.field("ankle/angle").metadata == {b"unit": b"rad", b"sign": b"dorsiflexion positive"}
     assert schema.field("chamber/dorsiflexor/pressure").metadata == {b"unit": b"Pa", b"sign": b"gauge"}
     run = json.loads(schema.metadata[b"afo_sim"])
-    assert as_found(run["scenario"], folder) == seated.scenario
+    assert as_found(run["scenario"], folder) == seated.described
     assert run["versions"]["mujoco"] == mujoco.__version__
     assert run["parameters"]["dorsiflexor_1"] == seated.parameters["dorsiflexor_1"]
 
@@ -67,7 +67,7 @@ def test_what_is_read_is_what_was_written(folder: pathlib.Path, seated: Recordin
     read = read_recording(folder)
     assert all(np.array_equal(read[name], seated[name]) for name in seated.columns)
     assert read.metrics == seated.metrics
-    assert (read.scenario, read.status, read.warnings) == (seated.scenario, seated.status, seated.warnings)
+    assert (read.described, read.status, read.warnings) == (seated.described, seated.status, seated.warnings)
     assert read.to_pandas().shape == (8000, len(seated.columns))
 
 
@@ -274,15 +274,15 @@ def test_drawn_strides_are_held_against_the_limits_of_the_scenario(
     study = {"draws": 510, "failed": {"count": 10}, "trips": trips}
     drawn = dataclasses.replace(walk, studies={"uncertainty": study})
     assert [answer.status for answer in drawn.verdict[:2]] == [status, status]  # wanted 2 %, bad beyond 10 %
-    limits = walk.scenario["limits"] | {"drawn_trips": [0.5, 0.6]}
-    lenient = dataclasses.replace(drawn, scenario=walk.scenario | {"limits": limits})
+    limits = walk.described["limits"] | {"drawn_trips": [0.5, 0.6]}
+    lenient = dataclasses.replace(drawn, described=walk.described | {"limits": limits})
     assert lenient.verdict[1].status == "good"
     assert drawn.verdict[2:] == walk.verdict[2:]
 
 
 def test_a_recording_without_limits_is_held_against_the_usual_ones(walk: Recording) -> None:
-    older = {key: value for key, value in walk.scenario.items() if key != "limits"}
-    assert dataclasses.replace(walk, scenario=older).verdict == walk.verdict
+    older = {key: value for key, value in walk.described.items() if key != "limits"}
+    assert dataclasses.replace(walk, described=older).verdict == walk.verdict
 
 
 def test_of_what_failed_nothing_is_known(walk: Recording) -> None:
@@ -390,3 +390,23 @@ def test_a_lazy_dict_is_the_dict_that_it_will_be() -> None:
     shared = lazy()
     with ThreadPoolExecutor(8) as threads:
         assert set(threads.map(lambda name: shared[name], "abc" * 20)) == {1, 2, 3} and computed == [1]
+
+
+def test_the_scenario_of_a_run_is_what_load_gives(folder: pathlib.Path, seated: Recording) -> None:
+    own = afo_sim.load("scenario", "seated")
+    for run in (seated, read_recording(folder)):
+        assert type(run.scenario) is type(own) and run.scenario is run.scenario
+        assert run.scenario["supply.pressure"] == own.supply.pressure
+        assert run.scenario["orthosis"]["muscle"]["dorsiflexor"]["count"] == 3  # as of a dict before
+        assert "supply.pressure" in run.scenario and "supply.presure" not in run.scenario
+    assert seated.scenario == afo_sim.load("scenario", seated.described)
+
+
+def test_a_run_whose_scenario_is_of_no_use_any_more_opens_but_for_it(seated: Recording) -> None:
+    table = {"impedance": {"stiffness": "20 N*m/rad"}, "rate": "100 Hz"}
+    old = dataclasses.replace(seated, described=seated.described | {"controller": table, "timer": None})
+    assert "seated" in repr(old) and old.summary()["scenario"]["controller"] == table
+    assert len(old.to_pandas()) == len(seated["time"])
+    with pytest.raises(InputError) as refused:
+        _ = old.scenario
+    assert refused.value.field == "controller.impedance"

@@ -53,7 +53,7 @@ def write_elsewhere(
     if recording is not None and sets:
         allowed = "a scenario; of a run its commands are written"
         raise InputError("does not go with a run", field="set", value=", ".join(sets), allowed=allowed)
-    scenario = load("scenario", what if recording is None else recording.scenario, sets)
+    scenario = load("scenario", what if recording is None else recording.described, sets)
     notes = []
     if recording is not None:
         scenario = as_taken(scenario, recording)

@@ -9,7 +9,7 @@ import numpy as np
 import rerun as rr
 
 from afo_sim.common import Foreign, InputError
-from afo_sim.description import Scenario, body_mass, load
+from afo_sim.description import Scenario, body_mass
 from afo_sim.metrics import SOLVED
 from afo_sim.model import as_run
 from afo_sim.simulation import Recording, described_cycle, open_run, recording_header
@@ -31,12 +31,12 @@ class Source:
     @property
     def name(self) -> str:
         """The scenario's name."""
-        return str(self.header.scenario["name"])
+        return str(self.header.described["name"])
 
     @functools.cached_property
     def scenario(self) -> Scenario:
         """The resolved scenario as a description again."""
-        return load("scenario", self.header.scenario)
+        return self.header.scenario
 
     @property
     def rate(self) -> float:
@@ -65,7 +65,7 @@ class Source:
     @property
     def body_mass(self) -> float:
         """Of the patient, or else of the leg's body [kg]."""
-        return body_mass(self.header.scenario)
+        return body_mass(self.header.described)
 
     def named(self, kind: str) -> list[str]:
         """The muscles, chambers or valves of the run."""

@@ -36,8 +36,8 @@ def log_texts(stream: rr.RecordingStream, sources: _Sources) -> None:
     if len(sources) > 1:
         legend = colours.in_words((label, colours.of_run(k)) for k, (label, _) in enumerate(sources))
         lines += [f"Colours: {legend}.", ""]
-    lines += [str(sources[0][1].header.scenario.get("description", "")), ""]
-    for label, scenario in [(label, source.header.scenario) for label, source in sources]:
+    lines += [str(sources[0][1].header.described.get("description", "")), ""]
+    for label, scenario in [(label, source.header.described) for label, source in sources]:
         other = f"; compared with {reference(scenario)}" if reference(scenario) else ""
         lines += [f"{label} wears: {worn(scenario)}{other}", ""] if worn(scenario) else []
     lines += _metrics(sources)
@@ -46,7 +46,7 @@ def log_texts(stream: rr.RecordingStream, sources: _Sources) -> None:
         lines += [f"- {warning}" for warning in source.header.warnings]
     lines += ["", " · ".join(f"{n} {v}" for n, v in sources[0][1].header.versions.items())]
     document(stream, "summary", "\n".join(lines))
-    texts = [f"# {label}\n```toml\n{_flat(s.header.scenario)}\n```" for label, s in sources]
+    texts = [f"# {label}\n```toml\n{_flat(s.header.described)}\n```" for label, s in sources]
     document(stream, "scenario", "\n".join(texts))
 
 

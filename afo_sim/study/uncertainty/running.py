@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from afo_sim.common import InputError, with_code
-from afo_sim.description import Scenario, load
+from afo_sim.description import Scenario
 from afo_sim.metrics import BELOW, HELP, LIFT, ORTHOSIS, Metric, settled, words
 from afo_sim.metrics.strides import strides
 from afo_sim.model import person_of
@@ -214,7 +214,7 @@ def _trips(found: Found, recording: Recording) -> dict[str, Any]:
     if not all(name in found.outcomes[int(np.argmax(found.ok))].curves for name in _FOREFOOT):
         return {}
     columns, time = recording.columns, recording["time"]
-    mass = person_of(load("scenario", recording.scenario)).body_mass
+    mass = person_of(recording.scenario).body_mass
     whole = strides(columns, float(time[1] - time[0]), mass)
     stride = (settled(columns, whole) or whole)[-1]  # of the plain run, whose metrics are those shown
     first, *_, last = stride.phase[stride.passing]
@@ -255,7 +255,7 @@ def _kept(found: Found, recording: Recording) -> dict[str, float]:
 
 def _own_walk(recording: Recording) -> bool:
     """Help and toe of an own walk rest on a stride without compensation, too, which is not drawn."""
-    return (recording.scenario["gait"] or {}).get("walker") == "patient"
+    return (recording.described["gait"] or {}).get("walker") == "patient"
 
 
 def _worth(found: Found, recording: Recording, names: Sequence[str]) -> dict[str, Any]:
