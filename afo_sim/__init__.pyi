@@ -2,6 +2,7 @@ from .common.errors import AfoSimError as AfoSimError
 from .common.errors import InputError as InputError
 from .common.errors import SimulationError as SimulationError
 from .common.extending import register as register
+from .description.listing import list as list
 from .description.reader import Muscle as Muscle
 from .description.reader import Scenario as Scenario
 from .description.reader import load as load

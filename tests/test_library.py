@@ -101,7 +101,7 @@ def test_examples_run(name: str, tmp_path: pathlib.Path, monkeypatch: pytest.Mon
     if name == "dm_control_physics":
         pytest.importorskip("dm_control")  # not on Python 3.13
     monkeypatch.chdir(tmp_path)
-    names = {each: getattr(afo, each) for each in afo.__all__} | {"np": np}
+    names = {each: getattr(afo, each) for each in afo.__all__ if each != "list"} | {"np": np, "afo_sim": afo}
     text = inspect.getdoc(found(name)) or ""
     example = doctest.DocTestParser().get_doctest(text, names, name, None, None)
     said: list[str] = []

@@ -9,15 +9,11 @@ from typing import TYPE_CHECKING, Annotated
 from typer import Argument, Option
 
 from afo_sim.cli import common
-from afo_sim.common import Foreign, InputError, nearest_name, unknown
+from afo_sim.common import Foreign, InputError, assets, nearest_name, unknown
 
 if TYPE_CHECKING:
     from afo_sim.model import Fit, Ratio
 
-_LISTS = (
-    "muscles", "laws", "frictions", "scenarios", "legs", "orthoses", "valves", "tubes", "sources",
-    "regulators", "patients", "shoes", "gaits", "sensors", "sweeps", "searches", "uncertainties", "walkers",
-)  # fmt: skip
 _WALK = "afo-sim new scenario NAME --like walk-dropfoot-afo"
 _NEXT = {  # the command to go on with, or where the new one goes
     "scenario": "afo-sim run {file}",
@@ -34,24 +30,26 @@ _NEXT = {  # the command to go on with, or where the new one goes
 
 
 @common.app.command("list")
-def list_command(what: Annotated[str, Argument(help="|".join(_LISTS) + ", or the name of one")] = "") -> None:
+def list_command(
+    what: Annotated[str, Argument(help="|".join(assets.LISTS) + ", or the name of one")] = "",
+) -> None:
     """List what is available, one line each; or one entry in full: every number, its unit and source."""
     common.short_lived()
     with common.progress("reading"):
-        if what and what not in _LISTS:
+        if what and what not in assets.LISTS:
             from afo_sim.description import product
 
             tables = product(what)
         else:
             columns = ("name", "what it is")
-            tables = [(kind, columns, _entries(kind)) for kind in ([what] if what else _LISTS)]
+            tables = [(kind, columns, _entries(kind)) for kind in ([what] if what else assets.LISTS)]
     for title, header, rows in tables:
         common.print_table(title, list(header), [list(row) for row in rows] or [["–", "none is shipped yet"]])
 
 
 def _entries(kind: str) -> list[tuple[str, str]]:
     """(name, description) of everything of a kind, named in the plural."""
-    from afo_sim.common import assets, read_header
+    from afo_sim.common import read_header
     from afo_sim.physics import FRICTIONS, LAWS
 
     if kind in ("laws", "frictions"):

@@ -23,10 +23,9 @@ def product(name: str) -> list[_TableOf]:
         found += _law(kind, known[name]) if name in known else ()
     found += _gait(name) if name in assets.gait_names() else ()
     if not found:
-        kinds = (*assets.KINDS.values(), "laws", "frictions", "gaits")
         shipped = [name for kind in assets.KINDS for name in assets.names(kind)]
-        nearest = nearest_name(name, [*kinds, *shipped, *LAWS, *FRICTIONS, *assets.gait_names()])
-        allowed = f"a product's name, or one of: {', '.join(kinds)}"
+        nearest = nearest_name(name, [*assets.LISTS, *shipped, *LAWS, *FRICTIONS, *assets.gait_names()])
+        allowed = f"a product's name, or one of: {', '.join(assets.LISTS)}"
         raise InputError("cannot be listed", field="list", value=name, allowed=allowed, nearest=nearest)
     return found
 
