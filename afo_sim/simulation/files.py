@@ -31,6 +31,7 @@ from afo_sim.common import (
     parquet_writer,
     plausible,
     read_json,
+    replacing,
     settle,
     together,
     unpack,
@@ -42,6 +43,7 @@ from afo_sim.metrics import Metric
 from afo_sim.model import Built, as_run
 from afo_sim.model.build import build
 
+ENDING = ".parquet"  # of a run in one file
 PARQUET, SUMMARY, MODEL, RERUN = "recording.parquet", "summary.json", "model.xml", "recording.rrd"
 REPORT = "report.html"  # of the run that stood here before: it goes with it
 FORMAT = 2  # of recordings; 1 had neither this number nor digests
@@ -74,6 +76,10 @@ class Run(Protocol):
 
 def write_run(recording: Run, folder: pathlib.Path, picture: Write | None) -> pathlib.Path:
     """Write the files of a run; they appear together, and an older run stays whole until then."""
+    if folder.suffix == ENDING:
+        with replacing(folder) as scratch:
+            write_parquet(recording, scratch)
+        return folder
     check_writable(folder)
     with together(folder, (PARQUET, SUMMARY, MODEL, RERUN, REPORT)) as scratch:
         write_parquet(recording, scratch / PARQUET)

@@ -32,7 +32,7 @@ from afo_sim.metrics.covered import counts
 from afo_sim.metrics.validity import RESTS_ON
 from afo_sim.metrics.verdict import verdict
 from afo_sim.simulation.columns import describe
-from afo_sim.simulation.files import RERUN, model_of, read_header, read_run, read_undamaged, write_run
+from afo_sim.simulation.files import ENDING, RERUN, model_of, read_header, read_run, read_undamaged, write_run
 
 if TYPE_CHECKING:
     import mujoco
@@ -260,23 +260,25 @@ class Recording(Shown, Mapping[str, np.ndarray]):
     ) -> pathlib.Path:  # fmt: skip
         """Write recording.parquet, summary.json, model.xml and, with `rrd`, recording.rrd.
 
-        The files appear together; an older run in the folder stays whole until then.
+        The files appear together; an older run in the folder stays whole until then. Into "run.parquet" goes
+        recording.parquet alone, which holds the whole run.
 
         Parameters
         ----------
-        folder : made if need be
+        folder : made if need be; or a file that ends in .parquet
         rrd : also write recording.rrd; by default where the library rerun is installed
         rate : samples a second in it [Hz]; the run's own by default
         place : where the folder will stand, if it moves afterwards: the scenario's files are named from it
 
         Returns
         -------
-        the folder
+        the folder, or the file
         """
+        target = pathlib.Path(folder)
         drawn = (installed("rerun") if rrd is None else rrd) and len(self["time"]) > 0
         picture = (lambda path: shown().write(self, path, rate)) if drawn else None
-        written = replace(self, described=as_stored(self.described, place or pathlib.Path(folder)))
-        return write_run(written, pathlib.Path(folder), picture)
+        stored = as_stored(self.described, place or (target.parent if target.suffix == ENDING else target))
+        return write_run(replace(self, described=stored), target, picture)
 
     def export(
         self, out: str | os.PathLike[str], to: str | None = None, *, rate: float | None = None,

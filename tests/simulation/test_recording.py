@@ -130,6 +130,26 @@ def test_a_run_is_no_description(seated: Recording) -> None:
         afo_sim.sweep(seated, {"supply.pressure": ("2 bar", "4 bar")})
 
 
+def test_a_parquet_file_is_a_whole_run(seated: Recording, tmp_path: pathlib.Path) -> None:
+    leg = tmp_path / "leg.xml"
+    shutil.copy(assets.folder("models") / "legs" / "adult_75kg" / "leg.xml", leg)
+    described = seated.described | {"leg": seated.described["leg"] | {"file": str(leg)}}
+    run = dataclasses.replace(seated, described=described)
+    path = run.save(tmp_path / "new" / "run.parquet")
+    assert [file.name for file in path.parent.iterdir()] == ["run.parquet"] and path.is_file()
+    read = read_recording(path)
+    assert (read.metrics, read.status, read.described) == (seated.metrics, seated.status, described)
+    assert np.array_equal(read.model().actuator_user, seated.model().actuator_user)
+    frame = pytest.importorskip("pandas").read_parquet(path)
+    assert {name: frame[name].tolist() for name in ("time", "ankle/angle")} == {
+        name: seated[name].tolist() for name in ("time", "ankle/angle")
+    }
+    run.save(path)  # again
+    (tmp_path / "old.parquet").mkdir()
+    with pytest.raises(InputError, match="is a folder"):
+        run.save(tmp_path / "old.parquet")
+
+
 def test_summary_is_strict_json(folder: pathlib.Path, seated: Recording) -> None:
     def refuse(constant: str) -> None:
         raise AssertionError(constant)
