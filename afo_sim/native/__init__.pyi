@@ -48,6 +48,7 @@ from .planar import HEAD as HEAD
 from .planar import ROW as ROW
 from .planar_plan import plan_of as plan_of
 from .rows import row as row
+from .rows import user_kernels as user_kernels
 from .scratch_data import jacobian as jacobian
 from .scratch_data import scratch as scratch
 from .sensing import compiled_sense as compiled_sense

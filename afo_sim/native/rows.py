@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 
 from afo_sim.native import slots
-from afo_sim.physics import LAWS, Braid
+from afo_sim.physics import FIRST_USER_ID, LAWS, Braid
 
 # Numbers of a row that may be missing, and are then 0: the compiled model gives them later, or only some
 # parts of the kind have them.
@@ -65,3 +65,10 @@ def of_kind(model: mujoco.MjModel, kind: slots.Kind) -> list[int]:
 def _of_kind(heads: bytes, kind: slots.Kind) -> tuple[int, ...]:
     rows = np.frombuffer(heads).reshape(-1, slots.FIRST)
     return tuple(np.flatnonzero((rows == (slots.THIS_LAYOUT, kind)).all(axis=1)).tolist())
+
+
+def user_kernels(model: mujoco.MjModel) -> set[int]:
+    """Native ids of the laws and frictions of a user's own that a model's muscles ask for."""
+    muscles = model.actuator_user[of_kind(model, slots.Kind.MUSCLE)]
+    asked = muscles[:, (slots.MUSCLE_ROW.law, slots.MUSCLE_ROW.friction)] if len(muscles) else np.empty(0)
+    return {int(each) for each in asked.ravel() if each >= FIRST_USER_ID}

@@ -26,6 +26,7 @@ from afo_sim.common import (
     digest,
     file_digest,
     json_text,
+    machine_code,
     open_parquet,
     parquet_column,
     parquet_writer,
@@ -261,6 +262,9 @@ def model_of(run: Run) -> mujoco.MjModel:
             problem = f"the model that ran is of another version of this package: {error}"
             by = f"the version that made the run ({run.versions.get('afo-sim', 'unknown')})"
             raise InputError(problem, allowed=f"{by}, or run its scenario again") from None
+        if native.user_kernels(model) - {number for number, _ in machine_code.USER_CODES}:
+            problem = "moves by a law or friction of one's own, which is not registered here as it was then"
+            raise InputError(problem, field="model", allowed="afo_sim.register(law) before")
         return model
     model = _built_anew(run)
     if run.model_binary:

@@ -16,7 +16,7 @@ from afo_sim.description.orthosis import Chamber
 from afo_sim.model import Built, air_before, start_up, walking_start
 from afo_sim.model import supply_and_timer as schedule
 from afo_sim.model.build import build
-from afo_sim.model.prefill import STEP, Held, filled
+from afo_sim.model.prefill import STEP, Held, _pressure_at_rest, filled
 from afo_sim.simulation.simulate import simulate
 
 SHORT = "walk-dropfoot-afo-short"
@@ -145,6 +145,20 @@ def test_the_told_pressure_stands_at_ambient_temperature() -> None:
     assert pressure * volume / (mass * GAS_CONSTANT) == pytest.approx(AMBIENT_TEMPERATURE, rel=1e-9)
     volume = (empty[1] / AMBIENT_PRESSURE) ** (1.0 / HEAT_CAPACITY_RATIO)
     assert empty[0] == pytest.approx(AMBIENT_PRESSURE * volume / (GAS_CONSTANT * AMBIENT_TEMPERATURE))
+
+
+def test_a_muscle_that_nothing_stretches_takes_up_air_at_one_pressure() -> None:
+    """Its volume jumps where its pressure is above ambient: between both volumes all air is at ambient."""
+
+    def volume(pressure: float) -> float:
+        return 1e-4 if pressure > AMBIENT_PRESSURE else 5e-5
+
+    found = _pressure_at_rest(volume, AMBIENT_PRESSURE * 7e-5**1.4, 1.4, 1.2 * AMBIENT_PRESSURE)
+    assert found == pytest.approx(AMBIENT_PRESSURE, rel=1e-8)
+    law = "orthosis.muscle.dorsiflexor.type.law"  # without a bladder it has no force without pressure
+    own = {law: "chou_hannaford_1996", f"{law}s.chou_hannaford_1996": {}}
+    run = afo_sim.run("walk-dropfoot-afo", FAST | own)
+    assert run.ok, run.status
 
 
 def test_a_pressure_above_the_supply_is_refused() -> None:

@@ -9,16 +9,16 @@ import tempfile
 
 import mujoco
 
+from afo_sim import native
 from afo_sim.common import InputError, child_environment, machine_code
-from afo_sim.physics import FIRST_USER_ID
 
 NAME = "afo_sim_user.so"
 
 
 def link_user_library(model: mujoco.MjModel, folder: pathlib.Path) -> None:
     """Write the library of what a model's rows ask for; nothing where all of it is shipped."""
-    asked = set(model.actuator_user[model.actuator_user >= FIRST_USER_ID].tolist())
-    codes = {key: code for key, (code, _) in machine_code.USER_CODES.items() if float(key[0]) in asked}
+    asked = native.user_kernels(model)
+    codes = {key: code for key, (code, _) in machine_code.USER_CODES.items() if key[0] in asked}
     if not codes:
         return
     found = next(filter(None, map(shutil.which, (os.environ.get("CC", "cc"), "gcc", "clang"))), None)
