@@ -145,7 +145,7 @@ def quantity(field: str, text: str, unit: str, **bounds: float) -> float:
     """A quantity given on the command line, in SI `unit` and its bounds; what is wrong names the option."""
     from afo_sim.description import Quantity
 
-    asked = Quantity(unit, **bounds, exact=True)  # type: ignore[arg-type]
+    asked = Quantity(unit, **bounds, exact=True)  # type: ignore[arg-type]  # of whose fields only bounds
     try:
         return asked.read(text)
     except ValueError as error:

@@ -236,10 +236,11 @@ def _ratio(to: str, made_for: str, shank_length: str, foot_length: str) -> "Rati
         words = f"from leg {made_for} to leg {Path(to).name}"
     else:
         stated = (("--shank-length", shank_length), ("--foot-length", foot_length))
-        new = tuple(  # type: ignore[assignment]
+        shank, foot = (
             common.quantity(option, text, "m") if text else length
             for (option, text), length in zip(stated, own, strict=True)
         )
+        new = shank, foot
         words = f"from leg {made_for} to shank {100.0 * new[0]:.4g} cm, foot {100.0 * new[1]:.4g} cm"
     for option, length in zip(("--shank-length", "--foot-length"), new, strict=True):
         if not 0.02 <= length <= 1.0:

@@ -115,7 +115,7 @@ def run(app: typer.Typer, received: Sequence[int] = ()) -> int:
         code = 0
     except SystemExit as stop:
         code = stop.code if isinstance(stop.code, int) else int(stop.code is not None)
-    except BaseException as error:
+    except BaseException as error:  # whatever ends a command has one message and a code
         cause = error.__cause__ if isinstance(error, _Stopped) and error.__cause__ else error
         code = _report(KeyboardInterrupt() if received else cause)
     return _flush() or code

@@ -74,7 +74,7 @@ def leg_import_command(cut: Cut) -> None:
             cut.file,
             None if str(cut.out) == "-" else cut.out or default_folder(cut.file, cut.name, cut.side),
             zero=at,
-            range=stops,  # type: ignore[arg-type]
+            range=stops,  # type: ignore[arg-type]  # two, as the option has it
             **person,
             packages=tuple(cut.package or ()),
             **picked(cut, "shank", "foot", "ankle", "side", "forward", "toes", "name", "force"),

@@ -6,16 +6,17 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, cast
 
 from typer import Argument, Option
 
 from afo_sim.cli import common
 from afo_sim.cli.overwriting import check_folder
-from afo_sim.common import InputError
+from afo_sim.common import InputError, Keywords
 
 if TYPE_CHECKING:
     from afo_sim.study import Opened, Store, SweepProgress
+    from afo_sim.study.folder import Changed
 
 LINE_EVERY = 60.0  # of progress, where no terminal shows it [s]
 
@@ -69,7 +70,7 @@ def sweep(given: _Sweep) -> None:
         plan = plan.walked() if given.plain else plan
         folder = given.out or Path("runs") / plan.file.stem
         cases = design.cases_of(plan, sys.maxsize if given.yes_many else design.MOST)
-        store = runner.open_store(plan, cases, folder, given.if_changed)  # type: ignore[arg-type]
+        store = runner.open_store(plan, cases, folder, cast("Changed", given.if_changed))
         threads = given.threads or pool.processors()
         workload = runner.estimate(store, given.workers or (1 if given.scheduler else threads), which)
         done = f", {workload.done} of them done" if workload.done else ""
@@ -82,9 +83,9 @@ def sweep(given: _Sweep) -> None:
         if given.dry_run:
             return
         begun = time.monotonic()
-        on = {"threads": threads, "workers": given.workers, "scheduler": given.scheduler}
+        on: Keywords = {"threads": threads, "workers": given.workers, "scheduler": given.scheduler}
         try:
-            state = runner.run(store, part=which, report=reporter(report), **on)  # type: ignore[arg-type]
+            state = runner.run(store, part=which, report=reporter(report), **on)
         except KeyboardInterrupt:
             print("afo-sim: stopped; the same command goes on from here", file=sys.stderr)
             sys.exit(130)
@@ -206,7 +207,7 @@ def optimise(
         search = plan.read(source)
         search = search.walked() if plain else search
         folder = out or Path("runs") / search.file.stem
-        opened = runner.open_search(search, folder, if_changed)  # type: ignore[arg-type]
+        opened = runner.open_search(search, folder, cast("Changed", if_changed))
         threads = threads or processors()
         print(_plan_text(opened, workers or (1 if scheduler else threads)))
         if dry_run:
