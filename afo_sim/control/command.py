@@ -32,7 +32,7 @@ def coils(
                 raise _one_coil(chamber, command)
             continue
         try:
-            inlet, outlet = (float(coil) for coil in command)  # type: ignore[union-attr]
+            inlet, outlet = (float(coil) for coil in command)  # type: ignore[union-attr]  # or refused below
         except (TypeError, ValueError):
             problem = "is not a valid command"
             raise InputError(problem, field=chamber, value=command, allowed=allowed) from None
