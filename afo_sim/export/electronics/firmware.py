@@ -141,7 +141,7 @@ class _CProgram:
         def kept(*given: object) -> object:
             try:
                 return call(*(each.decode() if isinstance(each, bytes) else each for each in given))
-            except BaseException as error:
+            except BaseException as error:  # sys.exit() and Ctrl-C, too
                 self._errors.append(error)
                 return 0
 
