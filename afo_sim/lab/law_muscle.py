@@ -3,6 +3,8 @@
 import math
 from collections.abc import Sequence
 
+import numpy as np
+
 from afo_sim.common import InputError, Json, JsonDict, Notice, assets, format_quantity
 from afo_sim.description import Muscle, reader
 from afo_sim.lab.law_fit import LawFit
@@ -44,7 +46,7 @@ def muscle_table(fit: LawFit, data: Measured, like: str = LIKE) -> JsonDict:
         kept = [key for key in covariance.parameters if key != "end_length" or data.contraction is None]
         covariance = covariance.block(kept) if kept else None
     active = data.facts.get("total_length", 1.0) - {**fit.problem.fixed, **fit.values}["end_length"]
-    kappa = data.contraction if data.contraction is not None else data.change / active  # type: ignore[operator]
+    kappa = data.contraction if data.contraction is not None else np.asarray(data.change) / active
     greatest = min(max(float(kappa.max()), 0.01), 0.6)  # within what a muscle can be described with
     highest = _source("derived", f"the highest of {data.file.name}")
     limits: Sourced = {

@@ -264,7 +264,7 @@ def predict(problem: LawProblem, values: Values, data: Measured) -> np.ndarray:
     if data.loaded:
         scale = active if data.contraction is None else 1.0
         return scale * contractions(problem.law.native_id, coefficients, data.force, data.pressure)
-    kappa = data.contraction if data.contraction is not None else data.change / active  # type: ignore[operator]
+    kappa = data.contraction if data.contraction is not None else np.asarray(data.change) / active
     return forces(problem.law.native_id, coefficients, kappa, data.pressure)
 
 

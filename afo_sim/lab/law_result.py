@@ -5,7 +5,7 @@ import math
 import pathlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import get_args
+from typing import cast, get_args
 
 import numpy as np
 
@@ -165,7 +165,7 @@ def _problems(
     for name in LAWS if law == "all" else [law]:
         try:
             held = _fixed(name, fixed, only=law != "all")
-            found.append(pose(name, points, free=free, fixed=held, loss=loss))  # type: ignore[arg-type]
+            found.append(pose(name, points, free=free, fixed=held, loss=cast(Loss, loss)))
         except InputError as error:
             if law != "all":
                 raise

@@ -96,7 +96,7 @@ def laws_apart(told: Told) -> np.ndarray:
 def along(told: Told) -> float:
     """Force at a pressure on the line through the maker's points at a contraction [N]."""
     data = characteristic(told["muscle"])
-    here = np.isclose(data.contraction, told["contraction"])  # type: ignore[arg-type]
+    here = np.isclose(np.asarray(data.contraction), told["contraction"])
     return float(np.polyval(np.polyfit(data.pressure[here], data.force[here], 1), told["bar"] * BAR))
 
 
