@@ -123,7 +123,7 @@ def spec_of(tree: Tree) -> mujoco.MjSpec:
             objtype=mujoco.mjtObj.mjOBJ_JOINT,
             data=[offset, multiplier, *[0.0] * (mujoco.mjNEQDATA - 2)],
         )
-    return spec  # type: ignore[no-any-return]
+    return spec
 
 
 def leg_text(tree: Tree, model: str, comment: str = "", meshdir: str = MESHES) -> str:
