@@ -134,7 +134,7 @@ def _spelled(text: str) -> str:
     return text.replace("%", "percent").replace("·", "*").replace("°", "deg")
 
 
-_set_unit = Metric._unit.__set__  # type: ignore[attr-defined]
+_set_unit = vars(Metric)["_unit"].__set__
 
 
 class Of(StrEnum):
