@@ -49,7 +49,7 @@ class ScenarioPhysics(Forkable, native.Closing, dm.Physics):
         except FAILURES as error:
             self._hold.close()
             raise failed(built.model, str(error), 0) from None
-        except BaseException:
+        except BaseException:  # whatever ends it, the callbacks are given back
             self._hold.close()
             raise
 

@@ -62,7 +62,7 @@ class AttachedEnv(Forkable, gymnasium.Env[np.ndarray, np.ndarray]):
         self.observation_space = gymnasium.spaces.Box(-np.inf, np.inf, self._seen().shape, np.float64)
         self.action_space = gymnasium.spaces.Box(-1.0, 1.0, (len(names),), np.float32)
 
-    __reduce__ = _Origin.__reduce__  # type: ignore[assignment]
+    __reduce__ = _Origin.__reduce__  # type: ignore[assignment]  # it pickles neither
 
     def _like(self) -> tuple[Function, tuple[object, ...]]:
         return type(self), tuple(getattr(self, each.name) for each in fields(self))

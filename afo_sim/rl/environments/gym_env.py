@@ -196,7 +196,7 @@ class OrthosisVectorEnv(Forkable, gymnasium.vector.VectorEnv[np.ndarray, np.ndar
         if len(ids):
             numbers = ids.tolist()
             self._last[ids] = self._episodes.begin(numbers, [self._randoms[k] for k in numbers])
-            self._over[ids] = False  # type: ignore[index]
+            self._over[ids] = False  # type: ignore[index]  # made by whoever calls
 
     def step(self, actions: Given) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, JsonDict]:
         """Step all simulations by one control period."""
