@@ -58,15 +58,15 @@ def _draw_curves(axis: Axes, fit: LawFit, data: Measured) -> None:
             axis.plot(line.force, factor * predict(fit.problem, fit.values, line), color=colour)
             axis.plot(points.force, factor * np.asarray(measured), "o", ms=4, color=colour, label=label)
         else:
-            x = points.contraction if points.contraction is not None else points.change
-            grid = np.linspace(0.0, float(np.max(x)) * 1.05 + 0.005, 80)  # type: ignore[arg-type]
+            x = np.asarray(points.contraction if points.contraction is not None else points.change)
+            grid = np.linspace(0.0, float(np.max(x)) * 1.05 + 0.005, 80)
             name = "contraction" if points.contraction is not None else "change"
             line = _line(points, **{name: grid})
             axis.plot(grid, predict(fit.problem, fit.values, line), color=colour)
             slack = np.zeros(len(points), dtype=bool) if points.slack is None else points.slack
-            axis.plot(x[~slack], points.force[~slack], "o", ms=4, color=colour, label=label)  # type: ignore[index]
+            axis.plot(x[~slack], points.force[~slack], "o", ms=4, color=colour, label=label)
             hollow = {"mfc": "white", "color": colour, "clip_on": False, "zorder": 3}
-            axis.plot(x[slack], points.force[slack], "o", ms=4, **hollow)  # type: ignore[index]
+            axis.plot(x[slack], points.force[slack], "o", ms=4, **hollow)
     axis.set(title=plain(data.name), xlabel="load [N]" if data.loaded else "contraction ratio κ [-]")
     axis.set_ylabel(f"change of length [{unit}]" if data.loaded else "force [N]")
     if data.loaded and data.contraction is not None:

@@ -62,11 +62,11 @@ def _dots(axis: Axes, problem: Problem, columns: Columns, values: np.ndarray, be
 
 def _parameter(axis: Axes, problem: Problem, number: int, columns: Columns, so_far: np.ndarray) -> None:
     parameter = problem.parameters[number]
-    ends = np.array([parameter.spread.lower, parameter.spread.upper])  # type: ignore[union-attr]
+    ends = np.array([parameter.range.lower, parameter.range.upper])
     factor, unit = human_scale(parameter.unit, ends)
     values = factor * columns[parameter.name]
     _dots(axis, problem, columns, values, values[so_far])
-    if parameter.spread.logarithmic:  # type: ignore[union-attr]
+    if parameter.range.logarithmic:
         axis.set_yscale("log")
     low, high = factor * ends
     pad = 0.04 * (high - low)

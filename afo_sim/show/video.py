@@ -278,17 +278,18 @@ def _encoder(program: str, path: pathlib.Path, rate: float, width: int, height: 
     command += ["-c:v", "libx264", "-pix_fmt", "yuv420p", "-preset", "veryfast", "-crf", "20"]
     command += ["-movflags", "+faststart"]
     command += ["-f", "mp4", f"file:{path}"]
-    quiet = {"stdout": subprocess.DEVNULL, "env": child_environment()}
     with (
         tempfile.TemporaryFile() as log,
-        subprocess.Popen(command, stdin=subprocess.PIPE, stderr=log, **quiet) as process,  # type: ignore[call-overload]
+        subprocess.Popen(
+            command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=log, env=child_environment()
+        ) as process,
     ):
         assert process.stdin is not None
         try:
             yield process.stdin
         except BrokenPipeError:
             pass  # ffmpeg ended early; its exit code and message say why
-        except BaseException:
+        except BaseException:  # whatever ends the frames, nobody waits for the film
             process.kill()
             raise
         finally:

@@ -109,7 +109,7 @@ def poses(case: Case, rows: Iterable[int]) -> dict[str, np.ndarray]:
     up = 1.75 * body.size.taller * np.array([[0.0], [TRUNK], [TRUNK + HEAD]])
     found: dict[str, list[np.ndarray]] = {}
     for row in rows:
-        moved.pose(data, lambda name, row=row: float(kept[name][row]))  # type: ignore[misc]
+        moved.pose(data, lambda name, row=row: float(kept[name][row]))  # type: ignore[misc]  # `row` is no argument
         legs = {}
         for side, prefix in _SIDES.items():
             joints = [data.xanchor[model.joint(f"{prefix}{name}").id] for name in ("hip", "knee", ANKLE)]

@@ -123,10 +123,10 @@ def _listens(port: int) -> bool:
         return probe.connect_ex((_LOOPBACK, port)) == 0
 
 
-def _wait(done: object) -> None:
+def _wait(done: Callable[[], object]) -> None:
     """Poll until `done()` is true."""
     limit = time.monotonic() + _START_LIMIT
-    while not done():  # type: ignore[operator]
+    while not done():
         if time.monotonic() > limit:
             raise InputError(f"the Rerun viewer did not answer within {_START_LIMIT:g} s")
         time.sleep(0.05)
