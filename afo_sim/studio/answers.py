@@ -95,7 +95,7 @@ class Settled:
         model = self.built.full_model
         mountings = Mountings(model, muscle_names(self.scenario.orthosis), self.columns)
         paths = [
-            wrapped_paths(model, mountings, lambda name, phase=phase: float(stride.at(name, phase)), place)  # type: ignore[misc]
+            wrapped_paths(model, mountings, lambda name, phase=phase: float(stride.at(name, phase)), place)  # type: ignore[misc]  # `phase` is no argument
             for phase, place in zip(FRAMES, ankle, strict=True)
         ]
         poses: Message = {

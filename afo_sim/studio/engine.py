@@ -71,7 +71,7 @@ class Engine:
                 self._answer(wish)
             except _Superseded:
                 pass
-            except Exception as error:
+            except Exception as error:  # a fault of ours must not end the thread that answers
                 text = f"this design met a fault of the program: {type(error).__name__}: {error}"
                 self._say(wish, {"kind": "problem", "text": text})
 
