@@ -222,7 +222,7 @@ class Draws:
             if law:
                 lower, upper = LAWS[law].parameter(name).lower, LAWS[law].parameter(name).upper
             else:
-                marks = type(self).model_fields[name].metadata  # type: ignore[attr-defined]
+                marks = type(self).model_fields[name].metadata  # type: ignore[attr-defined]  # which pydantic gives a model
                 quantity = next(mark for mark in marks if isinstance(mark, Quantity))
                 lower, upper = float(quantity.at_least or 0.0), float(quantity.at_most or np.inf)
             masks.append((values >= lower) & (values <= upper))
