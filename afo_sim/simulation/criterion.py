@@ -177,7 +177,7 @@ def seconds(text: object, field: str) -> float:
 
 def times_seconds(unit: str, power: int) -> str:
     """The unit times seconds to a power: of "kg/s" and 1, "kg"."""
-    base, per, exponent = re.fullmatch(r"(.*?)(?:(/s)(?:\^(\d))?)?", unit).groups()  # type: ignore[union-attr]
+    base, per, exponent = re.fullmatch(r"(.*?)(?:(/s)(?:\^(\d))?)?", unit).groups()  # type: ignore[union-attr]  # it matches any text
     power -= int(exponent or 1) if per else 0
     if power > 0:
         return f"{base}*s" if base else "s"

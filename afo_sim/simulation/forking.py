@@ -71,5 +71,5 @@ def _kept(value: Any) -> Any:
         raise InputError("cannot be copied", field="controller", value=value, allowed=allowed)
     try:
         return copy.deepcopy(value)
-    except Exception as error:
+    except Exception as error:  # whatever a user's own object raises where it is copied
         raise InputError(f"cannot be copied: {error}", field="controller", allowed=allowed) from error

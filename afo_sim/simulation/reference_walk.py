@@ -157,7 +157,7 @@ def filled_once(scenario: Scenario, lifting: Collection[str]) -> dict[str, Metri
             break
         below = pressure
     for _ in range(HALVINGS if above else 0):
-        middle = 0.5 * (below + above)  # type: ignore[operator]
+        middle = 0.5 * (below + above)  # type: ignore[operator]  # known in this loop
         below, above = (below, middle) if clears(middle) else (middle, above)
     best = above or max(found, key=lambda pressure: float(found[pressure][COMPARED]), default=None)
     return filled_once_metrics(found[best]) if best else {}

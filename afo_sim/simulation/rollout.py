@@ -160,7 +160,7 @@ def _limp(case: Case, proven: set[bytes]) -> Exception | None:
             proven.add(muscles)
     except FAILURES as error:
         return failed(case.model, str(error), 0, case.number)
-    except Exception as error:
+    except Exception as error:  # of a user's own law or friction: this simulation's own
         return error
     return None
 

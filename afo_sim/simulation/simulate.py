@@ -95,7 +95,7 @@ def begun_case(
     policy = policy or fixed(control)
     try:
         return case_of(built, policy, control[0], air=air)
-    except Exception as error:
+    except Exception as error:  # of its description or controller: the others go on
         return Case(built.model, np.empty(0), policy, failure=error)
 
 
@@ -151,7 +151,7 @@ class Stepped:
                 name: np.stack([begun[id(built)][name] for built in self.builts])
                 for name in next(iter(begun.values()))
             }
-        except BaseException:
+        except BaseException:  # whatever ends it, the callbacks are given back
             self.hold.close()
             raise
         self.taken = np.zeros(len(self.builts), int)

@@ -297,7 +297,7 @@ class Simulators(native.Closing):
         threads: int = 1,
     ):
         several = isinstance(scenarios, Sequence) and not isinstance(scenarios, str)
-        sources: list[Any] = list(scenarios) if several else [scenarios]  # type: ignore[arg-type]
+        sources: list[Any] = list(scenarios) if several else [scenarios]  # type: ignore[arg-type]  # one stands alone
         if several and (count != 1 or not sources):
             allowed = "several scenarios, or one and a count"
             raise InputError("stands beside several scenarios", field="count", value=count, allowed=allowed)
@@ -315,7 +315,7 @@ class Simulators(native.Closing):
         self._columns = [own[id(built)] for built in self._stepped.builts]
         self._commanders = [Commander(built) for built in self._stepped.builts]
         self._sensors = [SensorBank(built) for built in self._stepped.builts]
-        self._seen: list[Seen] = [None] * len(self)  # type: ignore[list-item]
+        self._seen: list[Seen] = [None] * len(self)  # type: ignore[list-item]  # until `reset`
         self.reset()
 
     def __len__(self) -> int:
