@@ -70,7 +70,7 @@ def read_constraint(text: str, parameters: Sequence[Parameter]) -> Constraint:
     varied = [p for p in parameters if not isinstance(p.spread, OwnSeed)]
     words = {p.name: p.spread.values for p in varied if isinstance(p.spread, Choice) and p.words}
     units = {p.name: p.unit for p in varied if not p.words}
-    constraint = Constraint(text.strip(), units, words)  # type: ignore[arg-type]
+    constraint = Constraint(text.strip(), units, words)  # type: ignore[arg-type]  # of choices of words
     constraint.holds({n: np.ones(1) for n in units} | {n: np.array(w[:1], object) for n, w in words.items()})
     return constraint
 

@@ -116,7 +116,7 @@ def _check_count(plan: Plan, varied: list[Parameter], most: int) -> None:
 
 
 def _levels(parameter: Parameter) -> np.ndarray:
-    return parameter.spread.levels()  # type: ignore[union-attr]
+    return parameter.spread.levels()  # type: ignore[union-attr]  # a grid has levels alone
 
 
 def _within(plan: Plan, values: Columns) -> tuple[Columns, int]:
@@ -161,7 +161,7 @@ def _drawn(plan: Plan, varied: list[Parameter]) -> tuple[Columns, int]:
 
 def _spread(varied: list[Parameter], share: np.ndarray) -> Columns:
     """Values from samples of the unit hypercube (n, number of parameters)."""
-    return {p.name: p.spread.at(share[:, k]) for k, p in enumerate(varied)}  # type: ignore[union-attr]
+    return {p.name: p.spread.at(share[:, k]) for k, p in enumerate(varied)}  # type: ignore[union-attr]  # no seed
 
 
 def _samples(plan: Plan, dimensions: int) -> Iterator[np.ndarray]:

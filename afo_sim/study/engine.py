@@ -268,7 +268,7 @@ def _walk(batch: Sequence[Prepared], workspace: Workspace) -> list[Rollout]:
 def _roll_alone(case: Prepared) -> Rollout:
     try:
         return simulate(case.built, case.policy or case.control, n_step=len(case.control))
-    except Exception as error:
+    except Exception as error:  # of a user's controller: the other cases go on
         return Rollout({}, case.control[:0], error)
 
 
@@ -293,7 +293,7 @@ def _outcome(case: Prepared, rolled: Rolled, asked: Asked, references: Reference
             other = references.of(case.built.scenario)
             totals = totals | reference_metrics(totals, other.metrics)
             warnings = (*warnings, *not_compared(case.built.scenario, other))
-    except Exception as error:
+    except Exception as error:  # of a user's metric: the other cases go on
         return _failed(error)
     scenario = case.built.scenario
     if scenario.walking and totals:  # what is asked of the first strides has a column in every row

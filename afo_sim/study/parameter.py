@@ -160,6 +160,12 @@ class Parameter:
         """True where its values are words."""
         return isinstance(self.spread, Choice) and isinstance(self.spread.values[0], str)
 
+    @property
+    def range(self) -> Range:
+        """Its spread where a search varies it, which varies no other."""
+        assert isinstance(self.spread, Range)
+        return self.spread
+
     def written(self, value: float | str) -> Any:
         """A value as `--set` takes it: text that reads as exactly this value, number, or word."""
         if isinstance(value, str):

@@ -160,7 +160,7 @@ class ParameterReader:
             if twice is not None:
                 table = (self.table.values or ())[values.index(twice)]
                 raise self._error("is there twice", "values", "different values", table)
-            return Choice(tuple(values))  # type: ignore[arg-type]
+            return Choice(tuple(values))  # type: ignore[arg-type]  # all numbers or all words
         if self.field.kind == "word":
             raise self._error("is not a way to state words", way, "values")
         if self.design == "list" or (self.design == "grid" and way == "distribution"):

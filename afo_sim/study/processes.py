@@ -101,7 +101,7 @@ def serve() -> None:
         try:
             take(added)
             found = list(engine.outcomes(scenario, cases, 1, len(cases), asked, references))
-        except Exception as error:
+        except Exception as error:  # which the parent raises
             found = error
 
 

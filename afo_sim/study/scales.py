@@ -47,7 +47,7 @@ class Scale:
         """A value of the column with its digits, without the unit."""
         if isinstance(value, str):
             return value
-        shown = self.factor * float(value)  # type: ignore[arg-type]
+        shown = self.factor * float(value)  # type: ignore[arg-type]  # a cell is a text or a number
         return "–" if not np.isfinite(shown) else f"{shown:.4g}".replace("-", "−")
 
 
@@ -92,5 +92,5 @@ def chosen(results: Results, asked: list[str]) -> dict[str, Better]:
             raise no_metric(problem, name, results.metrics, field="metric", allowed=allowed)
         if colon and end not in ("lowest", "highest"):
             raise InputError("is not a valid choice", field=name, value=end, allowed="lowest, highest")
-        found[name] = end if colon else _better(name)  # type: ignore[assignment]
+        found[name] = end if colon else _better(name)  # type: ignore[assignment]  # examined above
     return found

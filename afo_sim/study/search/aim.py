@@ -146,7 +146,7 @@ class Problem:
 
     def values(self, shares: np.ndarray) -> Columns:
         """{parameter: values (n,) [SI]} of shares from 0 to 1 (n, parameters)."""
-        return {p.name: p.spread.at(shares[:, k]) for k, p in enumerate(self.parameters)}  # type: ignore[union-attr]
+        return {p.name: p.range.at(shares[:, k]) for k, p in enumerate(self.parameters)}
 
     def outside(self, values: Columns) -> np.ndarray:
         """Distance of designs from within all constraints (n,)."""

@@ -69,7 +69,7 @@ def open_search(search: SearchPlan, folder: pathlib.Path, changed: Changed = "re
         optional("cma")  # says so at once if it is missing
 
     def first(scenario: dict[str, Any]) -> dict[str, Any]:
-        middle = {p.name: p.spread.at(np.array([0.5])) for p in plan.parameters}  # type: ignore[union-attr]
+        middle = {p.name: p.range.at(np.array([0.5])) for p in plan.parameters}
         sets = search.as_cases(middle).sets(0) | (patients.sets(0) if patients else {})
         units, beside, seconds = probe(scenario, [plan.set, sets], plan)
         search.aim(units | beside)
@@ -168,7 +168,7 @@ def _summary(
         "reason": str(best["reason"][0]),
         "parameters": [
             {"name": p.name, "keys": list(p.keys), "value": float(best[p.name][0]), "unit": p.unit}
-            | {"from": float(p.spread.lower), "to": float(p.spread.upper)}  # type: ignore[union-attr]
+            | {"from": float(p.range.lower), "to": float(p.range.upper)}
             for p in problem.parameters
         ],
         "objective": asdict(aim.objective)
