@@ -15,7 +15,7 @@ def with_slopes(slopes: Callable[..., Slopes]) -> Callable[..., float]:
         return slopes(contraction, pressure, *coefficients)[0]
 
     kernel.__name__, kernel.__doc__ = slopes.__name__, slopes.__doc__
-    kernel.slopes = register_jitable(slopes)  # type: ignore[attr-defined]
+    kernel.slopes = register_jitable(slopes)  # type: ignore[attr-defined]  # for `slopes_of` and compiled code
     jitable: Callable[..., float] = register_jitable(kernel)
     return jitable
 

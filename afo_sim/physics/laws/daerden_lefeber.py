@@ -90,7 +90,7 @@ def membrane(radius: float) -> Coefficients:
     first, rises = FIRST * free, (math.pi * 0.5 * around / arc**3)[_FREE].item() - math.pi * radius**2
     for i, c in enumerate(found):
         rises -= c * 2.0 / (i + 1) * (free ** (0.5 * (i + 1)) - first ** (0.5 * (i + 1)))
-    there, slope = daerden_lefeber_2001.slopes(first, 1.0, 1.0, first, free, 0.0, *found)[:2]  # type: ignore[attr-defined]
+    there, slope = daerden_lefeber_2001.slopes(first, 1.0, 1.0, first, free, 0.0, *found)[:2]  # type: ignore[attr-defined]  # of `with_slopes`
     bend = 3.0 * (rises - there * first + 0.5 * slope * first**2) / first**3
     return first, kappa[-1].item(), bend, *found
 
