@@ -142,7 +142,7 @@ class _Callbacks:
                 self.ours, self.mode = wanted, mode
                 _put(wanted)
                 return outer
-            except BaseException:
+            except BaseException:  # whatever it is, its caller holds nothing
                 self.give(holder)
                 raise
 
