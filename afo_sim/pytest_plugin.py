@@ -9,7 +9,7 @@ import json
 import pathlib
 import re
 from collections.abc import Generator, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import pytest
 
@@ -79,7 +79,7 @@ _RUNS = pytest.StashKey["dict[str, Recording]"]()
 _RUN = pytest.StashKey["Recording"]()
 
 
-def _asked(node: pytest.Item) -> tuple[Any, dict[str, Any]]:
+def _asked(node: pytest.Item) -> tuple[str | pathlib.Path, dict[str, object]]:
     """Scenario and values that a test's marker asks for."""
     marker = node.get_closest_marker(MARKER)
     if marker is None:
@@ -105,6 +105,6 @@ def _keep(recording: "Recording", folder: pathlib.Path) -> str:
         from afo_sim.show import draw_run
 
         draw_run(recording, folder / "figure.png")
-    except Exception as error:
+    except Exception as error:  # of files, drawing, or an extra that is missing
         return f"could not be saved whole in {folder}: {error}"
     return f"recording and figure (figure.png) are in {folder}"
