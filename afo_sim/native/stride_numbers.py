@@ -38,7 +38,7 @@ _TABLES = (
     "told flowing step side matrix other"
 )
 TABLES = tuple(_TABLES.split())
-At: Any = namedtuple("At", (*_NUMBERS.split(), *TABLES))
+At: Any = namedtuple("At", (*_NUMBERS.split(), *TABLES))  # type: ignore[misc]  # its names are data
 Joint = namedtuple("Joint", "angle velocity scale")
 Node = namedtuple("Node", "act userdata control room wall")
 Way = namedtuple("Way", "origin end opening law conductance critical parameters upstream")
