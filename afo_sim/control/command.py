@@ -3,7 +3,7 @@
 import numbers
 from collections.abc import Iterable, Mapping
 
-from afo_sim.common import LEAST_NUMBER, InputError, unknown
+from afo_sim.common import LEAST_NUMBER, InputError, nearest_name, unknown
 
 Command = str | float | tuple[float, float]  # a word, a gauge pressure [Pa], or two coils
 COILS = {"inlet": (1.0, 0.0), "outlet": (0.0, 1.0), "both": (1.0, 1.0), "shut": (0.0, 0.0)}
@@ -26,7 +26,8 @@ def coils(
             raise unknown(chamber, known, field="chamber", problem="the orthosis has no such chamber")
         if isinstance(command, str):
             if command not in COILS:
-                raise InputError("is not a valid command", field=chamber, value=command, allowed=allowed)
+                nearest, problem = nearest_name(command, COILS), "is not a valid command"
+                raise InputError(problem, field=chamber, value=command, allowed=allowed, nearest=nearest)
             found[chamber] = COILS[command]
             if chamber in one_coil and command in ("shut", "both"):
                 raise _one_coil(chamber, command)

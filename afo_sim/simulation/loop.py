@@ -3,6 +3,9 @@
 import functools
 import math
 import numbers
+import os
+import pathlib
+import traceback
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -98,6 +101,7 @@ class Commander:
 
 RATE = 100.0  # of a controller's commands [Hz]
 TIME_LIMIT = 10.0  # for one command [s]: a controller may compile something at its first
+_PACKAGE = f"{pathlib.Path(__file__).parents[1]}{os.sep}"
 SLIGHTLY = 1e-6  # of a period, to which it must be whole steps
 
 
@@ -143,12 +147,13 @@ class Loop:
         self.reads = [ask.column for ask in asks if ask.column in known]
         self.last = self.schedule[:1]  # inputs of the steps since the last command
         self.reported: list[tuple[int, dict[str, float]]] = []
+        self.raised: BaseException | None = None  # of the controller when it was asked last, or of its answer
         reset = getattr(controller, "reset", None)
         if reset is not None:
             try:
                 self._watched(lambda _: reset(), "to reset")
             except PolicyFault as fault:
-                raise InputError(f"cannot be reset: {fault}", field="controller") from fault
+                raise InputError(f"cannot be reset: {fault}", field="controller") from self.raised
 
     def policy(self, keeps: bool = False) -> Policy:
         """The policy of a roll-out."""
@@ -176,6 +181,7 @@ class Loop:
 
     def ask(self, seen: Seen, step: int) -> None:
         """Ask the controller, and put its commands in force; PolicyFault where it fails."""
+        self.raised = None
         for column in self.reads:  # a comparison with no number is false: the valves would just stay shut
             if not math.isfinite(seen[column]):
                 raise PolicyFault(f"the controller reads {column}, and that is not a number")
@@ -184,12 +190,9 @@ class Loop:
         found = None if tell is None else self._watched(lambda _: tell(), "to report its columns")
         try:
             reported = None if tell is None else checked_report(found)
-        except AfoSimError as error:
-            raise PolicyFault(f"what the controller reports is refused: {error}") from error
-        try:
             self.commander.take(commands)
         except AfoSimError as error:
-            raise PolicyFault(f"the controller's command is refused: {error}") from error
+            raise self._fault("'s answer is refused", error) from error
         if reported is not None:
             self.reported.append((step, reported))
 
@@ -200,12 +203,15 @@ class Loop:
         except TookTooLong:
             problem = f"the controller took more than {self.watch.limit:g} s {what}"
             raise PolicyFault(f"{problem}; allowed: up to time_limit") from None
-        except AfoSimError as error:
-            raise PolicyFault(f"the controller failed: {error}") from error
         except KeyboardInterrupt:
             raise
-        except BaseException as error:  # sys.exit() of a controller ends its simulation, not the program
-            raise PolicyFault(f"the controller raised {type(error).__name__}: {error}") from error
+        except BaseException as error:  # also sys.exit(), which would end all that is simulated beside
+            kind = "failed" if isinstance(error, AfoSimError) else f"raised {type(error).__name__}"
+            raise self._fault(f" {kind}", error) from error
+
+    def _fault(self, problem: str, error: BaseException) -> PolicyFault:
+        self.raised = error
+        return PolicyFault(f"the controller{problem}: {error}{place_of(error)}")
 
     def columns_reported(self, first: int, stop: int) -> Rows:
         """Reports of the controller as columns of the steps first…stop, held from command to command."""
@@ -218,6 +224,13 @@ class Loop:
             told = np.array([reported.get(name, math.nan) for _, reported in self.reported])
             found[f"controller/{name}"] = told[place]
         return found
+
+
+def place_of(error: BaseException) -> str:
+    """Where it was raised in the first file of its traceback that is not this package's: " (mine.py:12)"."""
+    lines = [(frame.f_code.co_filename, line) for frame, line in traceback.walk_tb(error.__traceback__)]
+    others = [at for at in lines if not at[0].startswith(_PACKAGE)]
+    return next((f" ({file}:{line})" for file, line in reversed(others) if file == others[0][0]), "")
 
 
 def checked_report(reported: object) -> dict[str, float]:

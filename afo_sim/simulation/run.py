@@ -75,7 +75,8 @@ def run(
     scenario : a shipped name, a path to a TOML file, a dict of the same shape, or a Scenario
     sets : dotted keys and values laid over it, for example {"supply.pressure": "3 bar"}
     controller : what commands the chambers as the simulation goes: a function of what it sees; by default the
-        scenario's own controller or timing (docs/controllers.md)
+        scenario's own controller or timing (docs/controllers.md). What it raises, `run` raises, and the
+        error's `recording` has the rows until then
     rate : of the controller's commands [Hz]
     time_limit : wall time that the controller may take for one command [s]
     policy : what chooses all inputs as the simulation goes, for those who know the model's actuators
@@ -98,7 +99,7 @@ def run(
     ------
     InputError
         The description is wrong; `step` is another text; bands are asked of a controller in Python, of a
-        policy, where nobody walks, or of too few draws.
+        policy, where nobody walks, or of too few draws; a controller commands what is not allowed.
     CallbackError
         The muscle callbacks cannot be installed or are not in force.
 
@@ -121,7 +122,8 @@ def run(
     def simulated(at: Scenario, what: str, start: bool) -> Recording:
         if controller is None:
             return run_scenario(at, policy=policy, progress=progress, start=start)
-        return run_controlled(at, controller, rate, time_limit, progress=progress, keeps=True)
+        own = at is description  # at another step, which nobody has asked for, nothing is raised
+        return run_controlled(at, controller, rate, time_limit, progress=progress, keeps=True, raises=own)
 
     halvings = HALVINGS if step == "controlled" and forgets(controller, policy) else None
     recording = controlled(description, simulated, halvings)
@@ -132,16 +134,23 @@ def run(
 
 def run_controlled(
     scenario: Scenario, controller: Controller, rate: float, time_limit: float = TIME_LIMIT, *,
-    progress: Progress | None = None, watch: Watch | None = None, keeps: bool = False,
+    progress: Progress | None = None, watch: Watch | None = None, keeps: bool = False, raises: bool = False,
 ) -> Recording:  # fmt: skip
     """Simulate with a controller in the loop, from the start; with `keeps` Ctrl-C ends the recording."""
+    # With `raises` what the controller raises is raised; else it is the recording's status.
     if scenario.reference is not None:
         reference_of(scenario)
     built = build(scenario)
     loop = Loop(built, controller, rate, time_limit)
     recording = run_built(built, policy=loop.policy(keeps), progress=progress, watch=watch)
-    warnings = (*recording.warnings, *_loop_warnings(scenario))
-    return compared(recording.changed(warnings=warnings), scenario)
+    recording = recording.changed(warnings=(*recording.warnings, *_loop_warnings(scenario)))
+    if raises and loop.raised is not None:
+        vars(loop.raised)["recording"] = recording
+        loop.raised.add_note(
+            f"in a run of {scenario.name!r}; `recording` of this error has the rows until then"
+        )
+        raise loop.raised
+    return compared(recording, scenario)
 
 
 def _loop_warnings(scenario: Scenario) -> Iterator[Notice]:

@@ -177,7 +177,7 @@ class Simulator(Forkable, native.Closing):
         InputError
             It is no command, or `dt` is no whole number of steps; nothing was stepped.
         SimulationError
-            The simulation or the controller has failed; `recording` gives what came before.
+            The simulation has failed; `recording` gives what came before, also where a controller raises.
         """
         self._hold.check()
         if (failure := self._stepped.failures.get(0)) is not None:
@@ -197,7 +197,8 @@ class Simulator(Forkable, native.Closing):
                     self._loop.ask(seen, first)
             except PolicyFault as fault:
                 self._stepped.failures[0] = ControllerError(str(fault), time=self.time)
-                raise self._stepped.failures[0] from fault
+            if (failure := self._stepped.failures.get(0)) is not None:
+                raise self._loop.raised or failure
             self._step(None, min(period, end - first))
         return self._seen
 

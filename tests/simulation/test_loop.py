@@ -1,15 +1,20 @@
 """A controller in a run: its commands act; what it does wrong is a sentence, what came before is kept."""
 
 import math
+import pathlib
+import re
 import threading
 import time
+import traceback
 from typing import Any
 
+import command
 import numpy as np
 import pytest
 
 import afo_sim
-from afo_sim.common import InputError
+from afo_sim.common import InputError, SimulationError
+from afo_sim.description.portable import toml_text
 from afo_sim.simulation import Loop, run_built
 
 SHORT = {"duration": "0.5 s"}
@@ -36,27 +41,113 @@ def late(command: Any) -> Any:
         ({"dorsiflexor": 2e5}, "[drive.dorsiflexor]"),
     ],
 )
-def test_a_wrong_command_ends_the_run_with_a_sentence_and_keeps_what_came_before(
-    command: Any, words: str
-) -> None:
-    run = afo_sim.run("seated", SHORT, controller=late(command))
-    assert run.status.startswith("failed: t = 0.2 s: the controller's command is refused: ")
-    assert words in run.status
+def test_a_wrong_command_is_refused_and_the_error_has_what_came_before(command: Any, words: str) -> None:
+    with pytest.raises(InputError, match=re.escape(words)) as caught:
+        afo_sim.run("seated", SHORT, controller=late(command))
+    run = recorded(caught.value)
+    assert run.status.startswith("failed: t = 0.2 s: ") and words in run.status
     timed = afo_sim.run("seated", SHORT)
     for name in ("time", "ankle/angle", "chamber/dorsiflexor/pressure"):
         assert np.array_equal(run[name], timed[name][:100]), name
 
 
-@pytest.mark.parametrize("kind", [ValueError, SystemExit, GeneratorExit])
-def test_what_a_controller_raises_is_told_once_with_its_time(kind: type[BaseException]) -> None:
+class Own(Exception):
+    """A user's."""
+
+
+def failing(kind: type[BaseException] = Own) -> Any:
+    """A controller that raises from LATE on, two functions deep, from an exception of its own."""
+
+    def inner() -> None:
+        try:
+            {}["key"]  # type: ignore[index]
+        except KeyError as error:
+            raise kind("oh") from error
+
     def controller(seen: Any) -> dict[str, str]:
         if seen.time >= LATE - 1e-9:
-            raise kind("oh")
+            inner()
         return {}
 
-    run = afo_sim.run("seated", SHORT, controller=controller)
-    assert run.status == f"failed: t = 0.2 s: the controller raised {kind.__name__}: oh"
-    assert len(run["time"]) == 100
+    return controller
+
+
+def recorded(error: BaseException) -> afo_sim.Recording:
+    """The recording that an error brings, which is also told in a note."""
+    assert any("`recording`" in note for note in error.__notes__)
+    found = vars(error)["recording"]
+    assert isinstance(found, afo_sim.Recording)
+    return found
+
+
+@pytest.mark.parametrize("kind", [Own, KeyError, InputError, SystemExit, GeneratorExit])
+def test_what_a_controller_raises_is_raised_with_its_own_traceback(kind: type[BaseException]) -> None:
+    with pytest.raises(kind) as caught:
+        afo_sim.run("seated", SHORT, controller=failing(kind))
+    assert type(caught.value) is kind and "oh" in str(caught.value)
+    frames = traceback.extract_tb(caught.value.__traceback__)
+    assert [frame.name for frame in frames][-2:] == ["controller", "inner"]
+    cause = caught.value.__cause__
+    assert isinstance(cause, KeyError) and caught.value.__context__ is cause  # as raised: nothing of ours
+    run = recorded(caught.value)
+    assert (
+        run.status.endswith(f" ({__file__}:{frames[-1].lineno})")
+        and kind.__name__ in run.status + "InputError"
+    )
+    assert np.array_equal(run["ankle/angle"], afo_sim.run("seated", SHORT)["ankle/angle"][:100])
+
+
+def test_a_mistyped_column_is_raised_where_it_is_read() -> None:
+    with pytest.raises(InputError) as caught:
+        afo_sim.run("seated", SHORT, controller=lambda seen: {"dorsiflexor": seen["ankle/angel"] and "shut"})
+    assert caught.value.nearest == "ankle/angle"
+    at = traceback.extract_tb(caught.value.__traceback__)
+    (line,) = {frame.lineno for frame in at if frame.name == "<lambda>" and frame.filename == __file__}
+    assert recorded(caught.value).status.endswith(f" ({__file__}:{line})")
+
+
+def test_a_controller_may_fail_at_a_step_that_nobody_asked_for() -> None:
+    def careful(seen: Any) -> dict[str, str]:
+        if len(time := seen.rows("time")) > 1 and time[1] - time[0] > 0.0011:
+            raise Own
+        return {}
+
+    short = {"duration": "0.5 s", "timestep": "1 ms"}
+    assert afo_sim.run("seated", short, controller=careful, step="controlled").ok
+    with pytest.raises(Own):
+        afo_sim.run("seated", short | {"timestep": "2 ms"}, controller=careful, step="controlled")
+
+
+def test_a_stepped_controller_raises_what_it_raises() -> None:
+    with afo_sim.Simulator("seated", SHORT, controller=failing()) as simulator:
+        with pytest.raises(Own) as caught:
+            simulator.step(dt=0.5)
+        assert traceback.extract_tb(caught.value.__traceback__)[-1].name == "inner"
+        assert len(simulator.recording()["time"]) == 100 and simulator.done
+        with pytest.raises(SimulationError, match=r"oh .*; reset\(\) begins again"):
+            simulator.step()
+        simulator.reset()
+        simulator.step(dt=0.1)
+    with afo_sim.Simulator("seated", SHORT, controller=late({"dorsiflexor": "inlt"})) as simulator:
+        with pytest.raises(InputError) as refused:
+            simulator.step(dt=0.5)
+        assert refused.value.nearest == "inlet"
+
+
+def test_a_command_ends_in_a_status_with_the_place_in_the_users_file(
+    call: command.Call, tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("afo_sim.simulation.run.make", lambda described, scenario: failing())
+    machine = {"start": "a", "transition": [], "state": {"a": {"dorsiflexor": "inlet"}}}
+    sets = {"timer": None, "controller": {"rate": "100 Hz", "state_machine": machine}}
+    scenario = tmp_path / "own.toml"
+    scenario.write_text(toml_text(afo_sim.load("scenario", "seated", SHORT | sets).resolved()))
+    code, _, said = call("run", scenario, "--out", tmp_path / "out", "--step", "fixed")
+    assert code == 3 and len(said.strip().splitlines()) == 1
+    assert re.search(rf"t = 0\.2 s: the controller raised Own: oh \({re.escape(__file__)}:\d+\)", said)
+    run = afo_sim.read_recording(tmp_path / "out")
+    assert len(run["time"]) == 100 and not run.ok
+    assert afo_sim.run(scenario).status == run.status  # a described one
 
 
 def endless(seen: Any) -> Any:
@@ -150,11 +241,12 @@ def test_wrong_arguments_are_refused_before_the_first_step(field: str, arguments
 
 
 @pytest.mark.parametrize("told", [{"phase": "x"}, {"phas": 1.0}, None])
-def test_what_is_told_wrongly_is_a_sentence(told: Any) -> None:
+def test_what_is_told_wrongly_is_refused(told: Any) -> None:
     controller = Endless("")
     controller.tell = lambda: told  # type: ignore[method-assign]
-    status = afo_sim.run("seated", SHORT, controller=controller).status
-    assert status.startswith("failed: t = 0 s: what the controller reports is refused: ")
+    with pytest.raises(InputError) as caught:
+        afo_sim.run("seated", SHORT, controller=controller)
+    assert caught.value.field.startswith("tell") and len(recorded(caught.value)["time"]) == 0
 
 
 def test_a_controller_sees_rows_that_are_one_step_old() -> None:

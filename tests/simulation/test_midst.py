@@ -9,7 +9,7 @@ import pytest
 from simulation.test_forking import assert_same
 
 import afo_sim as afo
-from afo_sim.common import CallbackError, ControllerError, InputError, SimulationError
+from afo_sim.common import CallbackError, InputError, SimulationError
 
 SETS = {"duration": "0.2 s", "sensor.foot": {"column": "ankle/angle", "noise": "0.2 deg", "delay": "8 ms"}}
 PYTHON = SETS | {"callback": "python"}
@@ -96,8 +96,9 @@ def test_a_controller_changes_nothing(place: str, change: str, caught: bool, who
         if caught:
             assert_same(ended(simulator), whole)
         else:
-            with pytest.raises(ControllerError, match="the controller failed"):
+            with pytest.raises(InputError) as raised:
                 ended(simulator)
+            assert [raised.value] == asking.found
             kept = simulator.recording()
             assert simulator.done and kept.status.startswith("failed")
             assert np.array_equal(kept["ankle/angle"], whole["ankle/angle"][: len(kept["time"])])
