@@ -48,7 +48,7 @@ def register(*things: Any) -> None:
 
     Examples
     --------
-    >>> register(load("valve", "vq110", {"name": "my_valve", "sonic_conductance": "0.3 l/(s*bar)"}))
+    >>> register(load("valve", "mh1", {"name": "my_valve", "conductance": "0.3 l/(s*bar)"}))
     >>> load("valve", "my_valve").name
     'my_valve'
     """
@@ -58,7 +58,7 @@ def register(*things: Any) -> None:
         elif isinstance(thing, types.ModuleType):
             register(*(each for each in vars(thing).values() if _adds(each)))
         elif (add := _adds(thing)) is None:
-            allowed = ", ".join(sorted({kind.__name__ for kind in TAKEN})) + ", a module or a Python file"
+            allowed = "what load, column, controller, metric, Law, Friction or Format gives; a Python file"
             raise InputError("cannot be registered", field="register", value=thing, allowed=allowed)
         else:
             add(thing)
@@ -108,7 +108,9 @@ def packed() -> bytes:
         return b""
     import cloudpickle
 
-    found: bytes = cloudpickle.dumps(([*map(os.path.abspath, sys.path)], ADDED))
+    # each with what adds it, whose module is then imported there
+    things = cloudpickle.dumps([(_adds(each), each) for each in ADDED])
+    found: bytes = cloudpickle.dumps(([*map(os.path.abspath, sys.path)], things))
     return found
 
 
@@ -120,7 +122,7 @@ def take(packed: bytes) -> None:
 
         path, things = pickle.loads(packed)
         sys.path += [place for place in path if place not in sys.path]
-        register(*things)
+        register(*(thing for _, thing in pickle.loads(things)))
 
 
 def identities() -> dict[str, str]:
