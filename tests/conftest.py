@@ -11,6 +11,7 @@ import pytest
 from campaign import SEED, of_other_days
 
 import afo_sim
+from afo_sim.common import assets, extending
 from afo_sim.common.versions import CORE
 from afo_sim.simulation import Recording
 
@@ -33,6 +34,13 @@ def seated() -> Recording:
 @pytest.fixture(scope="session")
 def antagonist() -> Recording:
     return afo_sim.run("seated-antagonist")
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_runtest_teardown() -> None:
+    """Nothing stays registered after the test that registered it."""
+    for kept in (extending.ADDED, assets.OWN):
+        kept.clear()
 
 
 def pytest_collection_finish() -> None:

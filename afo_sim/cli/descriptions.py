@@ -59,7 +59,9 @@ def _entries(kind: str) -> list[tuple[str, str]]:
         headers = {name: read_header(assets.find_gait(name)) for name in assets.gait_names()}
         return [(name, header.get("description", "")) for name, header in headers.items()]
     singular = next(one for one, plural in assets.KINDS.items() if plural == kind)
-    tables = {name: assets.read_toml(assets.find(singular, name)) for name in assets.names(singular)}
+    own = {name: table for (of, name), table in assets.OWN.items() if of == singular}
+    files = {n: assets.find(singular, n) for n in assets.names(singular) if n not in own}
+    tables = {name: assets.read_toml(file) for name, file in files.items()} | own
     found = []
     for name, table in tables.items():
         laws = f" (grade {table.get('grade', 'D')}; {', '.join(table['laws'])})" if "laws" in table else ""

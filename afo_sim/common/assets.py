@@ -26,6 +26,7 @@ LISTS = (*KINDS.values(), "laws", "frictions", "gaits")  # of what is shipped
 FOLDERS = ("models", "gait_data")
 # kinds whose products are single files, not folders
 FLAT = ("scenario", "sweep", "search", "uncertainty", "walker", "population")
+OWN: dict[tuple[str, str], dict[str, Any]] = {}  # by kind and name: tables of parts that a user has added
 _MOST_LEVELS = 32  # of tables and lists in each other
 _KEY_PART = r"""(?:[\w-]++|"(?:[^"\\\n]|\\.)*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+"""
 _LONG_KEY = re.compile(rf"(?<![\w\\-])(?:{_KEY_PART}){{{_MOST_LEVELS}}}")  # read in the cube of its length
@@ -42,17 +43,20 @@ def folder(name: str) -> pathlib.Path:
 
 
 def names(kind: str) -> list[str]:
-    """The shipped products of a kind ("scenario", "leg", "orthosis", …, of KINDS)."""
+    """The products of a kind ("scenario", "leg", …, of KINDS): the shipped ones, then those of `OWN`."""
     root = folder("models") / KINDS[kind]
     if kind in FLAT:
         return sorted(path.stem for path in root.glob("*.toml"))
-    return sorted(path.parent.name for path in root.glob(f"*/{kind}.toml"))
+    own = [name for of, name in OWN if of == kind]
+    return sorted(path.parent.name for path in root.glob(f"*/{kind}.toml")) + own
 
 
 def find(kind: str, name: str, beside: pathlib.Path | None = None) -> pathlib.Path:
     """The description file that a name or a path means."""
-    shipped = names(kind)
-    if name in shipped:
+    known = names(kind)
+    if (kind, name) in OWN:
+        raise InputError("was registered, and has no file", field=kind, value=name, allowed="one with a file")
+    if name in known:
         root = folder("models") / KINDS[kind]
         path = root / f"{name}.toml" if kind in FLAT else root / name / f"{kind}.toml"
         for file in [path] if kind in FLAT else sorted(path.parent.iterdir()):
@@ -70,8 +74,8 @@ def find(kind: str, name: str, beside: pathlib.Path | None = None) -> pathlib.Pa
         file=beside,
         field=kind,
         value=name,
-        allowed=f"a path to a TOML file, or one of: {', '.join(shipped)}",
-        nearest=nearest_name(name, shipped),
+        allowed=f"a path to a TOML file, or one of: {', '.join(known)}",
+        nearest=nearest_name(name, known),
     )
 
 

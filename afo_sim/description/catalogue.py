@@ -7,6 +7,7 @@ from afo_sim.common import InputError, assets, nearest_name, read_header, read_t
 from afo_sim.description.keys import keys
 from afo_sim.description.quantity import amount
 from afo_sim.description.schema import SPECS, holder, split_key
+from afo_sim.description.tree import read_named
 from afo_sim.physics import FRICTIONS, LAWS
 
 _Rows = Sequence[Sequence[str]]
@@ -32,8 +33,8 @@ def product(name: str) -> list[_TableOf]:
 
 def _described(kind: str, name: str) -> _TableOf:
     """The product's own keys; what it refers to by name is a product of its own."""
-    file = assets.find(kind, name)
-    own, table = str(file.relative_to(assets.folder("models").parent)), assets.read_toml(file)
+    table, file = read_named(kind, name)
+    own = "" if file is None else str(file.relative_to(assets.folder("models").parent))
     rows = []
     for key in keys(name, kind=kind, whole=True):
         # a default that stands in the product itself, not in one that it refers to
@@ -42,7 +43,7 @@ def _described(kind: str, name: str) -> _TableOf:
             rows.append((key.key, key.value, key.kind, key.reference, key.meaning))
         elif key.source == "default" and own_default:
             rows.append((key.key, key.value, key.kind, "default", key.meaning))
-    return f"{kind} {name}: {own}", ("key", "value", "kind", "source", "meaning"), rows
+    return f"{kind} {name}: {own or 'registered'}", ("key", "value", "kind", "source", "meaning"), rows
 
 
 def _plain(kind: str, name: str) -> _TableOf:

@@ -104,7 +104,7 @@ def _source(reading: Reading[Any], leaf: schema.Leaf, written: Any) -> tuple[str
     models = assets.folder("models")
     if file is not None and file.is_relative_to(models):
         file = file.relative_to(models.parent)
-    return ("" if file is None else str(file)), provenance
+    return (str(file) if file else "registered" if depth else ""), provenance
 
 
 @dataclass(frozen=True)

@@ -96,7 +96,7 @@ def target_of(kind: str, name: str, out: pathlib.Path) -> pathlib.Path:
     if not re.fullmatch(_NAME, name):
         problem = "is not a valid name"
         raise InputError(problem, field="name", value=name, allowed="letters, digits, . - and _")
-    if name in assets.names(kind):
+    if name in assets.names(kind) and (kind, name) not in assets.OWN:
         raise InputError(f"is the name of a shipped {kind}", field="name", value=name, allowed="another name")
     target = out / f"{name}.toml" if kind in assets.FLAT else out / name / f"{kind}.toml"
     if target.exists():

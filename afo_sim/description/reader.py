@@ -12,7 +12,7 @@ from typing import Any, Generic, Literal, TypeVar, overload
 import numpy as np
 from pydantic import BaseModel, ValidationError
 
-from afo_sim.common import InputError, Shown, assets, nearest_name, unknown
+from afo_sim.common import InputError, Shown, assets, nearest_name, takes, unknown
 from afo_sim.description import schema
 from afo_sim.description.air.regulator import Regulator
 from afo_sim.description.air.source import Source as GasSource
@@ -24,7 +24,7 @@ from afo_sim.description.orthosis import Orthosis, Valve
 from afo_sim.description.quantity import SET_BY_HAND, Described
 from afo_sim.description.scenario import Scenario
 from afo_sim.description.schema import split_key as split_key
-from afo_sim.description.tree import Tree, leave_out, read_table, value_at
+from afo_sim.description.tree import Tree, leave_out, read_named, value_at
 from afo_sim.description.walking import Limits, Patient
 
 
@@ -224,8 +224,8 @@ def _tree(kind: str, source: Any) -> Tree:
     if isinstance(source, Mapping) and not isinstance(source, Shown):  # a result is none
         tree = Tree(kind, None, dict(source))
     elif isinstance(source, str | os.PathLike):
-        file = assets.find(kind, os.fspath(source))
-        tree = Tree(kind, file, read_table(kind, file))
+        table, file = read_named(kind, os.fspath(source))
+        tree = Tree(kind, file, table)
     else:
         raise InputError("is not a description", field=kind, value=source, allowed="a name, a path or a dict")
     if kind == "scenario":
@@ -348,3 +348,21 @@ def _plain(value: Any) -> Any:
 
 
 Scenario.with_keys = with_keys
+
+
+def _add(part: Any) -> None:
+    """Let a description's name stand for it, as a shipped one's does."""
+    kind = schema.KINDS[type(part)]
+    if part.name in assets.names(kind) and (kind, part.name) not in assets.OWN:
+        if part == load(kind, part.name):  # as a module has it that changes it
+            return
+        allowed = f'another name: load("{kind}", …, {{"name": "my_{kind}"}})'
+        raise InputError(f"is the name of a shipped {kind}", field="name", value=part.name, allowed=allowed)
+    if not part.name:
+        allowed = f'a name: load("{kind}", …, {{"name": "my_{kind}"}})'
+        raise InputError("has no name", field="register", value=part, allowed=allowed)
+    assets.OWN[kind, part.name] = part.model_dump(mode="json", exclude_none=True)
+
+
+for _part in schema.KINDS.keys() - {Scenario}:
+    takes(_part, _add)

@@ -46,7 +46,8 @@ class Tree:
         file, inner = self.file_of(path)
         depth = len(path) - len(inner)  # of the file
         if any(len(k) > depth and (path[: len(k)] == k or k[: len(path)] == path) for k in self.set_keys):
-            file, inner = None, path
+            file = None
+        inner = path if file is None else inner
         value = value_at(self.root, path)
         return {"file": file, "field": ".".join(inner), "value": None if isinstance(value, dict) else value}
 
@@ -58,11 +59,10 @@ class Tree:
             return
         beside, inner = self.file_of(path)
         try:
-            file = assets.find(kind, table[path[-1]], beside)
+            found, self.files[path] = read_named(kind, table[path[-1]], beside)
         except InputError as error:
             raise error.replaced(file=beside, field=".".join(inner)) from None
-        table[path[-1]] = plain_keys(read_table(kind, file), kind)
-        self.files[path] = file
+        table[path[-1]] = plain_keys(found, kind)
 
     def follow_all(self, path: schema.Path = (), table: Any = None) -> None:
         """Follow every reference at and below `path`, a key of `table`; `unfound` has what is not found."""
@@ -168,6 +168,16 @@ def _with_item(old: Any, items: tuple[int, ...], value: Any, dotted: str) -> Any
     replaced = list(old)
     replaced[items[0]] = _with_item(old[items[0]], items[1:], value, dotted)
     return replaced
+
+
+def read_named(
+    kind: str, name: str, beside: pathlib.Path | None = None
+) -> tuple[dict[str, Any], pathlib.Path | None]:
+    """The dict of a description that a name or a path means, and its file; None of a registered one."""
+    if (kind, name) in assets.OWN:
+        return copy.deepcopy(assets.OWN[kind, name]), None
+    file = assets.find(kind, name, beside)
+    return read_table(kind, file), file
 
 
 def read_table(kind: str, file: pathlib.Path) -> dict[str, Any]:

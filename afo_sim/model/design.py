@@ -89,8 +89,7 @@ def scenario_of(source: Source, leg: str | None = None) -> Scenario:
     if "orthosis" in table or "duration" in table:
         return load("scenario", str(path), sets)
     name = path.resolve().parent.name
-    shipped = name in assets.names("orthosis") and assets.find("orthosis", name).resolve() == path.resolve()
-    home = _home(name) if shipped else SITTING
+    home = _home(name) if assets.shipped_name(path.resolve()) else SITTING
     return _around(str(path.resolve()), load("orthosis", str(path)), sets, home)
 
 
