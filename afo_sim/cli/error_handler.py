@@ -149,6 +149,8 @@ def _message(error: BaseException) -> tuple[int, str]:
         return 2, f"this needs more memory than there is{f': {error}' if str(error) else ''}"
     if isinstance(error, RecursionError):
         return 2, "the input is nested too deeply"
+    if notes := getattr(error, "__notes__", None):  # it befell code of a user's own
+        return 2, _bounded(f"{'; '.join(notes)}: {type(error).__name__}: {error}")
     file = _write_bug(error)
     where = f"please send {file}" if file else "no file with the details could be written"
     text = " ".join(str(error).split())

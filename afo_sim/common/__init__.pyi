@@ -43,6 +43,7 @@ from .errors import unknown as unknown
 from .extending import identities as identities
 from .extending import identity_of as identity_of
 from .extending import packed as packed
+from .extending import place_of as place_of
 from .extending import register as register
 from .extending import register_installed as register_installed
 from .extending import take as take

@@ -12,6 +12,7 @@ import importlib.util
 import os
 import pathlib
 import sys
+import traceback
 import types
 import warnings
 from collections.abc import Callable, Iterator, Mapping
@@ -123,6 +124,14 @@ def take(packed: bytes) -> None:
         path, things = pickle.loads(packed)
         sys.path += [place for place in path if place not in sys.path]
         register(*(thing for _, thing in pickle.loads(things)))
+
+
+def place_of(error: BaseException, function: Callable[..., Any]) -> str:
+    """FILE:LINE at which a user's function failed; where it has no lines of its own, its name."""
+    code = getattr(function, "__code__", None)
+    frames = traceback.extract_tb(error.__traceback__)
+    lines = [each.lineno for each in frames if code is not None and each.filename == code.co_filename]
+    return repr(function) if code is None else f"{code.co_filename}:{(lines or [code.co_firstlineno])[-1]}"
 
 
 def identities() -> dict[str, str]:
