@@ -32,11 +32,16 @@ def __getattr__(name: str) -> Any:
         instead = f" any more; instead: {RETIRED[name]}" if name in RETIRED else ""
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}{instead}")
     try:
-        return _resolve(name)
+        found = _resolve(name)
     except ImportError as error:
         if (missing := missing_extra(error)) is None:
             raise
         raise missing from None
+    if not found.__module__.startswith("afo_sim.common."):  # which errors and `register` do not need
+        from afo_sim.common import register_installed
+
+        register_installed()
+    return found
 
 
 def __dir__() -> list[str]:

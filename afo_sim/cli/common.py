@@ -14,7 +14,7 @@ from typing import Annotated
 import typer
 from typer import Argument, Option
 
-from afo_sim.cli.error_handler import Commands, print_version
+from afo_sim.cli.error_handler import Commands, extend, print_version
 from afo_sim.common import Function, InputError, JsonDict, Keywords, Mixed, parse_toml, unknown
 
 _EPILOGUE = """Exit codes:
@@ -49,11 +49,21 @@ leg_app = typer.Typer(cls=Commands, no_args_is_help=True, rich_markup_mode=None)
 app.add_typer(leg_app, name="leg", help="Bring your own leg from MJCF or URDF; take one elsewhere.")
 
 
+_Extension = Annotated[
+    list[str] | None,
+    Option(
+        metavar="FILE", callback=extend, is_eager=True, expose_value=False,
+        help="Python file with laws, metrics, columns, parts … of your own; before or behind a command",
+    ),
+]  # fmt: skip
+
+
 @app.callback()
 def _options(
     version: bool = Option(
         False, "--version", callback=print_version, is_eager=True, help="print the version, and stop"
     ),
+    extension: _Extension = None,
 ) -> None:
     pass
 

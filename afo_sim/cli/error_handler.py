@@ -11,7 +11,7 @@ import sys
 import tempfile
 import traceback
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import typer
@@ -34,6 +34,18 @@ class _Stopped(Exception):
 
 class Commands(TyperGroup):
     """A group of commands whose errors name options: `--body-mass` for the library's `body_mass`."""
+
+    def __init__(self, **given: Foreign) -> None:
+        super().__init__(**given)
+        for option in self.params:
+            if option.name == "extension":  # all commands take it, too
+                for command in self.leaves():
+                    command.params.append(option)
+
+    def leaves(self) -> Iterator[Foreign]:
+        """All commands, also those of the groups within."""
+        for each in self.commands.values():
+            yield from each.leaves() if isinstance(each, Commands) else (each,)
 
     def get_command(self, ctx: Foreign, name: str) -> Foreign:
         """A command by its name; of one that is no more, an error that says what to use."""
@@ -102,6 +114,15 @@ def print_version(asked: bool) -> None:
         found = versions()
         print(f"afo-sim {found['afo-sim']} (mujoco {found['mujoco']}, python {found['python']})")
         raise typer.Exit
+
+
+def extend(context: typer.Context, files: list[str] | None) -> None:
+    """Register what installed packages and the files of `--extension` have, before a command begins."""
+    if files or not isinstance(context.command, Commands):
+        from afo_sim.common import register, register_installed
+
+        register_installed()
+        register(*files or ())
 
 
 def run(app: typer.Typer, received: Sequence[int] = ()) -> int:

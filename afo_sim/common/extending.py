@@ -25,6 +25,8 @@ T = TypeVar("T")
 GROUP = "afo_sim"  # of entry points: each names an object that `register` takes, or a module with some
 TAKEN: dict[type, Callable[[Any], object] | str] = {}  # kinds of objects, and what adds one
 ADDED: list[Any] = []  # in their order
+_ASKED: set[str] = set()  # groups of entry points that were looked for
+_TAKEN = "what load, column, controller, metric, Law, Friction or Format gives, or a Python file with some"
 
 
 def takes(kind: type[T], add: Callable[[T], object] | str) -> None:
@@ -57,10 +59,12 @@ def register(*things: Any) -> None:
         if isinstance(thing, str | os.PathLike):
             register(_module(pathlib.Path(thing)))
         elif isinstance(thing, types.ModuleType):
-            register(*(each for each in vars(thing).values() if _adds(each)))
+            if not (found := [each for each in vars(thing).values() if _adds(each)]):
+                file = getattr(thing, "__file__", None) or thing.__name__
+                raise InputError("has nothing to register", field="extension", value=file, allowed=_TAKEN)
+            register(*found)
         elif (add := _adds(thing)) is None:
-            allowed = "what load, column, controller, metric, Law, Friction or Format gives; a Python file"
-            raise InputError("cannot be registered", field="register", value=thing, allowed=allowed)
+            raise InputError("cannot be registered", field="register", value=thing, allowed=_TAKEN)
         else:
             add(thing)
             ADDED[:] = [*(each for each in ADDED if _called(each) != _called(thing)), thing]
@@ -86,14 +90,29 @@ def _module(file: pathlib.Path) -> types.ModuleType:
         raise InputError("is no Python file", field="extension", value=str(file), allowed="such as mine.py")
     module = importlib.util.module_from_spec(spec)
     sys.modules[name] = module
-    spec.loader.exec_module(module)
+    try:
+        spec.loader.exec_module(module)
+    except (Exception, SystemExit) as error:  # of the user's code
+        traced = traceback.extract_tb(error.__traceback__)
+        lines = [each.lineno for each in traced if each.filename == spec.origin]
+        at = f"{file}:{getattr(error, 'lineno', None) or lines[-1]}"
+        if isinstance(error, SystemExit):  # which would end the program
+            raise InputError("ends Python", file=at) from error
+        if isinstance(error, InputError) and error.file is None:
+            raise error.replaced(file=at) from error
+        error.add_note(f"in {at}")
+        raise
     cloudpickle.register_pickle_by_value(module)
     return module
 
 
-@functools.cache
 def register_installed() -> None:
     """Add what installed packages offer by entry points, once; what fails is a warning."""
+    if _ASKED:
+        return
+    _ASKED.add(GROUP)  # before they are loaded, since they may ask for this package's names
+    import importlib.metadata
+
     for point in importlib.metadata.entry_points(group=GROUP):
         try:
             register(point.load())
