@@ -2,7 +2,6 @@ from .common.errors import AfoSimError as AfoSimError
 from .common.errors import InputError as InputError
 from .common.errors import SimulationError as SimulationError
 from .common.extending import register as register
-from .description.listing import list as list
 from .description.reader import Muscle as Muscle
 from .description.reader import Scenario as Scenario
 from .description.reader import load as load
@@ -18,6 +17,7 @@ from .legs.attaching import attach as attach
 from .legs.exporting import export_leg as export_leg
 from .legs.importing import import_leg as import_leg
 from .metrics.metric import Metric as Metric
+from .metrics.own_metric import metric as metric
 from .model.build import build as build
 from .model.rescale import refit as refit
 from .native.install import install as install
@@ -29,6 +29,7 @@ from .show.run_pictures import view as view
 from .simulation.bilateral import Both as Both
 from .simulation.bilateral import both as both
 from .simulation.checks import expect as expect
+from .simulation.listing import list as list
 from .simulation.recording import Recording as Recording
 from .simulation.recording import read_recording as read_recording
 from .simulation.run import run as run

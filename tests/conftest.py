@@ -41,6 +41,18 @@ def pytest_runtest_teardown() -> None:
     """Nothing stays registered after the test that registered it."""
     for kept in (extending.ADDED, assets.OWN):
         kept.clear()
+    metrics = sys.modules.get("afo_sim.metrics.own_metric")
+    if metrics is not None and metrics.OWN:
+        from afo_sim.metrics import REPORTED, WORDS
+        from afo_sim.metrics.metric_words import METRICS
+
+        for function in [f for f, (row, *_) in REPORTED.items() if row.name in metrics.OWN]:
+            del REPORTED[function]
+        for name in metrics.OWN:
+            del METRICS[name], WORDS[name]
+        metrics.OWN.clear()
+        for cached in ("functions_of", "reporting", "known", "unit_of"):
+            getattr(metrics.registry, cached).cache_clear()
 
 
 def pytest_collection_finish() -> None:

@@ -55,6 +55,11 @@ def _entries(kind: str) -> list[tuple[str, str]]:
     if kind in ("laws", "frictions"):
         known: Foreign = LAWS if kind == "laws" else FRICTIONS
         return [(law.name, f"{law.formula} — {law.source}; {law.validity}") for law in known.values()]
+    if kind == "metrics":
+        from afo_sim.metrics.metric_words import METRICS
+
+        rows = [(one.name, f"{one.label} [{one.unit or '-'}] {one.meaning}") for one in METRICS.values()]
+        return [(name.replace("{}", "…"), text.replace("{}", "…").strip()) for name, text in rows]
     if kind == "gaits":
         headers = {name: read_header(assets.find_gait(name)) for name in assets.gait_names()}
         return [(name, header.get("description", "")) for name, header in headers.items()]

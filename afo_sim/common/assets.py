@@ -22,7 +22,7 @@ KINDS = {
     "limits": "limits", "sensor": "sensors", "sweep": "sweeps", "search": "searches",
     "uncertainty": "uncertainties", "walker": "walkers", "population": "populations",
 }  # fmt: skip
-LISTS = (*KINDS.values(), "laws", "frictions", "gaits")  # of what is shipped
+LISTS = (*KINDS.values(), "laws", "frictions", "gaits", "metrics")  # of what is shipped
 FOLDERS = ("models", "gait_data")
 # kinds whose products are single files, not folders
 FLAT = ("scenario", "sweep", "search", "uncertainty", "walker", "population")

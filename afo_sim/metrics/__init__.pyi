@@ -78,6 +78,10 @@ from .needed_torque import NEEDED_MOMENT as NEEDED_MOMENT
 from .needed_torque import SIDES as SIDES
 from .needed_torque import Need as Need
 from .needed_torque import needs as needs
+from .own_metric import OWN as OWN
+from .own_metric import OwnMetric as OwnMetric
+from .own_metric import failures as failures
+from .own_metric import named as named
 from .peak import highest_mean as highest_mean
 from .skin_pressure import skin_metrics as skin_metrics
 from .strides import INTERNAL as INTERNAL

@@ -11,7 +11,7 @@ from typing import Protocol
 
 import numpy as np
 
-from afo_sim.common import STANDARD_DENSITY
+from afo_sim.common import STANDARD_DENSITY, nearest_name
 from afo_sim.metrics.metric import METRICS, Metric, Of, all_measured, functions_of, reporting
 from afo_sim.metrics.strides import Stride, settled, strides
 
@@ -26,6 +26,8 @@ class LazyColumns(Columns):
         self._found: dict[str, np.ndarray | None] = dict.fromkeys(names) | dict(known or {})
 
     def __getitem__(self, name: str) -> np.ndarray:
+        if name not in self._found:
+            raise KeyError(f"no column {name}; the nearest: {nearest_name(name, self)}")
         found = self._found[name]
         if found is None:
             found = self._found[name] = self._read(name)

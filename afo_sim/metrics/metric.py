@@ -18,12 +18,13 @@ CLEARANCE, CONTACT, ANKLE = "Clearance in swing", "Initial contact and loading",
 PUSH_OFF = "Push-off"
 NEED, TORQUE, WORK = "Torque needed", "Torque of the orthosis", "Work of the orthosis"
 START = "First strides after a stop"
-AIR, TIME, WALKERS, OTHER = "Air and pressure", "Walking", "Patients who respond", "Further"
+AIR, TIME, WALKERS = "Air and pressure", "Walking", "Patients who respond"
+YOURS, OTHER = "Your own", "Further"
 ENERGY = "Energy of air and muscles"
 SAFETY = "Safety margins"
 # in the order of a report
 _FIRST = (TIME, CLEARANCE, START, CONTACT, ANKLE, PUSH_OFF, NEED, TORQUE, WORK, AIR, ENERGY, SAFETY)
-GROUPS = (*_FIRST, WALKERS, OTHER)
+GROUPS = (*_FIRST, WALKERS, YOURS, OTHER)
 
 Found = Iterator[tuple[str, float]]  # name of a metric, value in the registry's unit
 

@@ -8,7 +8,6 @@ heel strike (`Stride.toe_off`). Angles and torques are dorsiflexion positive; pe
 reports stands in the modules of its subjects: clearance, push-off, torque, air, switching.
 """
 
-import functools
 import math
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
@@ -72,7 +71,7 @@ def walk_metrics(
     whole = strides(columns, timestep, body_mass, free_density)
     counted = whole[-1:] if solved else settled(columns, whole)
     each_of = None if wanted is None else frozenset(map(_each, wanted)) - {"strides_counted"}
-    functions = reporting(_functions(tuple(columns)), each_of)
+    functions = reporting(_functions(columns), each_of)
     every = {stride.number: stride.values(functions) for stride in (whole if transient else counted)}
     finite = {k: {n: v for n, v in found.items() if math.isfinite(v)} for k, found in every.items()}
     kept = None if each_of is None or None in map(known, each_of) else each_of
@@ -144,12 +143,11 @@ def _each(name: str) -> str:
 
 def stride_metric(stride: Stride, name: str) -> float:
     """One metric of a stride; NaN where it is undefined."""
-    functions = reporting(_functions(tuple(stride.columns)), frozenset([name]), strict=False)
+    functions = reporting(_functions(stride.columns), frozenset([name]), strict=False)
     return stride.values(functions).get(name, math.nan)
 
 
-@functools.lru_cache(maxsize=64)  # cases of a sweep have the same columns
-def _functions(columns: tuple[str, ...]) -> tuple[Function, ...]:
+def _functions(columns: Iterable[str]) -> tuple[Function, ...]:
     return functions_of(*((Of.STRIDE, Of.WORN) if has_orthosis(columns) else (Of.STRIDE,)))
 
 

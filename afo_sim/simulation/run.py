@@ -9,18 +9,19 @@ import functools
 import math
 import os
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
 
-from afo_sim.common import InputError, Notice, shown, unique
+from afo_sim.common import InputError, Notice, register, shown, unique
 from afo_sim.control import Controller, make
 from afo_sim.description import Scenario, load
 from afo_sim.metrics import (
     SOLVED,
     Metric,
     Metrics,
+    OwnMetric,
     WalkMetrics,
     emptied,
     sag_of_both,
@@ -67,6 +68,7 @@ def run(
     progress: Progress | None = None,
     step: Step = "controlled",
     uncertainty: int = 0,
+    metrics: Iterable[OwnMetric] = (),
 ) -> Recording:
     """Simulate a scenario from static equilibrium.
 
@@ -87,6 +89,7 @@ def run(
         step that was taken and each metric's numerical error (docs/accuracy.md)
     uncertainty : draws of what is not known, at least 20, for bands of a walk's numbers and curves:
         `studies["uncertainty"]`, those of `afo-sim run --uncertainty`; 0 for none (docs/uncertainty.md)
+    metrics : of your own (`metric`), registered from here on; a run has all that are, and the package's
 
     Returns
     -------
@@ -114,6 +117,7 @@ def run(
     """
     description = load("scenario", scenario, sets)
     check_step(step)
+    register(*metrics)
     if uncertainty and not (controller is None and policy is None):
         problem = "does not go with a controller in Python or a policy: the draws would run without it"
         raise InputError(problem, field="uncertainty", value=uncertainty, allowed="0")

@@ -15,7 +15,7 @@ from typing import Any, Literal, cast, get_args
 
 from afo_sim.common import InputError, Lazy, Notice, in_unit, unknown
 from afo_sim.description import Scenario
-from afo_sim.metrics import Metric, Metrics
+from afo_sim.metrics import Metric, Metrics, failures
 from afo_sim.model import as_run, with_person
 from afo_sim.simulation.recording import Later, Recording
 
@@ -86,6 +86,7 @@ def at_step(scenario: Scenario, step: float) -> Scenario:
     return scenario.with_values(timestep=step, record_rate=rate if step <= own.timestep else None)
 
 
+@failures(raised=True)
 def controlled(scenario: Scenario, simulate: Simulated, halvings: int | None = HALVINGS) -> Recording:
     """A run at the step at which its metrics agree with those at twice that step, or at the shortest one."""
     # Metrics that wait for being read, of first strides and of walks beside, do not decide. The step that was

@@ -23,7 +23,7 @@ import numpy as np
 from afo_sim import native
 from afo_sim.common import ControllerError, InputError, Notice, SimulationError
 from afo_sim.description import Base, load
-from afo_sim.metrics import Metric, reference_metrics, undefined
+from afo_sim.metrics import Metric, failures, reference_metrics, undefined
 from afo_sim.metrics.strides import strides
 from afo_sim.model import Built, fills, start_up, steps_of_stride, stride_files_stay, two_strides, why_walked
 from afo_sim.model import supply_and_timer as schedule
@@ -288,7 +288,8 @@ def _outcome(case: Prepared, rolled: Rolled, asked: Asked, references: Reference
         if rollout is not None and rollout.failure is not None:
             return _failed(rollout.failure)
     try:
-        totals, warnings, curves = _results(case, rolled, asked)
+        with failures() as failed:
+            totals, warnings, curves = _results(case, rolled, asked)
         if asked.reference and case.built.scenario.reference is not None:
             other = references.of(case.built.scenario)
             totals = totals | reference_metrics(totals, other.metrics)
@@ -302,7 +303,7 @@ def _outcome(case: Prepared, rolled: Rolled, asked: Asked, references: Reference
         name: metric if math.isfinite(metric.value) else Metric(math.nan, metric.unit)
         for name, metric in totals.items()
     }
-    return Outcome(OK, "", one_nan, (*case.built.warnings, *warnings), curves)
+    return Outcome(OK, "", one_nan, (*case.built.warnings, *warnings, *failed.values()), curves)
 
 
 def _results(

@@ -4,11 +4,12 @@ import dataclasses
 import os
 import pathlib
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from afo_sim.common import InputError
 from afo_sim.description import load
+from afo_sim.metrics import OwnMetric
 from afo_sim.simulation import Recording
 from afo_sim.simulation.run import run
 from afo_sim.study import runner
@@ -29,7 +30,7 @@ def sweep(
     out: str | os.PathLike[str] | None = None,
     cases: int | None = None,
     design: str = "",
-    metrics: Sequence[str] = (),
+    metrics: Sequence[str | OwnMetric] = (),
     constraints: Sequence[str] = (),
     seed: int = 0,
     threads: int = 0,
@@ -47,7 +48,7 @@ def sweep(
     cases : how many, of a sampled design
     design : "grid", "list", "random", "latin-hypercube", "sobol", "saltelli" or "uncertainty"; by default the
         grid of all values, and "sobol" where the number of cases is given
-    metrics : that are kept; all by default
+    metrics : that are kept, names or your own (`metric`); all by default
     constraints : such as "pressure < '3 bar'"; a column is called by the end of its key
     seed : of a sampled design
     threads : as many as processors if 0
@@ -84,8 +85,8 @@ def optimise(
     over: Mapping[str, Any],
     sets: Mapping[str, Any] | None = None,
     *,
-    lowest: str = "",
-    highest: str = "",
+    lowest: str | OwnMetric = "",
+    highest: str | OwnMetric = "",
     limits: Sequence[str] = (),
     patients: Mapping[str, Any] | None = None,
     out: str | os.PathLike[str] | None = None,
@@ -99,7 +100,7 @@ def optimise(
     scenario : a shipped name, a path, or a Scenario
     over : {dotted key: (lower, upper)}, with units
     sets : dotted keys and values that all designs share
-    lowest, highest : name of the metric; one of the two
+    lowest, highest : name of the metric, or your own (`metric`); one of the two
     limits : such as "toe_clearance >= 10 mm"
     patients : that a design must serve, as [patients] of a search's file has them
     out : folder of the search, which it can be resumed from; none is kept by default
@@ -138,6 +139,7 @@ def uncertainty(
     spreads: str = "usual",
     seed: int = 0,
     threads: int = 0,
+    metrics: Iterable[OwnMetric] = (),
 ) -> Recording:
     """A run of walking with bands: what is not known of orthosis and wearer, drawn together.
 
@@ -149,6 +151,7 @@ def uncertainty(
     spreads : what is not known: a shipped name, or a TOML file
     seed : of the draws
     threads : as many as processors if 0
+    metrics : of your own (`metric`), which get bands too, as do all that are registered
 
     Returns
     -------
@@ -170,6 +173,6 @@ def uncertainty(
     running.check_draws(description, draws, spreads)
     if not isinstance(seed, int) or seed < 0:
         raise InputError("is not a valid seed", field="seed", value=seed, allowed="0, 1, 2, …")
-    recording = run(description)
+    recording = run(description, metrics=metrics)
     found = running.uncertainty(description, recording, draws, spreads, seed=seed, threads=threads)
     return dataclasses.replace(recording, studies=recording.studies | {UNCERTAINTY: found})

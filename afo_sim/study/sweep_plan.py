@@ -14,7 +14,7 @@ from pydantic import Field as Option
 from afo_sim.common import InputError, Shown, assets
 from afo_sim.description import Scenario, load, refusal, refused_name
 from afo_sim.description.reader import split_key
-from afo_sim.metrics import OTHER, WORDS, instead, no_metric, told, words
+from afo_sim.metrics import OTHER, WORDS, instead, named, no_metric, told, words
 from afo_sim.study.constraint import Constraint, read_constraint
 from afo_sim.study.parameter import Choice, Parameter, Span
 from afo_sim.study.parameter_table import ParameterReader, ParameterTable, StrictTable, is_free, values_of
@@ -319,9 +319,7 @@ def plan_of(
 ) -> Plan:  # fmt: skip
     """A sweep without a file; `options` as its file has them, "" and None for what is not stated."""
     for name in ("metrics", "constraints"):
-        if isinstance(listed := options.get(name, ()), str):
-            raise InputError("is one text, not a list", field=name, value=listed, allowed=f"[{listed!r}]")
-        options[name] = tuple(listed)
+        options[name] = named(options.get(name, ()), name)
     table = {
         "scenario": plain_scenario(scenario),
         "design": design or ("grid" if cases is None else "sobol"),

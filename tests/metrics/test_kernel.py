@@ -1,16 +1,16 @@
 """The compiled kernels against plain NumPy, against Python, and beside functions of a user's own."""
 
 import threading
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 import pytest
 from synthetic_walk import MASS, walk_columns, with_orthosis
 
-from afo_sim.metrics import OTHER, REPORTED, Stride, walk_metrics, walking
+import afo_sim as afo
+from afo_sim.metrics import Stride, walk_metrics, walking
 from afo_sim.metrics.kernel import READS, SILENT, plan, told
-from afo_sim.metrics.metric import METRICS, Of, functions_of, known, reported, unit_of
+from afo_sim.metrics.metric import Of, functions_of
 from afo_sim.metrics.strides import events, strides
 
 Columns = dict[str, np.ndarray]
@@ -150,25 +150,12 @@ def test_what_depends_on_no_number_is_none() -> None:
         assert not other, name
 
 
-@pytest.fixture
-def own() -> Iterator[Any]:
-    """A metric of a user's own in plain NumPy."""
+def test_a_metric_of_ones_own_stands_beside_them_from_threads_too() -> None:
+    @afo.metric("own_mean_angle", "deg", "Mean angle after mid-stride")
+    def late(of: Any) -> float:
+        return float(np.degrees(of["ankle/angle"][of["gait/phase"] > 0.5].mean()))
 
-    def swung(stride: Stride) -> Iterator[tuple[str, float]]:
-        yield "own_mean_angle", float(np.degrees(stride["ankle/angle"][stride.phase > stride.toe_off].mean()))
-
-    def forget() -> None:
-        for cached in (functions_of, walking._functions, known, unit_of):
-            cached.cache_clear()
-
-    reported(OTHER, ("own_mean_angle", "deg", "Mean angle in swing"), of=Of.STRIDE)(swung)
-    forget()
-    yield swung
-    del METRICS["own_mean_angle"], REPORTED[swung]
-    forget()
-
-
-def test_a_metric_of_ones_own_stands_beside_them_from_threads_too(own: Any) -> None:
+    afo.register(late)
     columns, found = rough(1, 2e-3), []
     wanted = frozenset({"own_mean_angle", "toe_clearance"})
     work = [
@@ -181,5 +168,9 @@ def test_a_metric_of_ones_own_stands_beside_them_from_threads_too(own: Any) -> N
         each.join()
     assert len(found) == 4 and all(one.totals == found[0].totals for one in found)
     totals = found[0].totals
+    way, angle = columns["gait/phase"], np.degrees(columns["ankle/angle"])
+    counted = strides(columns, 2e-3, MASS)[1:]
+    means = [angle[s.rows][way[s.rows] > 0.5].mean() for s in counted]
+    assert float(totals["own_mean_angle"]) == pytest.approx(np.mean(means), abs=1e-12)
     assert totals["own_mean_angle"].unit == "deg" and "toe_clearance" in totals
     assert set(totals) <= {*wanted, "strides_counted", "lowest_toe_clearance", "walked_clearance_change"}

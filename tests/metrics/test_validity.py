@@ -25,6 +25,7 @@ HARMLESS = {  # warnings that cap no answer: an answer says them itself, or no n
     "the pads' loss in push-off moves the settled clearance by 0.05 mm": "ground-force-lost",
     "where the height is taken": "no-swing-minimum",
     "of a gait file, before a run": "stride-open",
+    "of a metric of the user's, of which no answer is made": "own-metric-failed",
     "of the torque map": "pressure-limit device-of-another-size",
 }
 

@@ -13,6 +13,7 @@ from pydantic import InstanceOf, StrictFloat, StrictInt, StrictStr, model_valida
 
 from afo_sim.common import InputError, assets, parse_quantity
 from afo_sim.description import refusal
+from afo_sim.metrics import OwnMetric, named
 from afo_sim.study import sweep_plan
 from afo_sim.study.design import Cases, case_seeds, cases_of
 from afo_sim.study.folder import fingerprint
@@ -168,7 +169,7 @@ def read(path: str | os.PathLike[str]) -> SearchPlan:
 
 
 def search_of(
-    scenario: Any, over: Mapping[str, Any], *, lowest: str = "", highest: str = "",
+    scenario: Any, over: Mapping[str, Any], *, lowest: str | OwnMetric = "", highest: str | OwnMetric = "",
     of: Literal["mean", "median", "worst"] = "mean", limits: Sequence[str] = (),
     patients: Mapping[str, Any] | None = None, **options: Any,
 ) -> SearchPlan:  # fmt: skip
@@ -176,6 +177,7 @@ def search_of(
     file = pathlib.Path("search")
     if bool(lowest) == bool(highest):
         raise InputError("is not stated, or twice", file=file, field="objective", allowed="lowest or highest")
+    (goal,) = named([lowest or highest])
     ranges = {key: Span(*written) if isinstance(written, tuple) else written for key, written in over.items()}
     bounds = []
     for number, text in enumerate(limits):
@@ -189,7 +191,7 @@ def search_of(
     table = {
         "scenario": sweep_plan.plain_scenario(scenario),
         "parameters": sweep_plan.parameter_tables(ranges),
-        "objective": {"metric": lowest or highest, "goal": "lowest" if lowest else "highest", "over": of},
+        "objective": {"metric": goal, "goal": "lowest" if lowest else "highest", "over": of},
         "limits": tuple(bounds),
         "set": dict(options.pop("sets", None) or {}),
         **options,

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from afo_sim.common import InputError, with_code
-from afo_sim.description import Scenario
-from afo_sim.metrics import BELOW, HELP, LIFT, ORTHOSIS, Metric, settled, words
+from afo_sim.description import Scenario, load
+from afo_sim.metrics import BELOW, HELP, LIFT, Metric, ORTHOSIS, OWN, settled, words
 from afo_sim.metrics.strides import strides
 from afo_sim.model import person_of
 from afo_sim.simulation import Asked, Recording, as_taken, limits_of, needs_of
@@ -115,7 +115,7 @@ def uncertainty(
 ) -> dict[str, Any]:  # fmt: skip
     """Bands of a run's numbers and curves, by drawing all that is not known together."""
     drawn = draw(check_draws(scenario, draws, spreads), scenario, draws, seed)
-    kept = frozenset(name for name in (*_METRICS, *_JUDGED) if name in recording.metrics)
+    kept = frozenset(name for name in (*_METRICS, *OWN, *_JUDGED) if name in recording.metrics)
     pressures = tuple(f"chamber/{name}/pressure" for name in scenario.orthosis.chamber)
     asked = Asked(kept, doubts=False, curves=(*_CURVES, *pressures))
     cases = [drawn.sets(k) for k in range(draws)]
@@ -156,7 +156,7 @@ def _bands_of(found: Found, recording: Recording) -> dict[str, Any]:
     }
     if not ok.any():
         return bands
-    for name in _METRICS:
+    for name in (*_METRICS, *OWN):
         values = found.metric(name)[ok]
         if name in recording.metrics and np.isfinite(values).any():
             bands["metrics"][name] = {

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from typing import overload
 
 from afo_sim.common import assets, unknown
+from afo_sim.metrics.metric import METRICS, load_all
 from afo_sim.physics import FRICTIONS, LAWS
 
 
@@ -37,7 +38,11 @@ def list(kind: str | None = None) -> Sequence[str] | dict[str, Sequence[str]]:
     plural = assets.KINDS.get(kind, kind)
     if plural not in assets.LISTS:
         raise unknown(kind, assets.LISTS, field="kind", problem="is no kind of what is shipped")
-    if plural in ("laws", "frictions"):
-        return [*(LAWS if plural == "laws" else FRICTIONS)]
-    singular = next((one for one, several in assets.KINDS.items() if several == plural), "")
-    return assets.names(singular) if singular else assets.gait_names()
+    if plural == "metrics":
+        load_all()
+    registry = {"laws": LAWS, "frictions": FRICTIONS, "metrics": METRICS}
+    if plural in registry:
+        return [*registry[plural]]
+    if plural == "gaits":
+        return assets.gait_names()
+    return assets.names(next(one for one, several in assets.KINDS.items() if several == plural))
