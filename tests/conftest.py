@@ -53,6 +53,10 @@ def pytest_runtest_teardown() -> None:
         metrics.OWN.clear()
         for cached in ("functions_of", "reporting", "known", "unit_of"):
             getattr(metrics.registry, cached).cache_clear()
+    formats = sys.modules.get("afo_sim.export.formats")
+    if formats is not None:
+        for name in formats.FORMATS.keys() - set(formats.SHIPPED):
+            del formats.FORMATS[name]
 
 
 def pytest_collection_finish() -> None:

@@ -9,3 +9,5 @@ from .elsewhere.writing import ELSEWHERE as ELSEWHERE
 from .elsewhere.writing import export_attached as export_attached
 from .exported import export as export
 from .exported import format_of as format_of
+from .formats import Format as Format
+from .formats import Order as Order

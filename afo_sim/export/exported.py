@@ -7,9 +7,9 @@ import warnings
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
-from afo_sim.common import InputError, check_writable, nearest_name, together, unknown
+from afo_sim.common import InputError, check_writable, nearest_name, place_of, together, unknown
 from afo_sim.export.elsewhere.writing import ELSEWHERE, write_elsewhere
-from afo_sim.export.formats import FORMATS, Format, Order
+from afo_sim.export.formats import FORMATS, SHIPPED, Format, Order
 from afo_sim.simulation import Recording
 
 
@@ -59,8 +59,16 @@ def export(
     check_writable(path.parent)
     with together(path.parent, group) as scratch, warnings.catch_warnings(record=True) as warned:
         warnings.simplefilter("always")
-        notes = kind.write(Order(recording, rate, patterns, report, path.parent), scratch / path.name)
+        try:
+            order = Order(recording, rate, patterns, report, path.parent)
+            notes = tuple(kind.write(order, scratch / path.name) or ())
+        except Exception as error:
+            if kind.name not in SHIPPED:  # of the user's code
+                error.add_note(f"in the format {kind.name}, {place_of(error, kind.write)}")
+            raise
         written = [name for name in group if (scratch / name).is_file()]
+        if path.name not in written:
+            raise InputError("writes another file than it is asked for", field="to", value=kind.name)
         for name in group if not force else ():  # the same metrics may stand there, as of a .sto and a .csv
             beside, new = path.with_name(name), scratch / name
             same = beside.is_file() and new.is_file() and filecmp.cmp(beside, new, shallow=False)
@@ -70,7 +78,7 @@ def export(
         notes = (f"the run stopped early, and its rows up to there are written: {recording.status}", *notes)
     notes = (*(str(warning.message) for warning in warned), *notes)
     files = tuple(path.with_name(name) for name in written)
-    return Exported(files, kind.opens.format(name=path.name), kind.minds, notes)
+    return Exported(files, kind.opens.replace("{name}", path.name), kind.minds, notes)
 
 
 def format_of(to: str) -> Format:

@@ -9,8 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from afo_sim.common import InputError, as_stored, json_text, titles, write_bytes, write_text
+from afo_sim.common import InputError, as_stored, json_text, takes, titles, write_bytes, write_text
 from afo_sim.export import opensim
+from afo_sim.export.elsewhere.writing import ELSEWHERE
 from afo_sim.export.rows import Report, Rows, finite, legal_names, rows_of, write_numbers
 from afo_sim.metrics import Metric, words
 from afo_sim.simulation import Recording, to_binary
@@ -49,30 +50,30 @@ def _strides(strides: dict[int, dict[str, Metric]]) -> dict[str, np.ndarray]:
 
 @dataclass(frozen=True)
 class Order:
-    """What is to be written: a run, its rate [Hz] and columns, whom to report progress to, and where to."""
+    """What a format writes: `recording`, and the rows of it that were asked for."""
 
     recording: Recording
-    rate: float | None
-    columns: tuple[str, ...]
-    report: Report
-    place: pathlib.Path
+    rate: float | None  # asked for [Hz]
+    columns: tuple[str, ...]  # names or patterns; all where there are none
+    report: Report  # called with (rows written, in all)
+    place: pathlib.Path  # where the file will stand
 
     def rows(self, *, columns: Iterable[str] | None = None) -> Rows:
-        """The rows that leave, of the columns that were chosen or of others."""
+        """Their `columns` [SI], `units` and `signs` by name, `time` first; of those chosen or of others."""
         return rows_of(self.recording, self.rate, self.columns if columns is None else columns)
 
 
 @dataclass(frozen=True)
 class Format:
-    """A format."""
+    """A format that runs are exported to; `register` takes one of your own."""
 
-    name: str
-    beside: tuple[str, ...]
-    opens: str
-    write: Callable[[Order, pathlib.Path], tuple[str, ...]]
-    minds: str = ""
-    rows: bool = True
-    chosen: bool = True
+    name: str  # ending of its files: letters and digits
+    write: Callable[[Order, pathlib.Path], Iterable[str] | None]  # to a path; may give notes
+    opens: str = "what you have for it"  # in which {name} stands for the file's
+    beside: tuple[str, ...] = ()  # what the names of other files that it writes have behind the file's stem
+    minds: str = ""  # what to mind then
+    rows: bool = True  # whether it has rows, of which some may be asked for
+    chosen: bool = True  # whether columns may be
 
 
 def _beside(path: pathlib.Path, ending: str) -> pathlib.Path:
@@ -150,25 +151,37 @@ def _mjb(order: Order, path: pathlib.Path) -> tuple[str, ...]:
 FORMATS = {
     each.name: each
     for each in (
-        Format("sto", (METRICS,), 'OpenSim: Tools > Plot, or opensim.TimeSeriesTable("{name}")', _sto),
+        Format("sto", _sto, 'OpenSim: Tools > Plot, or opensim.TimeSeriesTable("{name}")', (METRICS,)),
         Format(
             "mot",
-            (LOADS, LOADS_XML, METRICS),
-            "OpenSim: File > Load Motion, with a model such as Gait2392 opened",
             _mot,
+            "OpenSim: File > Load Motion, with a model such as Gait2392 opened",
+            (LOADS, LOADS_XML, METRICS),
             "mtp_angle is positive with the toes up, as in Gait2392; for the Rajagopal models turn its sign",
             chosen=False,
         ),
-        Format("csv", (METRICS,), 'any spreadsheet, or pandas.read_csv("{name}")', _csv),
-        Format("mat", (), "MATLAB or Octave: load {name}, then run.columns, run.metrics", _mat),
+        Format("csv", _csv, 'any spreadsheet, or pandas.read_csv("{name}")', (METRICS,)),
+        Format("mat", _mat, "MATLAB or Octave: load {name}, then run.columns, run.metrics"),
         Format(
             "mjb",
-            (),
-            'mujoco.MjModel.from_binary_path("{name}"), with the same version of MuJoCo',
             _mjb,
+            'mujoco.MjModel.from_binary_path("{name}"), with the same version of MuJoCo',
+            (),
             "in MuJoCo alone its muscles are limp: step it inside afo_sim.native.installed()",
             rows=False,
             chosen=False,
         ),
     )
 }
+SHIPPED = (*FORMATS, *ELSEWHERE)
+
+
+def _add(own: Format) -> None:
+    """Put a format of a user's own among the others, in the place of an older one of its name."""
+    if own.name in SHIPPED or not own.name.isalnum() or own.name.lower() != own.name:
+        problem = "names one of the package's" if own.name in SHIPPED else "is no ending of a file"
+        raise InputError(problem, field="name", value=own.name, allowed="small letters and digits: mine")
+    FORMATS[own.name] = own
+
+
+takes(Format, _add)
