@@ -249,18 +249,12 @@ def known(name: str) -> MetricEntry | None:
     return next(filter(None, (row.fill(name) for row in METRICS.values())), None)
 
 
-def entry(name: str) -> MetricEntry:
-    """The registered row of a metric; KeyError where no function reports it."""
-    row = known(name)
-    if row is None:
-        raise KeyError(f"no function registers the metric {name}")
-    return row
-
-
 @functools.cache
 def unit_of(name: str) -> str:
     """The unit of a registered metric; KeyError where no function reports it."""
-    return entry(name).unit
+    if (row := known(name)) is None:
+        raise KeyError(f"no function registers the metric {name}")
+    return row.unit
 
 
 def measured(name: str, value: float) -> Metric:

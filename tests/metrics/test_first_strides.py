@@ -14,9 +14,9 @@ from afo_sim.metrics import (
     share_left,
     strides_needed,
     undefined,
+    words,
 )
 from afo_sim.metrics.first_strides import AIR_FIRST, LOWEST, NEEDED, UNTIL, made_of
-from afo_sim.metrics.metric import entry
 
 
 def strides(heights: Sequence[float], air: float = 0.1) -> list[dict[str, Metric]]:
@@ -139,4 +139,4 @@ def test_what_is_undefined_keeps_its_name_and_unit() -> None:
     assert NAMES == set(NEEDED) == set(undefined(None, True, True))
     assert set(undefined(None, False, False)) == NAMES - {AIR_FIRST, AIR_BEFORE}
     for name, metric in undefined(None, True, True).items():
-        assert math.isnan(metric) and metric.unit == entry(name).unit
+        assert math.isnan(metric) and metric.unit == words(name).unit

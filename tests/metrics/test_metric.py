@@ -41,7 +41,7 @@ from afo_sim.metrics.air_per_stride import air_of, efficiency, sag_metrics
 from afo_sim.metrics.bottle import bottle_metrics, cycle_metrics
 from afo_sim.metrics.clearance import clearances
 from afo_sim.metrics.heel_contact import laid
-from afo_sim.metrics.metric import METRICS, all_measured, entry, measured, reported, reporting
+from afo_sim.metrics.metric import METRICS, all_measured, measured, reported, reporting
 from afo_sim.metrics.muscle_limits import life_metrics, muscle_metrics
 from afo_sim.metrics.skin_pressure import pressures, skin
 from afo_sim.metrics.valves import filling
@@ -181,7 +181,7 @@ def test_every_registered_metric_is_told_by_its_function() -> None:
 def test_every_metric_told_has_its_row_and_unit() -> None:
     for name, metric in told().items():
         assert words(name).group in GROUPS and words(name).group != OTHER
-        assert metric.unit == entry(name).unit
+        assert metric.unit == words(name).unit
         if metric.unit not in ("", "percent"):
             parse_quantity(f"1 {metric.unit}", metric.unit)
 
@@ -194,10 +194,10 @@ def test_a_process_that_simulates_nothing_has_all_words() -> None:
 
 
 def test_names_with_a_chamber_or_a_direction_are_filled_in() -> None:
-    assert entry("air_per_stride_front").label == "Air per stride, front"
-    assert entry("air_per_stride").label == "Air per stride"
-    assert entry("peak_push_off_torque").label == "Push off torque, peak over 10 ms"
-    assert entry("lowest_pressure_front").meaning == "gauge"
+    assert words("air_per_stride_front").label == "Air per stride, front"
+    assert words("air_per_stride").label == "Air per stride"
+    assert words("peak_push_off_torque").label == "Push off torque, peak over 10 ms"
+    assert words("lowest_pressure_front").meaning == "gauge"
     assert "air_per_stride" in WORDS and not any("{" in name for name in WORDS)
     assert words("something_new") == words("something_new")
     assert words("something_new").group == OTHER

@@ -7,8 +7,7 @@ import pytest
 from synthetic_walk import MASS, STEP, UPRIGHT, walk_columns, with_orthosis
 
 import afo_sim
-from afo_sim.metrics import AGAINST, walk_metrics
-from afo_sim.metrics.metric import entry
+from afo_sim.metrics import AGAINST, walk_metrics, words
 
 
 def values(columns: dict[str, np.ndarray]) -> dict[str, float]:
@@ -46,7 +45,7 @@ def test_what_the_ankle_loses_is_the_recorded_ones_more() -> None:
 
 def test_the_meaning_names_the_limits_and_repeats_none() -> None:
     for name in AGAINST:
-        before, limits, _ = entry(name).meaning.partition("scenario's limits")
+        before, limits, _ = words(name).meaning.partition("scenario's limits")
         assert limits and not any(digit in before.rpartition("verdict")[2] for digit in "0123456789")
 
 
