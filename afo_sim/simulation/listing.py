@@ -1,6 +1,6 @@
 """The names of what is shipped."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import overload
 
 from afo_sim.common import assets, unknown
@@ -40,7 +40,7 @@ def list(kind: str | None = None) -> Sequence[str] | dict[str, Sequence[str]]:
         raise unknown(kind, assets.LISTS, field="kind", problem="is no kind of what is shipped")
     if plural == "metrics":
         load_all()
-    registry = {"laws": LAWS, "frictions": FRICTIONS, "metrics": METRICS}
+    registry: dict[str, Iterable[str]] = {"laws": LAWS, "frictions": FRICTIONS, "metrics": METRICS}
     if plural in registry:
         return [*registry[plural]]
     if plural == "gaits":

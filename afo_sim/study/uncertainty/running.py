@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from afo_sim.common import InputError, with_code
-from afo_sim.description import Scenario, load
-from afo_sim.metrics import BELOW, HELP, LIFT, Metric, ORTHOSIS, OWN, settled, words
+from afo_sim.description import Scenario
+from afo_sim.metrics import BELOW, HELP, LIFT, ORTHOSIS, OWN, Metric, settled, words
 from afo_sim.metrics.strides import strides
 from afo_sim.model import person_of
 from afo_sim.simulation import Asked, Recording, as_taken, limits_of, needs_of
