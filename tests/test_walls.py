@@ -41,7 +41,15 @@ ROOMS = {
 }
 PLAIN = {"math", "functools", "numba", "numpy", "collections", "dataclasses", "typing", "afo_sim"}
 PLAIN |= {"ctypes", "lazy_loader"}  # to call machine code; the face
-PLAIN |= {"importlib", "inspect", "linecache", "pkgutil"}  # what the registry of laws is made with
+PLAIN |= {
+    "importlib",
+    "inspect",
+    "linecache",
+    "pkgutil",
+    "re",
+    "sys",
+    "types",
+}  # what the registry of laws is made with
 SEALING = {"write_sealed", "write_json", "write_parquet", "parquet_writer"}
 FACES = {
     "__init__.py",

@@ -20,6 +20,7 @@ from numba.core import cgutils
 from numba.extending import intrinsic, register_jitable
 
 from afo_sim.common.machine_code import USER_KERNELS, Code, start, symbol, table_size
+from afo_sim.common.open_types import Foreign
 
 _OF_THIS_PROCESS = "numba.dynamic.globals"  # names of addresses in it: nobody else has such a symbol
 
@@ -69,10 +70,10 @@ def _compile(symbol: str, function: Callable[..., Any], signature: Any) -> Code:
 
 
 @intrinsic
-def user_kernels(typing_context: Any) -> Any:
+def user_kernels(typing_context: Foreign) -> Foreign:
     """Where the table of a user's own kernels begins."""
 
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    def generate(context: Foreign, builder: Foreign, signature: Foreign, arguments: Foreign) -> Foreign:
         kind = ir.ArrayType(ir.IntType(64), table_size())
         table = builder.module.globals.get(USER_KERNELS) or ir.GlobalVariable(
             builder.module, kind, USER_KERNELS
@@ -83,26 +84,34 @@ def user_kernels(typing_context: Any) -> Any:
 
 
 @intrinsic
-def two_numbers(typing_context: Any) -> Any:
+def two_numbers(typing_context: Foreign) -> Foreign:
     """A pointer to two numbers, which live as long as the calling function runs."""
 
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    def generate(context: Foreign, builder: Foreign, signature: Foreign, arguments: Foreign) -> Foreign:
         return cgutils.alloca_once(builder, ir.DoubleType(), size=2)
 
     return types.CPointer(types.float64)(), generate
 
 
+_NUMBERS = types.CPointer(types.float64)
+# x, y, z, row and place in it, memory and place in it, where to write
+_TAKEN = *[types.float64] * 3, _NUMBERS, types.int64, _NUMBERS, types.int64, _NUMBERS
+
+
+def user_signature() -> Foreign:
+    """Of a kernel of a user's own."""
+    return types.float64(*_TAKEN)
+
+
 @intrinsic
 def call_kernel(
-    typing_context: Any, address: Any, x: Any, y: Any, z: Any, u: Any, c: Any, act: Any, a: Any, out: Any
-) -> Any:  # fmt: skip
-    """Call a function of numbers by its address."""
-    pointer = types.CPointer(types.float64)
-    taken = *[types.float64] * 3, pointer, types.int64, pointer, types.int64, pointer
+    typing_context: Foreign, address: Foreign, x: Foreign, y: Foreign, z: Foreign, u: Foreign, c: Foreign, act: Foreign, a: Foreign, out: Foreign
+) -> Foreign:  # fmt: skip
+    """Call such a kernel by its address."""
 
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        kinds = [context.get_value_type(each) for each in taken]
+    def generate(context: Foreign, builder: Foreign, signature: Foreign, arguments: Foreign) -> Foreign:
+        kinds = [context.get_value_type(each) for each in _TAKEN]
         function = ir.FunctionType(ir.DoubleType(), kinds).as_pointer()
         return builder.call(builder.inttoptr(arguments[0], function), arguments[1:])
 
-    return types.float64(types.int64, *taken), generate
+    return types.float64(types.int64, *_TAKEN), generate

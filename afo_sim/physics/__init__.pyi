@@ -37,6 +37,7 @@ from .friction.dispatch import friction_of_motion as friction_of_motion
 from .friction.dispatch import friction_rates as friction_rates
 from .friction.dispatch import is_force as is_force
 from .friction.law import MAX_FRICTION_COEFFICIENTS as MAX_FRICTION_COEFFICIENTS
+from .friction.law import Friction as Friction
 from .gas import AIR as AIR
 from .gas import CO2 as CO2
 from .gas import GASES as GASES
@@ -59,6 +60,7 @@ from .law import Law as Law
 from .law import LawParameter as LawParameter
 from .law_slope import Slopes as Slopes
 from .law_slope import slopes_of as slopes_of
+from .law_slope import with_slopes as with_slopes
 from .law_volume import LAW_VOLUME as LAW_VOLUME
 from .law_volume import LawVolume as LawVolume
 from .law_volume import law_volume as law_volume

@@ -8,14 +8,14 @@ function is what it was.
 import ctypes
 import functools
 import math
-import weakref
 from collections.abc import Callable
 from typing import Any, TypeVar
 
 F = TypeVar("F", bound=Callable[..., Any])
 
 _unregistered: list[tuple[Callable[..., Any], dict[str, Any]]] = []  # functions, options
-_marked: weakref.WeakSet[Callable[..., Any]] = weakref.WeakSet()
+_marked: set[Callable[..., Any]] = set()
+OVERLOADS: list[Callable[[], None]] = []  # tell numba of functions that are others in compiled code
 KERNELS: list[Callable[[], list[Callable[..., float]]]] = []  # load machine code, as far as modules are there
 
 
@@ -46,8 +46,8 @@ def register_all() -> None:
     """Register all marked functions with numba; whoever compiles one that calls them does this before."""
     from numba.extending import register_jitable as register
 
-    import afo_sim.physics.user_compiling  # noqa: F401  # of what calls kernels of a user's own
-
+    while OVERLOADS:
+        OVERLOADS.pop()()
     while _unregistered:
         function, options = _unregistered.pop(0)
         # without the wrapper in C that each would get, which nothing calls: an eighth of the time to compile

@@ -12,8 +12,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple, TypeVar
 
-from afo_sim.common import InputError, identity_of
-from afo_sim.physics.jitable import marked, register_jitable
+from afo_sim.common import Doubles, InputError, identity_of
+from afo_sim.physics.jitable import OVERLOADS, marked, register_all, register_jitable
 from afo_sim.physics.law import Entry
 from afo_sim.physics.registry import items
 
@@ -30,13 +30,13 @@ class Body(NamedTuple):
     text: str  # calls `kernel`
 
 
-def numbers() -> Any:
+def numbers() -> Doubles:
     """Room for what a kernel gives beside its first number."""
     return [math.nan] * 2
 
 
 def user_kernel(
-    model: float, gives: int, x: float, y: float, z: float, u: Any, c: int, act: Any, a: int, out: Any
+    model: float, gives: int, x: float, y: float, z: float, u: Doubles, c: int, act: Doubles, a: int, out: Doubles
 ) -> float:  # fmt: skip
     """First number of a kernel of a user's own, the others to `out`; not a number where there is none."""
     kernel = KERNELS.get((int(model), gives)) if math.isfinite(model) else None
@@ -46,6 +46,38 @@ def user_kernel(
 def has_kernel(model: float, gives: int) -> bool:
     """Whether there is such a kernel of a user's own."""
     return math.isfinite(model) and (int(model), gives) in KERNELS
+
+
+def _overload() -> None:
+    """Tell numba what the functions above are in compiled code."""
+    from numba import types
+    from numba.extending import overload
+
+    from afo_sim.common import compiling
+
+    @register_jitable
+    def address(model, gives):  # type: ignore[no-untyped-def]  # numba compares signatures with these below
+        table, k = compiling.user_kernels(), 0
+        while table[k] != 0:
+            if float(table[k]) == model and table[k + 1] == gives:
+                return table[k + 2]
+            k += 3
+        return 0
+
+    def called(model, gives, x, y, z, u, c, act, a, out):  # type: ignore[no-untyped-def]  # as above
+        at = address(model, gives)
+        return compiling.call_kernel(at, x, y, z, u, c, act, a, out) if at else math.nan
+
+    @overload(user_kernel)
+    def _(model, gives, x, y, z, u, c, act, a, out):  # type: ignore[no-untyped-def]  # as above
+        none = lambda model, gives, x, y, z, u, c, act, a, out: math.nan  # noqa: E731
+        return called if isinstance(u, types.CPointer) else none  # nobody steps with arrays
+
+    overload(has_kernel)(lambda model, gives: lambda model, gives: address(model, gives) != 0)
+    overload(numbers, inline="always")(lambda: lambda: compiling.two_numbers())
+
+
+OVERLOADS.append(_overload)
 
 
 @register_jitable
@@ -61,7 +93,7 @@ def user_slopes(
 
 @register_jitable
 def user_friction(
-    model: float, gives: int, x: float, y: float, z: float, act: Any, a: int, u: Sequence[float], c: int
+    model: float, gives: int, x: float, y: float, z: float, act: Doubles, a: int, u: Sequence[float], c: int
 ) -> tuple[float, float]:
     """Friction of a user's own [N], and its derivative by what moves."""
     out = numbers()
@@ -142,11 +174,13 @@ def _compile(entry: Entry, number: int, functions: Mapping[int, Callable[..., fl
     """Compile functions, and put their addresses into the table."""
     from numba.core.errors import NumbaError, UnsupportedBytecodeError
 
-    from afo_sim.common import machine_code
-    from afo_sim.physics.user_compiling import code_of
+    from afo_sim.common import compiling, machine_code
 
+    register_all()
     try:
-        codes = code_of(number, list(functions.values()))
+        codes = compiling.compile_all(
+            f"user_{number}", [*functions.values()], compiling.user_signature(), lambda *arguments: math.nan
+        )
     except (NumbaError, UnsupportedBytecodeError) as error:
         reasons = re.findall(
             r"^ *((?:Unknown|Untyped|No impl|Invalid|Cannot|Unsupp|Use of).*)", str(error), re.M

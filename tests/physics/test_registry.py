@@ -15,6 +15,7 @@ from afo_sim.physics import (
     LAWS,
     MAX_COEFFICIENTS,
     RETIRED_FRICTIONS,
+    Friction,
     Law,
     friction,
     laws,
@@ -22,7 +23,6 @@ from afo_sim.physics import (
     static_force,
 )
 from afo_sim.physics.friction import dispatch
-from afo_sim.physics.friction.law import Friction
 
 LAW = """
 from afo_sim.physics.jitable import register_jitable
@@ -40,7 +40,6 @@ THIS = Law(name="{name}", native_id={native_id}, kernel={kernel}, parameters=PAR
 
 FRICTION = """
 from numba.extending import register_jitable  # numba's own does as well
-from afo_sim.physics.friction.law import Friction
 from afo_sim.physics.law import LawParameter, plain
 
 @register_jitable

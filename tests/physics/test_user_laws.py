@@ -15,8 +15,8 @@ from registered import forgotten
 
 import afo_sim as afo
 from afo_sim.common import extending, identity_of, packed
-from afo_sim.physics import FRICTIONS, LAWS, Law, LawParameter, forces
-from afo_sim.physics.user_kernels import FIRST_USER_ID, KERNELS
+from afo_sim.physics import FIRST_USER_ID, FRICTIONS, LAWS, Law, LawParameter, forces
+from afo_sim.physics.user_kernels import KERNELS
 
 MUSCLE = "orthosis.muscle.dorsiflexor"
 SETS = {"duration": "1 s"}

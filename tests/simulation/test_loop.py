@@ -14,7 +14,7 @@ import pytest
 
 import afo_sim
 from afo_sim.common import InputError, SimulationError
-from afo_sim.description.portable import toml_text
+from afo_sim.description import toml_text
 from afo_sim.simulation import Loop, run_built
 
 SHORT = {"duration": "0.5 s"}

@@ -10,7 +10,7 @@ import tempfile
 import mujoco
 
 from afo_sim import native
-from afo_sim.common import InputError, child_environment, machine_code
+from afo_sim.common import InputError, child_environment, machine_code, write_bytes, write_text
 
 NAME = "afo_sim_user.so"
 
@@ -29,14 +29,14 @@ def link_user_library(model: mujoco.MjModel, folder: pathlib.Path) -> None:
         objects, entries, names = [], [], [code.symbol for code in codes.values()]
         for k, ((number, gives), code) in enumerate(codes.items()):
             objects.append(pathlib.Path(scratch, f"{k}.o"))
-            objects[-1].write_bytes(code.binary)
+            write_bytes(objects[-1], code.binary)
             entries.append(
                 f"t[{3 * k}] = {number}; t[{3 * k + 1}] = {gives}; t[{3 * k + 2}] = (int64_t){code.symbol};"
             )
         declared = "".join(f"double {name}(void);\n" for name in names)
         text = f"#include <stdint.h>\n{declared}void afo_sim_user(int64_t *t) {{ {' '.join(entries)} }}\n"
         source = pathlib.Path(scratch, "user.c")
-        source.write_text(text, encoding="utf-8")
+        write_text(source, text)
         command = [
             found,
             "-shared",
