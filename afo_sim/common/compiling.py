@@ -105,7 +105,8 @@ def user_signature() -> Foreign:
 
 @intrinsic
 def call_kernel(
-    typing_context: Foreign, address: Foreign, x: Foreign, y: Foreign, z: Foreign, u: Foreign, c: Foreign, act: Foreign, a: Foreign, out: Foreign
+    typing_context: Foreign, address: Foreign, x: Foreign, y: Foreign, z: Foreign, u: Foreign, c: Foreign,
+    act: Foreign, a: Foreign, out: Foreign,
 ) -> Foreign:  # fmt: skip
     """Call such a kernel by its address."""
 

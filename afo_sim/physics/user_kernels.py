@@ -36,7 +36,8 @@ def numbers() -> Doubles:
 
 
 def user_kernel(
-    model: float, gives: int, x: float, y: float, z: float, u: Doubles, c: int, act: Doubles, a: int, out: Doubles
+    model: float, gives: int, x: float, y: float, z: float, u: Doubles, c: int, act: Doubles, a: int,
+    out: Doubles,
 ) -> float:  # fmt: skip
     """First number of a kernel of a user's own, the others to `out`; not a number where there is none."""
     kernel = KERNELS.get((int(model), gives)) if math.isfinite(model) else None
