@@ -112,6 +112,7 @@ from .units import format_quantity as format_quantity
 from .units import in_unit as in_unit
 from .units import parse_quantity as parse_quantity
 from .units import read_any_quantity as read_any_quantity
+from .units import si as si
 from .versions import code_fingerprint as code_fingerprint
 from .writing import check_encoding as check_encoding
 from .writing import check_writable as check_writable

@@ -6,8 +6,10 @@ import re
 from collections import Counter
 from collections.abc import Mapping
 from math import pi
+from numbers import Real
 from typing import Any
 
+from afo_sim.common.errors import InputError
 from afo_sim.common.magnitude import UNITS, magnitudes
 
 GRAVITY = 9.80665  # standard gravity [m/s²]
@@ -51,6 +53,18 @@ def parse_quantity(value: object, unit: str) -> float:
     if not isinstance(value, str) or _is_number(value):
         raise ValueError(f"has no unit; {example}")
     return _plausible(_convert(value, unit, example), unit)
+
+
+def si(value: Any, unit: str, field: str, allowed: str = "") -> float:
+    """An argument in SI: a number as it is, a text or a number that knows its unit converted; InputError."""
+    own = getattr(value, "unit", None)
+    given = f"{float(value)!r} {own}" if isinstance(own, str) and own else value
+    if isinstance(given, Real) and not isinstance(given, bool):
+        return float(given)
+    try:
+        return parse_quantity(given, unit)
+    except ValueError as error:
+        raise InputError(str(error), field=field, value=value, allowed=allowed) from None
 
 
 def format_quantity(value: float, unit: str) -> str | float:

@@ -3,9 +3,9 @@
 import numbers
 from collections.abc import Iterable, Mapping
 
-from afo_sim.common import LEAST_NUMBER, InputError, nearest_name, unknown
+from afo_sim.common import LEAST_NUMBER, InputError, nearest_name, si, unknown
 
-Command = str | float | tuple[float, float]  # a word, a gauge pressure [Pa], or two coils
+Command = str | float | tuple[float, float]  # a word, a gauge pressure [Pa] or with its unit, or two coils
 COILS = {"inlet": (1.0, 0.0), "outlet": (0.0, 1.0), "both": (1.0, 1.0), "shut": (0.0, 0.0)}
 TIMED = "timed"
 HIGHEST = 2e6  # pressure that may be asked for, gauge [Pa]
@@ -77,8 +77,8 @@ def checked(
             raise unknown(chamber, known, field="chamber", problem="the orthosis has no such chamber")
         if isinstance(command, str) and command == TIMED:
             found[chamber] = None
-        elif isinstance(command, numbers.Real) and not isinstance(command, bool):
-            pressure = float(command)
+        elif _is_pressure(command):
+            pressure = si(command, "Pa", chamber)
             if chamber not in drives:
                 problem = f"is a pressure, and the chamber has no drive: describe [drive.{chamber}]"
                 raise InputError(problem, field=chamber, value=pressure, allowed=WORDS)
@@ -89,9 +89,16 @@ def checked(
         else:
             asks = f"{WORDS}; {TIMED}"
             if chamber in drives:
-                asks += f"; or a number, a gauge pressure from 0 to {HIGHEST:g} Pa"
+                asks += f'; or a gauge pressure from 0 to {HIGHEST:g} Pa, a number or "3 bar"'
             found |= coils({chamber: command}, known, asks, one_coil)
     return found
+
+
+def _is_pressure(command: object) -> bool:
+    """Whether a command is a number or begins with one."""
+    if isinstance(command, str):
+        return command.lstrip(" +-.")[:1].isdigit()
+    return isinstance(command, numbers.Real) and not isinstance(command, bool)
 
 
 def switched(on: bool, value: float, low: float, high: float) -> bool:

@@ -8,7 +8,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from afo_sim.common import InputError, parse_quantity
+from afo_sim.common import InputError, si
 from afo_sim.physics import LAWS, AtRest, Braid, LawVolume, muscle_volume, row, rubber_force, tension
 
 _Amount = float | str | Sequence[Any] | np.ndarray  # an SI number, a text as "3 bar", an array of them
@@ -240,10 +240,8 @@ def _si(name: str, amount: Any, unit: str) -> np.ndarray:
     """Numbers in SI of numbers, texts, numbers that know their unit, or arrays of them."""
     if isinstance(amount, list | tuple):
         return np.array([_si(name, item, unit) for item in amount])
-    own = getattr(amount, "unit", None)
-    text = f"{float(amount)!r} {own}" if isinstance(own, str) and own else amount
     try:
-        return np.asarray(parse_quantity(text, unit) if isinstance(text, str) else text, dtype=float)
-    except (TypeError, ValueError) as error:
-        problem = str(error) if isinstance(text, str) else "is not a number"
-        raise InputError(problem, field=name, value=amount) from None
+        one = isinstance(amount, str) or hasattr(amount, "unit")
+        return np.asarray(si(amount, unit, name) if one else amount, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError("is not a number", field=name, value=amount) from None

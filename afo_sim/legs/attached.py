@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common import AMBIENT_PRESSURE, LEAST_NUMBER, InputError, parse_quantity, unknown
+from afo_sim.common import AMBIENT_PRESSURE, LEAST_NUMBER, InputError, si, unknown
 from afo_sim.description import Orthosis, Segment
 from afo_sim.legs.finding import Found
 from afo_sim.native import Hold
@@ -195,10 +195,7 @@ def pressure_of(value: str | float, field: str) -> float:
 
 def number_of(value: str | float, field: str, unit: str, span: tuple[float, float], allowed: str) -> float:
     """A quantity given as text with a unit, or as an SI number, between two numbers."""
-    try:
-        found = parse_quantity(value, unit) if isinstance(value, str) else float(value)
-    except (TypeError, ValueError) as error:
-        raise InputError(str(error), field=field, value=value, allowed=allowed) from None
+    found = si(value, unit, field, allowed)
     if not span[0] < found <= span[1]:
         raise InputError("is out of range", field=field, value=value, allowed=allowed)
     return found

@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common import InputError, JsonMapping, Keywords, Notice, in_unit
+from afo_sim.common import InputError, JsonMapping, Keywords, Notice, in_unit, si
 from afo_sim.description import WORN, Orthosis, Segment, Side, load
 from afo_sim.legs import attached_spec
 from afo_sim.legs.attached import Attached, number_of, pressure_of
@@ -58,7 +58,7 @@ def attach(
     foot: str | None = None,
     ankle: str | None = None,
     side: Side | None = None,
-    zero: float | None = None,
+    zero: float | str | None = None,
     sign: float | None = None,
     forward: Direction | None = None,
     packages: Packages = (),
@@ -81,7 +81,7 @@ def attach(
         hinges of the joint join, and the heaviest body that an ankle moves
     shank, foot, ankle : other words for proximal, distal and joint
     side : "right" or "left", where both are there
-    zero : the hinge's coordinate at which the joint's angle is zero [rad]; 0 by default
+    zero : the hinge's coordinate at which the joint's angle is zero [rad], or "5 deg"; 0 by default
     sign : 1 where the hinge's own coordinate rises in flexion, else -1; by default as left and right of the
         body, its foot and how the limb folds show it. An ankle's follows from the foot
     forward : where an ankle's foot points, in the model's axes, as in `find`
@@ -121,6 +121,7 @@ def attach(
     tree = dataclasses.replace(tree_of(bare), file=file)
     distal = foot if distal is None else distal
     names = ankle if joint is None else joint, shank if proximal is None else proximal, distal
+    zero = None if zero is None else si(zero, "rad", "zero")
     found = find_worn(tree, device, names, side, zero, sign, forward)
     if device.joint == "ankle":
         check_masses(read if read.parts else tree, found)

@@ -7,7 +7,7 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from afo_sim.common import InputError, Notice, Shown, check_writable, together, write_sealed, write_text
+from afo_sim.common import InputError, Notice, Shown, check_writable, si, together, write_sealed, write_text
 from afo_sim.description import Side, load
 from afo_sim.legs.cutting import cut, left_behind, with_sole
 from afo_sim.legs.finding import Direction, Found, find
@@ -59,12 +59,12 @@ def import_leg(
     foot: str | None = None,
     ankle: str | None = None,
     side: Side | None = None,
-    zero: float | None = None,
+    zero: float | str | None = None,
     forward: Direction | None = None,
-    range: tuple[float, float] | None = None,
+    range: tuple[float | str, float | str] | None = None,
     toes: str | None = None,
-    body_mass: float | None = None,
-    body_height: float | None = None,
+    body_mass: float | str | None = None,
+    body_height: float | str | None = None,
     packages: Packages = (),
     name: str | None = None,
     force: bool = False,
@@ -77,10 +77,10 @@ def import_leg(
     file : of a leg, or of a whole body
     out : the leg's folder; nothing is written without it
     shank, foot, ankle, side, forward : as in `find`
-    zero : the file's coordinate of the ankle at which its angle is zero [rad]
-    range : stops of the ankle, dorsiflexion positive [rad]; the file's by default
+    zero : the file's coordinate of the ankle at which its angle is zero [rad], or "5 deg"
+    range : stops of the ankle, dorsiflexion positive [rad], or as "20 deg"; the file's by default
     toes : the file's hinge of the toes, which is kept; all other joints are welded
-    body_mass, body_height : of the person whose leg it is [kg], [m]
+    body_mass, body_height : of the person whose leg it is [kg], [m], or "75 kg", "1.75 m"
     packages : folders in which the meshes of a URDF file lie
     name : of the leg; by default the folder's
     force : replace a leg that is in the folder
@@ -108,8 +108,12 @@ def import_leg(
     if folder is not None:
         _check_folder(folder, file, force)
     tree = read_body(file, packages)
+    zero = None if zero is None else si(zero, "rad", "zero")
+    body_mass = None if body_mass is None else si(body_mass, "kg", "body_mass")
+    body_height = None if body_height is None else si(body_height, "m", "body_height")
     found = find(tree, shank=shank, foot=foot, ankle=ankle, side=side, zero=zero, forward=forward)
-    leg, sole = with_sole(cut(tree, found, range=range, toes=toes))
+    stops = None if range is None else (si(range[0], "rad", "range"), si(range[1], "rad", "range"))
+    leg, sole = with_sole(cut(tree, found, range=stops, toes=toes))
     numbers = LegNumbers.of(leg)
     notes = [*tree.notes, *found.notes, *tissue_notes(leg)]
     notes += [SOLE_NOTE] if sole.startswith("derived") else []

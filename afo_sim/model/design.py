@@ -5,7 +5,7 @@ import pathlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from afo_sim.common import LEAST_NUMBER, InputError, JsonDict, Shown, assets, parse_quantity, unique, unknown
+from afo_sim.common import InputError, JsonDict, LEAST_NUMBER, Shown, assets, parse_quantity, si, unique, unknown
 from afo_sim.description import Orthosis, Scenario, load
 from afo_sim.model.build import Built, build, check_description
 from afo_sim.model.leg_shapes import ThroughLeg, through_leg
@@ -48,12 +48,9 @@ def design(source: Source, *, leg: str | None = None, pressure: float | str | No
 
 def gauge(pressure: float | str | None) -> float | None:
     """A gauge pressure [Pa] as a number or with its unit; None stays."""
-    if isinstance(pressure, str):
-        try:
-            pressure = parse_quantity(pressure, "Pa")
-        except ValueError as error:
-            raise InputError(str(error), field="pressure", value=pressure) from None
-    elif pressure is not None and 0.0 < pressure < LEAST_NUMBER:
+    if pressure is None or isinstance(pressure, str):
+        return None if pressure is None else si(pressure, "Pa", "pressure")
+    if 0.0 < pressure < LEAST_NUMBER:
         problem = "is a number of Pa: was it meant in bar?"
         raise InputError(problem, field="pressure", value=pressure, allowed='"4 bar"')
     return pressure

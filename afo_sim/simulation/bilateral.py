@@ -131,7 +131,7 @@ class Both(Shown):
         }
 
     def save(
-        self, folder: str | os.PathLike[str], *, rrd: bool | None = None, rate: float | None = None
+        self, folder: str | os.PathLike[str], *, rrd: bool | None = None, rate: float | str | None = None
     ) -> pathlib.Path:
         """Write the runs to right/ and left/, both.json and, of legs that ran to their ends, both.png.
 

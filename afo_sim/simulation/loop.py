@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common import AfoSimError, InputError, unknown
+from afo_sim.common import AfoSimError, InputError, si, unknown
 from afo_sim.control import TOLD, Controller, TookTooLong, Watch, check_required, checked, make
 from afo_sim.control.required_inputs import required_inputs
 from afo_sim.description import Scenario
@@ -116,22 +116,21 @@ def described_policy(built: Built) -> Policy | None:
 class Loop:
     """The loop of one simulation; it makes the Policy that a roll-out asks."""
 
-    def __init__(self, built: Built, controller: Controller, rate: float, time_limit: float = TIME_LIMIT):
+    def __init__(
+        self, built: Built, controller: Controller, rate: float | str, time_limit: float | str = TIME_LIMIT
+    ):
         if not callable(controller):
             allowed = "a function of what is seen, or an object that can be called with it"
             problem = "is not a valid controller"
             raise InputError(problem, field="controller", value=controller, allowed=allowed)
-        number: Any = time_limit  # whatever the caller's annotations say
-        if not (isinstance(number, numbers.Real) and float(number) > 0.0):
-            allowed = "a number above 0 [s]; infinite for none"
+        allowed = 'above 0, as a number [s] or "10 s"; infinite for none'
+        limit = si(time_limit, "s", "time_limit", allowed)
+        if not limit > 0.0:
             raise InputError("is not a valid time", field="time_limit", value=time_limit, allowed=allowed)
         self.built, self.controller = built, controller
-        self.watch = Watch(time_limit)
-        number = rate
-        if isinstance(number, bool) or not isinstance(number, numbers.Real):
-            problem, allowed = "is not a valid number of commands a second", "a number in Hz, such as 100"
-            raise InputError(problem, field="controller.rate", value=rate, allowed=allowed)
-        steps = 1.0 / (rate * built.scenario.timestep) if rate > 0.0 else 0.0
+        self.watch = Watch(limit)
+        hertz = si(rate, "Hz", "controller.rate", 'a number [Hz], or "100 Hz"')
+        steps = 1.0 / (hertz * built.scenario.timestep) if hertz > 0.0 else 0.0
         self.period = round(steps)  # steps from one command to the next
         if self.period < 1 or abs(steps - self.period) > SLIGHTLY * steps:
             allowed = f"{1.0 / built.scenario.timestep:g} Hz divided by 1, 2, 3, …"

@@ -22,8 +22,8 @@ from afo_sim.common import (
     installed,
     nearest_name,
     no_attribute,
-    parse_quantity,
     shown,
+    si,
     titles,
 )
 from afo_sim.description import USUAL_LIMITS, Limits, Scenario, as_found, load
@@ -60,12 +60,10 @@ class Columns(Brief[str, np.ndarray]):
         """The first row at a time; a number is a row itself."""
         if bound is None or isinstance(bound, Integral):
             return bound
-        try:
-            at = parse_quantity(bound if isinstance(bound, str) else None, "s") - SLIGHTLY
-        except ValueError as error:
-            allowed = 'rows, 10:200, or times, "1 s":"2 s"'
-            raise InputError(str(error), field="rows", value=bound, allowed=allowed) from None
-        return int(np.searchsorted(self["time"], at))
+        allowed = 'rows, 10:200, or times, "1 s":"2 s"'
+        if not isinstance(bound, str):
+            raise InputError("is no row", field="rows", value=bound, allowed=allowed)
+        return int(np.searchsorted(self["time"], si(bound, "s", "rows", allowed) - SLIGHTLY))
 
 
 class Strides(Brief[int, dict[str, Metric]]):
@@ -255,7 +253,7 @@ class Recording(Shown, Mapping[str, np.ndarray]):
         return xarray.Dataset(variables, coords={"time": time}, attrs=facts)
 
     def save(
-        self, folder: str | os.PathLike[str], *, rrd: bool | None = None, rate: float | None = None,
+        self, folder: str | os.PathLike[str], *, rrd: bool | None = None, rate: float | str | None = None,
         place: pathlib.Path | None = None,
     ) -> pathlib.Path:  # fmt: skip
         """Write recording.parquet, summary.json, model.xml and, with `rrd`, recording.rrd.
@@ -267,7 +265,7 @@ class Recording(Shown, Mapping[str, np.ndarray]):
         ----------
         folder : made if need be; or a file that ends in .parquet
         rrd : also write recording.rrd; by default where the library rerun is installed
-        rate : samples a second in it [Hz]; the run's own by default
+        rate : samples a second in it [Hz], or "200 Hz"; the run's own by default
         place : where the folder will stand, if it moves afterwards: the scenario's files are named from it
 
         Returns
@@ -276,12 +274,13 @@ class Recording(Shown, Mapping[str, np.ndarray]):
         """
         target = pathlib.Path(folder)
         drawn = (installed("rerun") if rrd is None else rrd) and len(self["time"]) > 0
-        picture = (lambda path: shown().write(self, path, rate)) if drawn else None
+        hertz = None if rate is None else si(rate, "Hz", "rate")
+        picture = (lambda path: shown().write(self, path, hertz)) if drawn else None
         stored = as_stored(self.described, place or (target.parent if target.suffix == ENDING else target))
         return write_run(replace(self, described=stored), target, picture)
 
     def export(
-        self, out: str | os.PathLike[str], to: str | None = None, *, rate: float | None = None,
+        self, out: str | os.PathLike[str], to: str | None = None, *, rate: float | str | None = None,
         columns: Iterable[str] = (), force: bool = False,
     ) -> tuple[pathlib.Path, ...]:  # fmt: skip
         """Write the run for another program; what is not as in the run, or as asked for, is a warning.
@@ -293,7 +292,8 @@ class Recording(Shown, Mapping[str, np.ndarray]):
         to : "sto" or "mot" (OpenSim), "csv", "mat" (MATLAB, Octave) or "mjb" (MuJoCo); or what runs again
             elsewhere, with the run's commands: "plugin" (MuJoCo alone), "c", "fmu"; that of `out`'s ending by
             default
-        rate : rows a second [Hz], up to the run's own, which is the default; every k-th row is kept as it is
+        rate : rows a second [Hz], or "100 Hz", up to the run's own, which is the default; every k-th row is
+            kept as it is
         columns : names or patterns such as "ankle/*", for sto, csv and mat; all by default
         force : replace files that are there
 
@@ -312,7 +312,8 @@ class Recording(Shown, Mapping[str, np.ndarray]):
         >>> [file.name for file in short.export("short.csv", rate=100, columns=["ankle/*"])]
         ['short.csv', 'short_metrics.csv']
         """
-        return shown().export(self, out, to, rate, columns, force)
+        hertz = None if rate is None else si(rate, "Hz", "rate")
+        return shown().export(self, out, to, hertz, columns, force)
 
     def model(self) -> "mujoco.MjModel":
         """The model that ran, to the last bit: from the same state, the same inputs give the same steps.

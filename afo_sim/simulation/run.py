@@ -62,8 +62,8 @@ def run(
     sets: Mapping[str, Any] | None = None,
     *,
     controller: Controller | None = None,
-    rate: float = RATE,
-    time_limit: float = TIME_LIMIT,
+    rate: float | str = RATE,
+    time_limit: float | str = TIME_LIMIT,
     policy: Policy | None = None,
     progress: Progress | None = None,
     step: Step = "controlled",
@@ -79,8 +79,8 @@ def run(
     controller : what commands the chambers as the simulation goes: a function of what it sees; by default the
         scenario's own controller or timing (docs/controllers.md). What it raises, `run` raises, and the
         error's `recording` has the rows until then
-    rate : of the controller's commands [Hz]
-    time_limit : wall time that the controller may take for one command [s]
+    rate : of the controller's commands [Hz], or "100 Hz"
+    time_limit : wall time that the controller may take for one command [s], or "10 s"
     policy : what chooses all inputs as the simulation goes, for those who know the model's actuators
     progress : called with (steps done, steps in all)
     step : "controlled", by default: the time step is halved until the metrics agree with those at twice the
@@ -137,7 +137,7 @@ def run(
 
 
 def run_controlled(
-    scenario: Scenario, controller: Controller, rate: float, time_limit: float = TIME_LIMIT, *,
+    scenario: Scenario, controller: Controller, rate: float | str, time_limit: float | str = TIME_LIMIT, *,
     progress: Progress | None = None, watch: Watch | None = None, keeps: bool = False, raises: bool = False,
 ) -> Recording:  # fmt: skip
     """Simulate with a controller in the loop, from the start; with `keeps` Ctrl-C ends the recording."""

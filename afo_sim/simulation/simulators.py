@@ -1,8 +1,6 @@
 """Scenarios that one steps oneself: one, `afo_sim.Simulator`, or several side by side, `Simulators`."""
 
 import dataclasses
-import math
-import numbers
 import os
 import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -12,7 +10,7 @@ from typing import Any, Literal
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common import ControllerError, InputError, SimulationError
+from afo_sim.common import ControllerError, InputError, SimulationError, si
 from afo_sim.control import Command, Controller, make
 from afo_sim.description import MAX_STEPS, Scenario
 from afo_sim.model import Built
@@ -30,14 +28,13 @@ from afo_sim.simulation.stepping import PolicyFault, Rows, one_of
 MEMORY = ("_stepped.moment", "_sensors.moment", "_commander.commands", "_sight", "_blocks", "_seconds")
 
 
-def steps_in(dt: float | None, timestep: float, field: str = "dt") -> int:
+def steps_in(dt: float | str | None, timestep: float, field: str = "dt") -> int:
     """Steps of a time [s], one where it is None; InputError where that is no whole number."""
     if dt is None:
         return 1
-    number = isinstance(dt, numbers.Real) and not isinstance(dt, bool)
-    steps = dt / timestep if number else math.nan
+    allowed = f"{timestep:g} s times 1, 2, 3, …"
+    steps = si(dt, "s", field, allowed) / timestep
     if not 0.5 < steps < MAX_STEPS or abs(steps - round(steps)) > SLIGHTLY * steps:
-        allowed = f"{timestep:g} s times 1, 2, 3, …"
         raise InputError("is not a whole number of time steps", field=field, value=dt, allowed=allowed)
     return round(steps)
 
@@ -55,7 +52,7 @@ class Simulator(Forkable, native.Closing):
     scenario : a shipped name, a path to a TOML file, a dict of the same shape, a Scenario, or a Built
     sets : dotted keys and values laid over it
     controller : that commands the chambers, as `run` takes it; "scenario" for the scenario's own
-    rate : of its commands [Hz]; the scenario's own has its own
+    rate : of its commands [Hz], or "100 Hz"; the scenario's own has its own
 
     Raises
     ------
@@ -81,7 +78,7 @@ class Simulator(Forkable, native.Closing):
         scenario: str | os.PathLike[str] | Scenario | Mapping[str, Any] | Built,
         sets: Mapping[str, Any] | None = None,
         controller: Controller | Literal["scenario"] | None = None,
-        rate: float = RATE,
+        rate: float | str = RATE,
     ):
         self.built = scenario if isinstance(scenario, Built) else build(scenario, sets)
         _ = self.built.full_model, self.built.xml  # now: MuJoCo cannot compile beside Python callbacks
@@ -159,14 +156,16 @@ class Simulator(Forkable, native.Closing):
         """What is seen of the last step; see `control/controller.py`."""
         return self._seen
 
-    def step(self, command: Mapping[str, Command] | None = None, dt: float | None = None) -> Seen:
+    def step(self, command: Mapping[str, Command] | None = None, dt: float | str | None = None) -> Seen:
         """Command chambers, and simulate on.
 
         Parameters
         ----------
         command : "inlet", "outlet", "both", "shut", two coils (inlet, outlet) from 0 to 1 [-], a gauge
-            pressure [Pa] where the chamber has a drive, or "timed", by chamber; others keep their last one
-        dt : time to simulate, a whole number of time steps, or of a controller's periods [s]; one by default
+            pressure [Pa], "3 bar", where the chamber has a drive, or "timed", by chamber; others keep their
+            last one
+        dt : time to simulate, a whole number of time steps, or of a controller's periods [s], or "10 ms"; one
+            by default
 
         Returns
         -------
@@ -377,14 +376,14 @@ class Simulators(native.Closing):
         return list(self._seen)
 
     def step(
-        self, commands: Commands | Sequence[Commands | None] | None = None, dt: float | None = None
+        self, commands: Commands | Sequence[Commands | None] | None = None, dt: float | str | None = None
     ) -> list[Seen]:
         """Command chambers, and simulate all on that have not failed.
 
         Parameters
         ----------
         commands : of all alike, or one for each (`Simulator.step` tells what a command is)
-        dt : time to simulate, a whole number of time steps [s]; one step by default
+        dt : time to simulate, a whole number of time steps [s], or "10 ms"; one step by default
 
         Returns
         -------

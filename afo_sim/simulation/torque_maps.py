@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common import InputError, Notice
+from afo_sim.common import InputError, Notice, si
 from afo_sim.description import Scenario, load
 from afo_sim.metrics import SIDES, Need, needs
 from afo_sim.metrics.strides import strides
@@ -43,8 +43,8 @@ def torque_map(
     sets: Mapping[str, Any] | None = None,
     *,
     walk: str | os.PathLike[str] | Scenario | Mapping[str, Any] | None = None,
-    angles: Sequence[float] | np.ndarray | None = None,
-    pressures: Sequence[float] = (1e5, 2e5, 3e5, 4e5),
+    angles: Sequence[float | str] | np.ndarray | None = None,
+    pressures: Sequence[float | str] = (1e5, 2e5, 3e5, 4e5),
 ) -> TorqueMaps:
     """Torque available and torque needed: is the device strong enough for this patient's walk?
 
@@ -53,8 +53,8 @@ def torque_map(
     scenario : a shipped name, a path to a TOML file, a dict of the same shape, or a Scenario
     sets : dotted keys and values laid over it; those of gait, ground, patient and shoe over `walk`
     walk : a walk on the same leg, whose body wears the device and gives the need; else the scenario's own
-    angles : of the joint [rad] (n,); by default the orthosis' range of motion
-    pressures : gauge [Pa] (m,); the supply's is added
+    angles : of the joint [rad] (n,), or as "10 deg"; by default the orthosis' range of motion
+    pressures : gauge [Pa] (m,), or as "3 bar"; the supply's is added
 
     Returns
     -------
@@ -94,14 +94,15 @@ def torque_map(
     if angles is None:
         low, high = described.orthosis.range_of_motion
         angles = low + np.radians(np.arange(int(np.degrees(high - low) + 1.0 + 1e-9)))
-    angles, supply = np.asarray(angles, float), described.supply.pressure
+    supply, gauge = described.supply.pressure, [si(one, "Pa", "pressures") for one in pressures]
+    angles = np.array([si(angle, "rad", "angles") for angle in angles])
     stops = built.model.joint(ANKLE).range
     least, most = np.degrees([angles.min(initial=np.inf), angles.max(initial=-np.inf)])
     lower, upper = np.degrees(stops)
     if not lower - 1e-6 <= least <= most <= upper + 1e-6:
         problem, value = f"goes beyond the {described.leg.joint}'s stops", f"{least:g} to {most:g} deg"
         raise InputError(problem, field="angles", value=value, allowed=f"{lower:g} deg to {upper:g} deg")
-    maps = static.torque_map(built, angles, np.array(sorted({*pressures, supply})))
+    maps = static.torque_map(built, angles, np.array(sorted({*gauge, supply})))
     strongest = static.torque_map(built, stops, maps[0].pressures[-1:])
     sides = {one.chamber: np.sign(one.torque.sum()) for one in strongest}
     lacking: list[tuple[tuple[str, ...], Need, np.ndarray]] = []

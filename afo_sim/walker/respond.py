@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from afo_sim.common import InputError, JsonMapping, Keywords, assets, called, optional, unknown
+from afo_sim.common import InputError, JsonMapping, Keywords, assets, called, optional, si, unknown
 from afo_sim.description import Scenario, load
 from afo_sim.physics import LEG_MUSCLES
 from afo_sim.walker.body import BARE, SIDES, Body, build_body
@@ -147,9 +147,9 @@ def respond(
     adapted: str | os.PathLike[str] | None = None,
     adapted_device: str | os.PathLike[str] | None = None,
     strength: Mapping[str, float] | None = None,
-    duration: float = 20.0,
+    duration: float | str = 20.0,
     starts: int = 50,
-    push: float = 50.0,
+    push: float | str = 50.0,
     generations: int = 0,
     subset: str = "all",
     cost: Cost | None = None,
@@ -167,9 +167,9 @@ def respond(
     adapted, adapted_device : gaits of the patient without and with the device, found before; where nothing is
         set, those that are shipped for this patient and device
     strength : share left of each muscle, over the patient's own
-    duration : of the undisturbed walks [s]
+    duration : of the undisturbed walks [s], or "20 s"
     starts : perturbed starts of each case
-    push : on the trunk, forward or backward [N]
+    push : on the trunk, forward or backward [N], or "50 N"
     generations : of the search by which the patient adapts, 16 walks each; 0 for none
     subset : of the gains that adapt, "swing", "stance" or "all"
     cost : that the patient adapts by; the healthy gait's speed and the muscles' effort by default
@@ -192,6 +192,7 @@ def respond(
     described = prepared(scenario, sets)
     if subset not in SUBSETS:
         raise unknown(subset, SUBSETS, field="subset", problem="is not a set of gains")
+    duration, push = si(duration, "s", "duration"), si(push, "N", "push")
     check_limits(duration=duration, push=push, starts=starts, generations=generations, seed=seed)
     shares, healthy = strengths_of(described, strength), read_gait(gait)
     if generations:

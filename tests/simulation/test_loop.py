@@ -229,8 +229,8 @@ def test_an_interrupt_passes_where_nobody_keeps_the_run() -> None:
 
 @pytest.mark.parametrize(
     ("field", "arguments"),
-    [("controller.rate", {"rate": rate}) for rate in (0.0, -1.0, math.nan, math.inf, "100 Hz", 333.3)]
-    + [("time_limit", {"time_limit": limit}) for limit in (0.0, -1.0, math.nan, "1 s")]
+    [("controller.rate", {"rate": rate}) for rate in (0.0, -1.0, math.nan, math.inf, "100 m", 333.3)]
+    + [("time_limit", {"time_limit": limit}) for limit in (0.0, -1.0, math.nan, "1 m")]
     + [("controller", {"controller": 5})],
 )
 def test_wrong_arguments_are_refused_before_the_first_step(field: str, arguments: Any) -> None:
