@@ -30,6 +30,7 @@ from .simulation.bilateral import Both as Both
 from .simulation.bilateral import both as both
 from .simulation.checks import expect as expect
 from .simulation.listing import list as list
+from .simulation.own_column import column as column
 from .simulation.recording import Recording as Recording
 from .simulation.recording import read_recording as read_recording
 from .simulation.run import run as run

@@ -2,17 +2,19 @@
 
 import functools
 import itertools
+import re
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common import AMBIENT_PRESSURE, InputError, unknown
+from afo_sim.common import AMBIENT_PRESSURE, InputError, nearest_name, takes, unknown
 from afo_sim.control import TOLD
 from afo_sim.metrics import SOLVED, LazyColumns
 from afo_sim.model import JOINTS, SINK, Index
 from afo_sim.simulation.frame import Column, Frame, edge_flow, volume_pressure
+from afo_sim.simulation.own_column import OWN, OwnColumn
 from afo_sim.simulation.rollout import Rollout
 from afo_sim.simulation.supply_columns import SUPPLY_COLUMNS
 from afo_sim.simulation.walk_columns import WALKING, WalkFrame
@@ -196,11 +198,14 @@ CONDITIONS = tuple(dict.fromkeys(column.where for column in COLUMNS))
 
 def formulas(built: "Built", whole: bool = True) -> Mapping[str, Callable[[Frame], np.ndarray]]:
     """The formula of every column of a run, by name; of a frame it gives (n,)."""
-    return _formulas(built.index, whole, tuple(bool(where(built)) for where in CONDITIONS))
+    holds = tuple(bool(where(built)) for where in CONDITIONS)
+    return _formulas(built.index, whole, holds, tuple(OWN.values()))
 
 
 @functools.lru_cache(maxsize=16)  # cases of a sweep share it
-def _formulas(index: Index, whole: bool, holds: tuple[bool, ...]) -> dict[str, Callable[[Frame], np.ndarray]]:
+def _formulas(
+    index: Index, whole: bool, holds: tuple[bool, ...], own: tuple[OwnColumn, ...]
+) -> dict[str, Callable[[Frame], np.ndarray]]:
     # Names and ids of what a "*" stands for, by kind; one without a name where there is no "*"
     owners: dict[str, Mapping[str, int]] = {
         "": {"": 0},
@@ -225,7 +230,17 @@ def _formulas(index: Index, whole: bool, holds: tuple[bool, ...]) -> dict[str, C
                 elif column.of(index, number):
                     name = column.name.replace("*", owner)
                     found[name] = functools.partial(lambda of, k, frame: of(frame, k), column.formula, number)
+    for one in own:
+        lacking = one.lacks(found)
+        for name in lacking:
+            describe(name)  # or else no run has it
+        if not lacking:
+            found[one.name] = functools.partial(_of_frame, one, dict(found))
     return found
+
+
+def _of_frame(own: OwnColumn, known: Mapping[str, Callable[[Frame], np.ndarray]], frame: Frame) -> np.ndarray:
+    return own.of(LazyColumns(known, lambda name: known[name](frame)))
 
 
 def column_at(
@@ -249,13 +264,22 @@ def describe(column: str, scenario: Mapping[str, Any] | None = None) -> tuple[st
     """(unit, sign) of a column; a sensor's are those of the column that it reads."""
     if column.startswith(SENSOR):
         return _of_sensor(column, scenario or {})
-    kind, *name_and_rest = column.split("/")
-    pattern = column if column in DESCRIBED else "/".join([kind, "*", *name_and_rest[1:]])
-    if pattern not in DESCRIBED:
-        raise InputError("is not a column of this version of the program", field="column", value=column)
-    unit, sign = DESCRIBED[pattern]
+    pattern = _pattern(column)
+    if column in OWN:
+        unit, sign = OWN[column].unit, OWN[column].sign
+    elif pattern in DESCRIBED:
+        unit, sign = DESCRIBED[pattern]
+    else:
+        problem, nearest = "is not a column of this version of the program", nearest_name(column, DESCRIBED)
+        raise InputError(problem, field="column", value=column, nearest=nearest)
     directions = ((scenario or {}).get("leg") or {}).get("directions", [POSITIVE])
     return unit, sign.replace(POSITIVE, directions[0])
+
+
+def _pattern(column: str) -> str:
+    """The name in DESCRIBED of a column of the package: with "*" for a muscle, chamber, valve or joint."""
+    kind, *name_and_rest = column.split("/")
+    return column if column in DESCRIBED else "/".join([kind, "*", *name_and_rest[1:]])
 
 
 def _of_sensor(column: str, scenario: Mapping[str, Any]) -> tuple[str, str]:
@@ -272,3 +296,16 @@ def _of_sensor(column: str, scenario: Mapping[str, Any]) -> tuple[str, str]:
         return "", "1 above the threshold, 0 below"
     unit, sign = describe(sensor["column"], scenario)
     return unit, f"reading of {sensor['column']}: {sign}"
+
+
+def _add(own: OwnColumn) -> None:
+    """Put a column of a user's own among those of the package, in the place of an older one of its name."""
+    if not re.fullmatch(r"[\w-]+(/[\w-]+)+", own.name):
+        raise InputError("is no name of a column", field="name", value=own.name, allowed='"strap/force"')
+    if own.name not in OWN and (own.name.startswith(SENSOR) or _pattern(own.name) in DESCRIBED):
+        problem, allowed = "is the name of a column of the package", f"another, such as my/{own.name}"
+        raise InputError(problem, field="name", value=own.name, allowed=allowed)
+    OWN[own.name] = own
+
+
+takes(OwnColumn, _add)

@@ -159,6 +159,7 @@ def read_header(file: Any, folder: str | os.PathLike[str]) -> dict[str, Any]:
             "versions": run["versions"],
             "parameters": run["parameters"],
             "studies": run.get("studies", {}),
+            "labels": {each.name: _label(each.metadata or {}) for each in file.schema_arrow},
         }
     except _STRANGE as error:
         problem = f"is not a recording of this program: {type(error).__name__} {error}"
@@ -168,6 +169,11 @@ def read_header(file: Any, folder: str | os.PathLike[str]) -> dict[str, Any]:
             problem = f"was written by afo-sim {by.get('afo-sim', 'unknown')} in format {stated}, and this "
             problem += f"program reads up to {FORMAT}"
         raise InputError(problem, file=folder) from None
+
+
+def _label(metadata: dict[bytes, bytes]) -> tuple[str, str]:
+    """(unit, sign) of a column."""
+    return metadata.get(b"unit", b"").decode(), metadata.get(b"sign", b"").decode()
 
 
 def _metrics(table: dict[str, Any]) -> dict[str, Metric]:

@@ -129,6 +129,9 @@ class Recording(Shown, Mapping[str, np.ndarray]):
     strides: dict[int, dict[str, Metric]] = field(default_factory=dict)
     model_binary: bytes = field(default_factory=bytes)
     studies: dict[str, Any] = field(default_factory=dict)
+    labels: dict[str, tuple[str, str]] = field(
+        default_factory=dict
+    )  # (unit, sign) of columns, as a file has them
 
     def __post_init__(self) -> None:
         given = dict(vars(self))
@@ -200,7 +203,8 @@ class Recording(Shown, Mapping[str, np.ndarray]):
 
     def describe(self, column: str) -> tuple[str, str]:
         """(unit, sign) of one of its columns."""
-        return describe(self._own(column), self.described)
+        own = self._own(column)
+        return self.labels.get(own) or describe(own, self.described)
 
     def _own(self, column: str) -> str:
         """The column that is meant: "knee/angle" of a knee, "joint/angle" of any, is "ankle/angle"."""

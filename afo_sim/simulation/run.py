@@ -19,6 +19,7 @@ from afo_sim.control import Controller, make
 from afo_sim.description import Scenario, load
 from afo_sim.metrics import (
     SOLVED,
+    LazyColumns,
     Metric,
     Metrics,
     OwnMetric,
@@ -44,6 +45,7 @@ from afo_sim.simulation.examine import (
     with_limits,
 )
 from afo_sim.simulation.loop import RATE, TIME_LIMIT, Loop
+from afo_sim.simulation.own_column import OWN, OwnColumn
 from afo_sim.simulation.recording import Later, Recording
 from afo_sim.simulation.reference_walk import compared, reference_of
 from afo_sim.simulation.rollout import FIELDS, Rollout
@@ -262,7 +264,7 @@ def run_settled(
     """Solve for the settled stride; the strides from the start are walked when they are read."""
     # Who watches, or sees the progress, has them walked before. Else, with `start`, as many are walked at
     # once as show that they near the settled one.
-    begins = Later(lambda: build(start_up(scenario)))
+    begins, own = Later(lambda: build(start_up(scenario))), tuple(OWN.values())
     seen = progress is not None or watch is not None
     if seen or start:
         _ = begins()  # before anything is walked, as the sensors are checked
@@ -297,7 +299,7 @@ def run_settled(
     recording = recording_of(
         begins,
         scenario,
-        columns=Later(lambda: _joined(parts.first, parts.before, second, parts.after)),
+        columns=Later(lambda: _joined(parts.first, parts.before, second, parts.after, own)),
         metrics=Metrics(known, lambda: parts.found.totals),
         strides=Later(lambda: parts.found.strides),
         warnings=Later(lambda: parts.warnings),
@@ -377,7 +379,9 @@ class _Parts:
         return timing_of(self.first, steps, self.walked.wall_seconds + self.seconds)
 
 
-def _joined(first: Built, before: Examined, second: Built, after: Examined) -> dict[str, np.ndarray]:
+def _joined(
+    first: Built, before: Examined, second: Built, after: Examined, own: tuple[OwnColumn, ...]
+) -> dict[str, np.ndarray]:
     """Columns of both parts, one behind the other, at the recording's rate."""
     assert first.walk is not None and second.walk is not None
     n, stride = first.scenario.n_step, first.scenario.record_stride
@@ -387,11 +391,16 @@ def _joined(first: Built, before: Examined, second: Built, after: Examined) -> d
     for name, values in before.columns.items():
         behind = after.columns[name][-n % stride : -AFTER : stride]
         found[name] = np.concatenate([values[::stride], behind + shifts.get(name, 0.0)])
-    # readings over both parts, as of one run: the sensors remember what came before the air jumps
-    whole = {
-        name: np.concatenate([before.columns[name], after.columns[name][:-AFTER] + shifts.get(name, 0.0)])
-        for name in ("time", *(sensor.column for sensor in first.scenario.sensor.values()))
-    }
+    of_user = {column.name: column for column in own if column.name in found}
+
+    def over_both(name: str) -> np.ndarray:
+        if name in of_user:  # of what goes on from stride to stride
+            return of_user[name].of(whole)
+        return np.concatenate([before.columns[name], after.columns[name][:-AFTER] + shifts.get(name, 0.0)])
+
+    # as of one run: the sensors remember what came before the air jumps
+    whole = LazyColumns(before.columns, over_both)
+    found |= {name: whole[name][::stride] for name in of_user}
     found |= {name: values[::stride] for name, values in sensor_columns(first, whole).items()}
     kept = len(before.columns["time"][::stride])
     found[SOLVED] = (np.arange(len(found["time"])) >= kept).astype(float)

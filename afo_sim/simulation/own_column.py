@@ -1,0 +1,107 @@
+"""A column of a user's own: a function of other columns, row by row, which runs have beside the package's."""
+
+import warnings
+from collections.abc import Callable, Collection, Iterator, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from afo_sim.common import place_of
+
+Rows = Mapping[str, np.ndarray]
+Function = Callable[[Rows], np.ndarray]
+OWN: dict[str, "OwnColumn"] = {}  # by name, in the order in which one may read another
+
+
+@dataclass(frozen=True)
+class Read(Rows):
+    """Columns of a stretch, computed when they are read; nobody may write into them."""
+
+    names: Collection[str]
+    compute: Callable[[str], np.ndarray]
+    lacking: list[str] = field(default_factory=list)
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        if name not in self.names:
+            self.lacking.append(name)
+            raise KeyError(name)
+        values = np.asarray(self.compute(name)).view()
+        values.flags.writeable = False
+        return values
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.names
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.names)
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+
+@dataclass(frozen=True)
+class OwnColumn:
+    """A column of a user's own. Called with columns [SI], it gives what its function does."""
+
+    name: str
+    unit: str
+    sign: str
+    function: Function
+
+    def __call__(self, columns: Rows) -> np.ndarray:
+        return self.function(columns)
+
+    def lacks(self, known: Collection[str]) -> list[str]:
+        """What it reads and a run with these columns does not have, as a trial with ones shows."""
+        tried = Read(known, lambda name: np.ones(2))
+        with np.errstate(all="ignore"), warnings.catch_warnings(action="ignore"):
+            try:
+                self.function(tried)
+            except Exception:  # ones need not suit it; a run says what is wrong
+                return tried.lacking
+        return []
+
+    def of(self, columns: Rows) -> np.ndarray:
+        """Its values at the rows of other columns (n,)."""
+        try:
+            found = np.asarray(self.function(Read(columns.keys(), columns.__getitem__)), float)
+            if found.shape != (rows := columns["time"].shape):
+                raise ValueError(f"gives an array of shape {found.shape}, where the columns have {rows}")
+        except Exception as error:  # of the user's code
+            error.add_note(f"in the column {self.name}, {place_of(error, self.function)}")
+            raise
+        return found
+
+
+def column(name: str, unit: str, sign: str = "") -> Callable[[Function], OwnColumn]:
+    """Make a function of columns a column of every run that has what it reads, for `register`.
+
+    The function gets columns by name, `columns["ankle/angle"]` [SI] (n,), and gives (n,) numbers. Each row
+    must follow from the same row alone: a controller sees a few rows at a time. Controllers read it, and a
+    `[sensor.NAME]` may.
+
+    Parameters
+    ----------
+    name : such as "strap/force"
+    unit : SI unit of the numbers, such as "N"; "" of a bare number
+    sign : what is positive, in words
+
+    Returns
+    -------
+    OwnColumn; called with columns, or a recording, it is the function
+
+    Raises
+    ------
+    InputError
+        Its name is none or one of the package's: once it is registered.
+
+    Examples
+    --------
+    >>> @column("ankle/power", "W", "of the orthosis, lifting the foot positive")
+    ... def power(columns):
+    ...     return columns["ankle/moment/orthosis"] * columns["ankle/velocity"]
+    >>> register(power)
+    >>> run("seated", {"duration": "1 s"})["ankle/power"].shape
+    (500,)
+    """
+    return lambda function: OwnColumn(name, unit, sign, function)
