@@ -2,7 +2,7 @@ from .command import Command as Command
 from .command import checked as checked
 from .command import checked_pressure as checked_pressure
 from .command import coils as coils
-from .controller import TOLD as TOLD
+from .controller import CONTROLLER_COLUMNS as CONTROLLER_COLUMNS
 from .controller import Controller as Controller
 from .controller import Observation as Observation
 from .controller import make as make

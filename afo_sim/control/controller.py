@@ -37,7 +37,7 @@ class Controller(Protocol):
 
 
 # Columns "controller/<name>" that controllers may report: {name: (unit, meaning)}
-TOLD: dict[str, tuple[str, str]] = {
+CONTROLLER_COLUMNS: dict[str, tuple[str, str]] = {
     "state": ("", "number of the state machine's state, from 0"),
     "phase": ("", "estimated gait phase, 0 = heel strike, up to 1"),
     "stride_time": ("s", "estimated duration of a stride"),

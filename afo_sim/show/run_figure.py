@@ -8,14 +8,14 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from afo_sim.common import Foreign, InputError, together
-from afo_sim.control import TOLD
+from afo_sim.control import CONTROLLER_COLUMNS
 from afo_sim.show import panels, walk_panels
 from afo_sim.show.panels import shade_stance
 from afo_sim.show.run_view import RunView, alone
 from afo_sim.show.style import COLOURS, FORMATS, LINE_STYLES, Axes, new_figure, on_scale, paragraph, plain
 from afo_sim.simulation import SENSOR, Recording
 
-_PLAIN = tuple(f"controller/{name}" for name, (unit, _) in TOLD.items() if unit == "")
+_PLAIN = tuple(f"controller/{name}" for name, (unit, _) in CONTROLLER_COLUMNS.items() if unit == "")
 _LEAST_SPAN = 1.0  # that an axis of contractions shows [%]
 _LOOP_POINTS = 600  # of a force-contraction curve, evenly spaced on the page
 _SMALL = (3.6, 2.5)  # of a figure of one panel [inch]

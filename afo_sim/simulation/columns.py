@@ -10,7 +10,7 @@ import numpy as np
 
 from afo_sim import native
 from afo_sim.common import AMBIENT_PRESSURE, InputError, nearest_name, takes, unknown
-from afo_sim.control import TOLD
+from afo_sim.control import CONTROLLER_COLUMNS, TOLD
 from afo_sim.metrics import SOLVED, LazyColumns
 from afo_sim.model import JOINTS, SINK, Index
 from afo_sim.simulation.frame import Column, Frame, edge_flow, volume_pressure
@@ -256,7 +256,7 @@ def column_at(
 DESCRIBED = {column.name: (column.unit, column.sign) for column in COLUMNS}
 DESCRIBED |= {f"qpos/{name}": ("m", "MuJoCo coordinate") for name in (*JOINTS[:2], SINK)}  # those that slide
 DESCRIBED[SOLVED] = ("", "1 in settled strides, whose air was solved for; 0 in those walked from the start")
-DESCRIBED |= {f"controller/{name}": entry for name, entry in TOLD.items()}
+DESCRIBED |= {f"controller/{name}": entry for name, entry in CONTROLLER_COLUMNS.items()}
 SENSOR, POSITIVE = "sensor/", "dorsiflexion"
 
 

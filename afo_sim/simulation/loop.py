@@ -14,7 +14,7 @@ import numpy as np
 
 from afo_sim import native
 from afo_sim.common import AfoSimError, InputError, si, unknown
-from afo_sim.control import TOLD, Controller, TookTooLong, Watch, check_required, checked, make
+from afo_sim.control import CONTROLLER_COLUMNS, Controller, TOLD, TookTooLong, Watch, check_required, checked, make
 from afo_sim.control.required_inputs import required_inputs
 from afo_sim.description import Scenario
 from afo_sim.model import OFF, Built
@@ -233,9 +233,10 @@ def place_of(error: BaseException) -> str:
 
 
 def checked_report(reported: object) -> dict[str, float]:
-    """What a controller reports, by the names of TOLD; InputError otherwise."""
-    if not isinstance(reported, dict) or not set(reported) <= set(TOLD):
-        raise InputError("reports something unknown", field="tell", value=reported, allowed=", ".join(TOLD))
+    """What a controller reports, by the names of CONTROLLER_COLUMNS; InputError otherwise."""
+    if not isinstance(reported, dict) or not set(reported) <= set(CONTROLLER_COLUMNS):
+        known = ", ".join(CONTROLLER_COLUMNS)
+        raise InputError("reports something unknown", field="tell", value=reported, allowed=known)
     strange = {name: value for name, value in reported.items() if not isinstance(value, numbers.Real)}
     for name, value in strange.items():
         problem = "reports something that is not a number"
