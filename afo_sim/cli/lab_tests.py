@@ -116,7 +116,7 @@ def _sensitivity(test: _Test) -> None:
 
     others = {*_OF_A_TEST, "time", "static", "compare", "bench", "fit"} - {"pressure"}
     if given := sorted(name for name in others if getattr(test, name)):
-        raise InputError("is nothing that sensitivity takes", field=given[0], allowed="--pressure or --set")
+        raise InputError("is not accepted by sensitivity", field=given[0], allowed="--pressure or --set")
     for name in test.muscles:
         muscle = load("muscle", name, read_sets(test.sets))
         for text in test.pressure or ["3 bar"]:
@@ -134,7 +134,7 @@ def _replay(test: _Test) -> None:
         from afo_sim.show import write_replays
 
         if given := [name for name, value in picked(test, *_OF_A_TEST).items() if value]:
-            raise InputError("is nothing that replay takes", field=given[0], allowed="--bench or --set")
+            raise InputError("is not accepted by replay", field=given[0], allowed="--bench or --set")
         check_folder(test.out)
         names = [name.strip() for name in test.fit.split(",") if name.strip()]
         fit = fit_replay(test.muscles[:1], names, bench=bench, sets=sets) if names else None

@@ -198,7 +198,7 @@ def _kinds(test: Given, given: Sequence[str]) -> tuple[Kind, ...]:
     for name in given:
         if not any(name in TAKES[kind] for kind in kinds):
             takers = ", ".join(kind for kind, names in TAKES.items() if name in names)
-            raise InputError(f"is nothing that {test} takes", field=name, allowed=takers)
+            raise InputError(f"is not accepted by {test}", field=name, allowed=takers)
     return kinds
 
 

@@ -433,7 +433,7 @@ REFUSED = {
     "test": ("isobar dmsp_20", "is not a valid test", "did you mean 'isobaric'"),
     "option": (
         "isobaric dmsp_20 --load 5kg",
-        "is nothing that isobaric takes",
+        "is not accepted by isobaric",
         "isotonic, auxotonic, step, release",
     ),
     "formula": ("step dmsp_20 --static", "has no static formula", "isobaric, isotonic, isometric"),
