@@ -32,8 +32,8 @@ class Notice(str):
         text = words.replace("{", "{{").replace("}", "}}") + self._text
         return type(self)(self.code, text, subject=self.subject, severity=self.severity, **self.data)
 
-    def says_no_more_than(self, other: "Notice") -> bool:
-        """Whether it is about what another is about, and is not beyond its limit by more, but for 2 %."""
+    def repeats(self, other: "Notice") -> bool:
+        """Whether it is about what another is about, and beyond its limit by no more, but for 2 %."""
         ours, theirs = self.data.get("beyond", 0.0), other.data.get("beyond", 0.0)
         return (self.code, self.subject) == (other.code, other.subject) and ours <= 1.02 * theirs
 

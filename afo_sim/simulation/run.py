@@ -422,5 +422,5 @@ def _warnings(
     settled_ones = [one for one in said if isinstance(one, Notice)]
     doubts = [one for one in before.found.warnings if isinstance(one, Notice) and "beyond" in one.data]
     passed = (*before.limits, *doubts)  # that metrics are undefined is said of the settled stride
-    new = (one for one in passed if not any(one.says_no_more_than(each) for each in settled_ones))
+    new = (one for one in passed if not any(one.repeats(each) for each in settled_ones))
     return (*said, *(one.after("before it settles: ") for one in new))

@@ -52,7 +52,7 @@ def test_a_worse_one_is_said_beside_a_milder_one_of_the_same_thing() -> None:
         return Notice("muscle-contraction", text, subject=muscle, value=value, beyond=value - 0.25)
 
     settled = passed("dorsiflexor_1", 0.29)
-    assert passed("dorsiflexor_1", 0.29).says_no_more_than(settled)
-    assert passed("dorsiflexor_1", 0.27).says_no_more_than(settled)
-    assert not passed("dorsiflexor_1", 0.31).says_no_more_than(settled)
-    assert not passed("dorsiflexor_2", 0.27).says_no_more_than(settled)
+    assert passed("dorsiflexor_1", 0.29).repeats(settled)
+    assert passed("dorsiflexor_1", 0.27).repeats(settled)
+    assert not passed("dorsiflexor_1", 0.31).repeats(settled)
+    assert not passed("dorsiflexor_2", 0.27).repeats(settled)
