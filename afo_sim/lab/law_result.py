@@ -241,24 +241,24 @@ def _fixed(law: str, texts: Mapping[str, object], *, only: bool) -> dict[str, fl
     return {name: quantity_at(f"fixed.{name}", text, units[name]) for name, text in known.items()}
 
 
-def write(found: StaticFit, folder: pathlib.Path) -> None:
+def write(result: StaticFit, folder: pathlib.Path) -> None:
     """Write muscle.toml and fit.json; with data of several muscles, a folder for each muscle."""
-    best = found.best
+    best = result.best
     stems = [data.file.stem for data in best.problem.data]
     told = {
-        "fits": [_fit_as_json(each) for each in found.fits],
-        "skipped": found.skipped,
-        "ranked_by": law_muscle.criterion(found.fits),
-        "warnings": list(found.warnings),
-        "slack_readings": found.slack,
-        "left_out": found.left_out,
+        "fits": [_fit_as_json(each) for each in result.fits],
+        "skipped": result.skipped,
+        "ranked_by": law_muscle.criterion(result.fits),
+        "warnings": list(result.warnings),
+        "slack_readings": result.slack,
+        "left_out": result.left_out,
     }
     write_json(folder / "fit.json", told, "law fit")
     for data in best.problem.data:
         own = data.file.stem if stems.count(data.file.stem) == 1 else data.name.replace("/", "_")
         place = folder / own if len(stems) > 1 else folder
-        law_muscle.muscle(best, data, found.like)  # it must be one
-        text = toml_text(law_muscle.muscle_table(best, data, found.like))
+        law_muscle.muscle(best, data, result.like)  # it must be one
+        text = toml_text(law_muscle.muscle_table(best, data, result.like))
         write_sealed(place / "muscle.toml", text, "muscle")
 
 
@@ -296,25 +296,25 @@ def _covariance_line(best: LawFit) -> str:
     return f"{line}; {doubtful}" if doubtful else line
 
 
-def tables(found: StaticFit) -> Tables:
+def tables(result: StaticFit) -> Tables:
     """(title, header, rows) to print: the ranking where there are several laws, the best law's parameters."""
-    _, unit = law_muscle.residual_unit(found.best)
+    _, unit = law_muscle.residual_unit(result.best)
     shown: Tables = []
-    if len(found.fits) + len(found.skipped) > 1:
+    if len(result.fits) + len(result.skipped) > 1:
         header = ["law", "parameters", f"RMS [{unit}]"]
-        header += [f"{kind} left out [{unit}]" for kind in law_muscle.kinds(found.fits)]
-        rows, columns = [], law_muscle.kinds(found.fits)
-        for each in found.fits:
+        header += [f"{kind} left out [{unit}]" for kind in law_muscle.kinds(result.fits)]
+        rows, columns = [], law_muscle.kinds(result.fits)
+        for each in result.fits:
             factor, _ = law_muscle.residual_unit(each)
             held = [f"{factor * each.held_out[k].rms:.3g}" if k in each.held_out else "-" for k in columns]
             refused, count = sum(map(math.isinf, each.half_width.values())), len(each.values)
             told = f"{count - refused} of {count}" if refused else "all"
             ends = [f"{each.agreeing_starts} of {each.starts}", told]
             rows.append([each.problem.law.name, str(count), f"{factor * each.rms:.3g}", *held, *ends])
-        rows += [[law, "", "", *[""] * len(columns), "", reason] for law, reason in found.skipped.items()]
-        title = f"laws, best first by the {law_muscle.criterion(found.fits)}"
+        rows += [[law, "", "", *[""] * len(columns), "", reason] for law, reason in result.skipped.items()]
+        title = f"laws, best first by the {law_muscle.criterion(result.fits)}"
         shown.append((title, [*header, "starts agree", "intervals"], rows))
-    rows, best = [], found.best
+    rows, best = [], result.best
     for p in best.problem.free:
         value, width = best.values[p.name], best.half_width[p.name]
         number = p.number(value)
@@ -324,23 +324,23 @@ def tables(found: StaticFit) -> Tables:
     return shown
 
 
-def remarks(found: StaticFit) -> list[str]:
+def remarks(result: StaticFit) -> list[str]:
     """Lines to print below the tables: errors, what the data do not tell, what was left out."""
-    best = found.best
+    best = result.best
     factor, unit = law_muscle.residual_unit(best)
     line = f"{len(best.residuals)} points: {factor * best.rms:.3g} {unit} RMS, worst "
     line += f"{factor * best.worst:.3g} {unit}; {best.agreeing_starts} of {best.starts} starts agree"
     lines = [line, *held_out_lines(best.held_out, factor, unit)]
     lines += [f"data do not identify: {line}" for line in best.verdict]
     lines.append(_covariance_line(best))
-    if found.slack:
-        line = f"{found.slack} readings of 0 N are taken as of a slack muscle, whose force a law may put "
+    if result.slack:
+        line = f"{result.slack} readings of 0 N are taken as of a slack muscle, whose force a law may put "
         line += "below zero; a load of 0 N at which the contraction was measured belongs into a column `load`"
         lines.append(line)
-    if found.left_out:
-        line = f"{found.left_out} points without pressure or tension, or stretched, were left out: no static "
-        lines.append(f"{line}law is about them")
+    if result.left_out:
+        line = f"{result.left_out} points without pressure or tension, or stretched, were left out: "
+        lines.append(f"{line}no static law is about them")
     lacking = dict.fromkeys(name for data in best.problem.data for name in law_muscle.taken_over(data))
     if lacking:
-        lines.append(f"grade C at most: {', '.join(lacking)} are taken over from {found.like}, not measured")
-    return lines + [f"warning: {warning}" for warning in found.warnings]
+        lines.append(f"grade C at most: {', '.join(lacking)} are taken over from {result.like}, not measured")
+    return lines + [f"warning: {warning}" for warning in result.warnings]

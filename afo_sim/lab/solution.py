@@ -282,26 +282,26 @@ def held_out(
     return found
 
 
-def require_left_out(asked: Sequence[str], found: Mapping[str, HeldOut]) -> None:
+def require_left_out(asked: Sequence[str], held: Mapping[str, HeldOut]) -> None:
     """Refuse a kind that was asked for by its name and cannot be left out."""
     for kind in asked:
-        if kind not in found:
-            allowed = ", ".join(["all", "none", *found])
+        if kind not in held:
+            allowed = ", ".join(["all", "none", *held])
             problem = "cannot be left out of these data"
             raise InputError(problem, field="hold_out", value=kind, allowed=allowed)
 
 
-def held_out_json(found: Mapping[str, HeldOut], factor: float = 1.0) -> JsonDict:
+def held_out_json(held: Mapping[str, HeldOut], factor: float = 1.0) -> JsonDict:
     """The errors of what was left out, by kind: of all and of each part."""
     return {
         kind: {"rms": factor * each.rms} | {name: factor * each.of(name) for name in each.errors}
-        for kind, each in found.items()
+        for kind, each in held.items()
     }
 
 
-def held_out_lines(found: Mapping[str, HeldOut], factor: float = 1.0, unit: str = "N·m") -> Iterator[str]:
+def held_out_lines(held: Mapping[str, HeldOut], factor: float = 1.0, unit: str = "N·m") -> Iterator[str]:
     """A line on each kind that was left out."""
-    for kind, each in held_out_json(found, factor).items():
+    for kind, each in held_out_json(held, factor).items():
         every = each.pop("rms")
         parts = ", ".join(f"{name}: {error:.2g}" for name, error in each.items())
         word = "predicted" if kind == "file" else f"{kind} left out in turn"

@@ -48,11 +48,11 @@ def scattered(solution: Solution, groups: Apart | None) -> tuple[Solution, list[
     return replace(solution, half=half), said
 
 
-def judged(
-    solution: Solution, kind: str, others: Sequence[Alternative], found: dict[str, HeldOut]
+def unknowns(
+    solution: Solution, kind: str, others: Sequence[Alternative], held: dict[str, HeldOut]
 ) -> list[Notice]:
     """A notice for each group of parameters that the readings do not identify."""
-    lines = _as_well_without(solution, kind, others, found)
+    lines = _as_well_without(solution, kind, others, held)
     lines += verdict(solution)
     # at one pressure a law's strength and its dependence on pressure are one, and so is the compliance
     one = len(np.unique(solution.problem.levels)) == 1 and any(p.of_law for p in solution.problem.free)
@@ -64,7 +64,7 @@ def judged(
 
 
 def _as_well_without(
-    solution: Solution, kind: str, others: Sequence[Alternative], found: dict[str, HeldOut]
+    solution: Solution, kind: str, others: Sequence[Alternative], held: dict[str, HeldOut]
 ) -> list[Notice]:
     """Parameters that do not lower the error of what was left out, with those whose value they change."""
     lines = []
@@ -81,7 +81,7 @@ def _as_well_without(
         rest = ", ".join(f"{p.name} {p.text(other.values[p.name])}" for p in left)
         words = "not identifiable one by one" if len(names) > 1 else "not identifiable"
         why = f"{words}: without {other.dropped} ({rest}) the {kind} that is left out is predicted as well, "
-        why += f"to {other.rms:.3g} N·m against {found[kind].rms:.3g} N·m with it, "
+        why += f"to {other.rms:.3g} N·m against {held[kind].rms:.3g} N·m with it, "
         why += "which is within the scatter"
         lines.append(unidentified("as-well-without", names, why))
     return lines

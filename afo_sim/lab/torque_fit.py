@@ -13,7 +13,7 @@ from afo_sim.lab import torque_problem, torque_solution
 from afo_sim.lab.identifiability import Believed, refused
 from afo_sim.lab.measured import require_once, several
 from afo_sim.lab.solution import FitParameter, HeldOut, Progress, Solution, held_out, require_left_out, unseen
-from afo_sim.lab.torque_belief import SharedError, doubts, judged, scattered, shared_errors, warnings_of
+from afo_sim.lab.torque_belief import SharedError, doubts, scattered, shared_errors, unknowns, warnings_of
 from afo_sim.lab.torque_data import ANGLE_RATE, PRESSURE_RATE, Torques, joined, read_torques
 from afo_sim.lab.torque_device import fitted_orthosis
 from afo_sim.lab.torque_laws import OfLaw, moves, of_laws, widened
@@ -188,7 +188,7 @@ def fit_torque(
     named = [each for each in several(hold_out) if isinstance(each, str)]
     require_left_out([kind for kind in kinds if kind in named], found)
     kind, alone = torque_solution.alternatives(solution, found, report)
-    lines = judged(solution, kind, alone, found)
+    lines = unknowns(solution, kind, alone, found)
     laws = of_laws(solution, dict(found), report)
     if further:
         posed = {f"{g.readings.file.name} {g.readings.group}": replace(problem, groups=(g,)) for g in further}

@@ -41,14 +41,14 @@ class OfLaw:
         return self.solution.interval(self.solution.problem.names.index(name))
 
 
-def of_laws(solution: Solution, found: dict[str, HeldOut], report: Progress) -> tuple[OfLaw, ...]:
+def of_laws(solution: Solution, held: dict[str, HeldOut], report: Progress) -> tuple[OfLaw, ...]:
     """Fits with each law that all filled muscles have parameters for, the one in use first."""
-    problem, kind = solution.problem, next(iter(found), "")
+    problem, kind = solution.problem, next(iter(held), "")
     muscles = [m.type for g in problem.groups for m in g.orthosis.muscles_of(problem.chamber).values()]
     shared = [law for law in muscles[0].laws if all(law in m.laws for m in muscles)]
     if len(shared) < 2 or len({m.law for m in muscles}) > 1 or all(p.of_law for p in problem.free):
         return ()
-    fits, left = {muscles[0].law: solution}, {muscles[0].law: found}
+    fits, left = {muscles[0].law: solution}, {muscles[0].law: held}
     for law in (law for law in shared if law not in fits):
         report(f"fitting with the law {law}")
         fitted = solve(_with(problem, law))

@@ -53,16 +53,16 @@ class Alternative:
 
 
 def alternatives(
-    solution: Solution, found: dict[str, HeldOut], report: Progress = lambda text: None
+    solution: Solution, held: dict[str, HeldOut], report: Progress = lambda text: None
 ) -> tuple[str, tuple[Alternative, ...]]:
     """Fits without each parameter that has a neutral value, and the kind of part that judged them."""
     problem = solution.problem
-    kind = next((k for k in KINDS if k in found and len(found[k].errors) >= FOLDS), "")
+    kind = next((k for k in KINDS if k in held and len(held[k].errors) >= FOLDS), "")
     seen = np.isfinite(problem.column("cuff")).any()  # torques alone are judged
     dropped = [p for p in problem.free if p.neutral is not None and not (seen and p.name == "cuff_stiffness")]
     if not kind or not dropped or len(problem.free) < 2:
         return kind, ()
-    masks, with_it = problem.parts(kind), found[kind]
+    masks, with_it = problem.parts(kind), held[kind]
     result = []
     for parameter in dropped:
         report(f"fitting without {parameter.name}")

@@ -273,14 +273,14 @@ def check_files(paths: Sequence[pathlib.Path], *, force: bool = False, view: str
         check_writable(path.parent)
 
 
-def write_drawing(found: Design, path: pathlib.Path) -> None:
+def write_drawing(design: Design, path: pathlib.Path) -> None:
     """Draw a design and write it, whole or not at all."""
     if path.suffix.lower() != f".{_RERUN}":
-        return write_page(path, PAGE, functools.partial(page, design=found))
+        return write_page(path, PAGE, functools.partial(page, design=design))
     from afo_sim.show.rerun.design_recording import write_design
 
     with replacing(path) as temporary:
-        write_design(found, temporary)
+        write_design(design, temporary)
 
 
 @overload

@@ -66,18 +66,18 @@ def first_step(recording: Recording) -> str:
     return f"change first, for {aim}: {next(iter(sentences(found, 1)), _NONE)}"
 
 
-def sentences(found: Effects, most: int) -> list[str]:
+def sentences(effects: Effects, most: int) -> list[str]:
     """The steps that help most, the best first, with the differences that count."""
     sentences = []
-    for effect in found.helping[:most]:
+    for effect in effects.helping[:most]:
         apart = abs(effect.by(FIRST) - effect.by(CLEARANCE)) >= _APART
         names = [CLEARANCE, *([FIRST] if apart else []), TORQUE]
-        names += [*([WORK] if found.aim == "push_off" else []), AIR]
+        names += [*([WORK] if effects.aim == "push_off" else []), AIR]
         told = [n for n in names if n == CLEARANCE or abs(effect.by(n)) >= NOTICED[n]]
-        told += [PITCH] if found.aim == "heel" or effect.by(PITCH) <= -_LANDING else []
+        told += [PITCH] if effects.aim == "heel" or effect.by(PITCH) <= -_LANDING else []
         lost = [n for n, value in effect.differences.items() if n in _SHORT and math.isnan(value)]
         told += [n for n in lost if n not in told]
-        text = ", ".join(f"{_SHORT[n]} {_number(effect, found, n)} {_unit(found, n)}" for n in told)
+        text = ", ".join(f"{_SHORT[n]} {_number(effect, effects, n)} {_unit(effects, n)}" for n in told)
         notes = f" ({'; '.join(effect.notes)})" if effect.notes else ""
         sentences.append(f"{change(effect)}: {text}{notes}")
     return sentences
@@ -96,13 +96,13 @@ def markdown(recording: Recording) -> str:
     return "\n".join([*told, *(f"| {' | '.join(row)} |" for row in ruled)])
 
 
-def table(found: Effects) -> tuple[str, list[str], list[list[str]]]:
+def table(effects: Effects) -> tuple[str, list[str], list[list[str]]]:
     """Title, header and rows: the steps that help most, with the differences that they make."""
-    names = [name for name in _SHORT if name in found.base]
-    head = ["step", *(f"{_SHORT[n]} [{_unit(found, n)}]" for n in names)]
-    best = found.helping[:_TOP]
-    rows = [[change(effect), *(_number(effect, found, n) for n in names)] for effect in best]
-    return f"since {_WHY[found.aim]}", head, rows
+    names = [name for name in _SHORT if name in effects.base]
+    head = ["step", *(f"{_SHORT[n]} [{_unit(effects, n)}]" for n in names)]
+    best = effects.helping[:_TOP]
+    rows = [[change(effect), *(_number(effect, effects, n) for n in names)] for effect in best]
+    return f"since {_WHY[effects.aim]}", head, rows
 
 
 def of_report(runs: Sequence[RunView]) -> list[JsonDict]:
@@ -129,14 +129,14 @@ def _values(effect: Effect) -> str:
     return f"{before} → {after} {unit}".rstrip().replace("-", "−")
 
 
-def _number(effect: Effect, found: Effects, name: str) -> str:
+def _number(effect: Effect, effects: Effects, name: str) -> str:
     if name not in effect.differences:
         return ""
-    return number(effect.differences[name], found.base[name].unit, signed=True)
+    return number(effect.differences[name], effects.base[name].unit, signed=True)
 
 
-def _unit(found: Effects, name: str) -> str:
-    unit = found.base[name].unit
+def _unit(effects: Effects, name: str) -> str:
+    unit = effects.base[name].unit
     return UNITS.get(unit, unit)
 
 
@@ -144,39 +144,39 @@ def _left_out(recording: Recording) -> str:
     return str(recording.studies.get(EFFECTS, {}).get(LEFT_OUT, ""))
 
 
-def _table(run: RunView, found: Effects) -> JsonDict:
-    names = [name for name in _HEADS if name in found.base]
-    shown = [e for e in found.ranked if e.status == "run" and e.name not in found.idle]
-    best = {effect.name for effect in found.helping[:_TOP]}
+def _table(run: RunView, effects: Effects) -> JsonDict:
+    names = [name for name in _HEADS if name in effects.base]
+    shown = [e for e in effects.ranked if e.status == "run" and e.name not in effects.idle]
+    best = {effect.name for effect in effects.helping[:_TOP]}
     longest = {n: max((abs(e.by(n)) for e in shown), default=0.0) or 1.0 for n in names}
     reasons: dict[str, list[str]] = {}  # parameters without air are told among the idle ones
-    for effect in found.ranked:
+    for effect in effects.ranked:
         if effect.status not in ("run", "no air"):
             reasons.setdefault(effect.reason, []).append(change(effect))
     return {
         "run": run,
         "left_out": "",
-        "why": _WHY[found.aim],
-        "heads": [(_HEADS[n], _unit(found, n)) for n in names],
-        "base": [number(found.base[n].value, found.base[n].unit) for n in names],
+        "why": _WHY[effects.aim],
+        "heads": [(_HEADS[n], _unit(effects, n)) for n in names],
+        "base": [number(effects.base[n].value, effects.base[n].unit) for n in names],
         "drawn": [n in _BARS for n in names],
-        "first": list(_rows(found, [e for e in shown if e.name in best], names, longest)),
-        "others": list(_rows(found, [e for e in shown if e.name not in best], names, longest)),
-        "sentences": list(map(begun, sentences(found, _FEW))),
-        "none": "" if found.helping else _NONE,
-        "idle": "; ".join(found.idle),
+        "first": list(_rows(effects, [e for e in shown if e.name in best], names, longest)),
+        "others": list(_rows(effects, [e for e in shown if e.name not in best], names, longest)),
+        "sentences": list(map(begun, sentences(effects, _FEW))),
+        "none": "" if effects.helping else _NONE,
+        "idle": "; ".join(effects.idle),
         "not_run": [f"{'; '.join(steps)}: {reason}" for reason, steps in reasons.items()],
     }
 
 
 def _rows(
-    found: Effects, shown: Sequence[Effect], names: Sequence[str], longest: dict[str, float]
+    effects: Effects, shown: Sequence[Effect], names: Sequence[str], longest: dict[str, float]
 ) -> Iterator[JsonDict]:
     """Both steps of a parameter together, in the order of the better one; its name at the first alone."""
     for parameter in dict.fromkeys(effect.name for effect in shown):
         steps = [effect for effect in shown if effect.name == parameter]
         for k, effect in enumerate(steps):
-            cells = [(_number(effect, found, n), 100.0 * effect.by(n) / longest[n]) for n in names]
+            cells = [(_number(effect, effects, n), 100.0 * effect.by(n) / longest[n]) for n in names]
             told = _MEASURE if effect.assumed and k == 0 else ""
             note = "; ".join(text for text in (told, effect.reason, *effect.beyond, *effect.notes) if text)
             row = {"name": parameter if k == 0 else "", "steps": len(steps), "change": _values(effect)}

@@ -27,9 +27,9 @@ _LOG, _BEFORE, _AFTER, _FORECAST = "0.75", RED, BLUE, GREEN
 _SPARSE = 150  # samples: fewer are drawn one by one
 
 
-def write_fit_figure(found: StaticFit, folder: pathlib.Path) -> list[pathlib.Path]:
+def write_fit_figure(fit: StaticFit, folder: pathlib.Path) -> list[pathlib.Path]:
     """Write fit.png and fit.pdf, and return the files."""
-    best, fits = found.best, found.fits
+    best, fits = fit.best, fit.fits
     count = len(best.problem.data) + 1 + (len(fits) > 1)
 
     def fill(figure: Figure) -> None:

@@ -12,21 +12,21 @@ _WIDTH, _HEAD, _PANEL = 6.4, 1.3, 1.6  # [inch]
 _NAME = 16  # letters of a name
 
 
-def draw_size(found: Sizing, path: pathlib.Path) -> None:
+def draw_size(sizing: Sizing, path: pathlib.Path) -> None:
     """Draw the margins of all candidates that were run: pressures over their size, others in its order."""
-    numbers = found.kind == "pressure"
-    places = {each.name: 1e-5 * each.size if numbers else float(k) for k, each in enumerate(found.ran)}
-    with new_figure(path, (_WIDTH, _HEAD + _PANEL * max(len(found.requirements), 1))) as figure:
-        panels = np.atleast_1d(figure.subplots(max(len(found.requirements), 1), 1, sharex=True))
-        for axis, requirement in zip(panels, found.requirements, strict=False):
-            _panel(axis, requirement, found.ran, places, found.best)
+    numbers = sizing.kind == "pressure"
+    places = {each.name: 1e-5 * each.size if numbers else float(k) for k, each in enumerate(sizing.ran)}
+    with new_figure(path, (_WIDTH, _HEAD + _PANEL * max(len(sizing.requirements), 1))) as figure:
+        panels = np.atleast_1d(figure.subplots(max(len(sizing.requirements), 1), 1, sharex=True))
+        for axis, requirement in zip(panels, sizing.requirements, strict=False):
+            _panel(axis, requirement, sizing.ran, places, sizing.best)
         if numbers:
             panels[-1].set_xlabel("supply pressure [bar]")
         else:
             names = [plain(name, _NAME) for name in places]
             panels[-1].set_xticks(list(places.values()), names, rotation=90, fontsize=6.5)
         panels[-1].legend(loc="best")
-        figure.suptitle(plain(found.answer.partition(":")[0], 95), x=0.01, ha="left", fontsize=9.0)
+        figure.suptitle(plain(sizing.answer.partition(":")[0], 95), x=0.01, ha="left", fontsize=9.0)
 
 
 def _panel(

@@ -51,11 +51,11 @@ def draw_trials(trials: Sequence[Trial], compared: Sequence[Comparison], path: p
                 _legend(own[0], trials[k], compared)
 
 
-def draw_replay(found: Replay, path: pathlib.Path) -> None:
+def draw_replay(replay: Replay, path: pathlib.Path) -> None:
     """Draw each channel of a replayed log over time, measured and predicted."""
-    with new_figure(path, (7.1, 0.6 + 2.0 * len(found.errors))) as figure:
-        axes = figure.subplots(len(found.errors), 1, sharex=True, squeeze=False)[:, 0]
-        for axis, (name, error) in zip(axes, found.errors.items(), strict=True):
+    with new_figure(path, (7.1, 0.6 + 2.0 * len(replay.errors))) as figure:
+        axes = figure.subplots(len(replay.errors), 1, sharex=True, squeeze=False)[:, 0]
+        for axis, (name, error) in zip(axes, replay.errors.items(), strict=True):
             label, factor = SHOWN[name]
             axis.plot(error.x, factor * error.measured, color="0.6", lw=3.0, label="measured")
             axis.plot(error.x, factor * error.predicted, color=RED, label="predicted")

@@ -60,12 +60,12 @@ def write_stand_files(tests: Stand, place: _Target, *, rrd: bool = True) -> list
     return [place.path(suffix) for suffix in suffixes]
 
 
-def write_replays(found: Sequence[Replay], folder: pathlib.Path) -> list[pathlib.Path]:
+def write_replays(replays: Sequence[Replay], folder: pathlib.Path) -> list[pathlib.Path]:
     """Write a table and a figure of each replay: what was measured beside what is predicted."""
-    stems = [f"replay_{k}_{one.log.file.stem}" for k, one in enumerate(found, 1)]
+    stems = [f"replay_{k}_{one.log.file.stem}" for k, one in enumerate(replays, 1)]
     names = [f"{stem}{suffix}" for stem in stems for suffix in (".csv", ".png")]
     with together(folder, names) as scratch:
-        for table, figure, one in zip(names[::2], names[1::2], found, strict=True):
+        for table, figure, one in zip(names[::2], names[1::2], replays, strict=True):
             units = {name: COLUMNS[name][0] for name in one.predicted}
             columns = dict(zip(titles(units).values(), one.predicted.values(), strict=True))
             columns |= {f"measured {titles(units)[name]}": each.measured for name, each in one.errors.items()}

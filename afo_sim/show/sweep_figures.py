@@ -39,25 +39,25 @@ def show(
 
 
 def write_figures(
-    found: Findings, folder: pathlib.Path, objectives: Mapping[str, Better]
+    findings: Findings, folder: pathlib.Path, objectives: Mapping[str, Better]
 ) -> list[pathlib.Path]:
     """Write every figure that the findings have something for; parameters as in `show`."""
     check_writable(folder)
     names = []
     with together(folder) as scratch:
-        for name, size, fill in [*drawings(found), *fronts(found.results, objectives)]:
+        for name, size, fill in [*drawings(findings), *fronts(findings.results, objectives)]:
             names.append(f"{name}.png")
             write_figure(scratch / names[-1], size, fill)
     return [folder / name for name in names]
 
 
-def drawings(found: Findings) -> Iterator[_Drawing]:
+def drawings(findings: Findings) -> Iterator[_Drawing]:
     """The figures of metrics: name, size [inch], what draws it."""
-    results, count = found.results, len(varied(found.results))
+    results, count = findings.results, len(varied(findings.results))
     across = min(count, _MOST_PARAMETERS)
-    for suffix, names in _batches(list(found.effects)):
+    for suffix, names in _batches(list(findings.effects)):
         high = len(names)
-        some = {name: found.effects[name] for name in names}
+        some = {name: findings.effects[name] for name in names}
         draw: Callable[[Figure], None] = partial(draw_distributions, results=results, metrics=names)
         yield f"distributions{suffix}", (_PANEL[0] * high + 0.4, _PANEL[1] + 0.5), draw
         draw = partial(draw_effects, results=results, effects=some)
@@ -65,7 +65,7 @@ def drawings(found: Findings) -> Iterator[_Drawing]:
         if count > 1:
             draw = partial(draw_maps, results=results, effects=some)
             yield f"maps{suffix}", (3.2 * high + 0.2, 3.3), draw
-        if indices := {name: found.indices[name] for name in names if name in found.indices}:
+        if indices := {name: findings.indices[name] for name in names if name in findings.indices}:
             draw = partial(_draw_sobol, results=results, found=indices)
             yield f"sobol{suffix}", (2.6 * len(indices) + 1.2, 0.42 * count + 1.2), draw
 

@@ -17,41 +17,41 @@ _GRID = 61  # angles of a line
 _RIGID = 2.5  # times the largest measured torque: as far as a panel goes
 
 
-def write_torque_figure(found: TorqueFit, folder: pathlib.Path) -> list[pathlib.Path]:
+def write_torque_figure(fit: TorqueFit, folder: pathlib.Path) -> list[pathlib.Path]:
     """Write fit_torque.png and fit_torque.pdf, and return the files."""
-    profiled = profile(found.solution)
-    shown = min(len(found.problem.groups), _MOST_GROUPS)
-    count = shown + 1 + (profiled is not None) + bool(found.laws)
+    profiled = profile(fit.solution)
+    shown = min(len(fit.problem.groups), _MOST_GROUPS)
+    count = shown + 1 + (profiled is not None) + bool(fit.laws)
     columns = min(count, 4)
     rows = -(-count // columns)
     size = (3.5 * columns, 3.1 * rows + 0.3)
-    return write_pair(folder / "fit_torque", size, lambda f: _fill(f, found, profiled, columns, rows))
+    return write_pair(folder / "fit_torque", size, lambda f: _fill(f, fit, profiled, columns, rows))
 
 
-def _fill(figure: Figure, found: TorqueFit, profiled: Profile | None, columns: int, rows: int) -> None:
+def _fill(figure: Figure, fit: TorqueFit, profiled: Profile | None, columns: int, rows: int) -> None:
     axes = iter(np.ravel(figure.subplots(rows, columns)))
-    level, of_group = found.problem.levels, found.problem.of_group
-    for k, group in enumerate(found.problem.groups[:_MOST_GROUPS]):
-        _draw_torque(next(axes), found, group, level[of_group == k])
-    _draw_residuals(next(axes), found, level)
+    level, of_group = fit.problem.levels, fit.problem.of_group
+    for k, group in enumerate(fit.problem.groups[:_MOST_GROUPS]):
+        _draw_torque(next(axes), fit, group, level[of_group == k])
+    _draw_residuals(next(axes), fit, level)
     if profiled is not None:
-        _draw_profile(next(axes), found, profiled)
-    if found.laws:
-        _draw_laws(next(axes), found)
+        _draw_profile(next(axes), fit, profiled)
+    if fit.laws:
+        _draw_laws(next(axes), fit)
     for unused in axes:
         unused.set_axis_off()
-    lacking = sorted(refused(found.verdict))
+    lacking = sorted(refused(fit.verdict))
     told = f"; not determined by these readings: {', '.join(lacking)}" if lacking else ""
-    values = ", ".join(f"{p.name} {p.text(found.parameters[p.name])}" for p in found.problem.free)
+    values = ", ".join(f"{p.name} {p.text(fit.parameters[p.name])}" for p in fit.problem.free)
     figure.suptitle(plain(f"{values}{told}", None))
 
 
-def _colour(pressure: float, found: TorqueFit) -> Foreign:
-    every = found.problem.column("pressure")
+def _colour(pressure: float, fit: TorqueFit) -> Foreign:
+    every = fit.problem.column("pressure")
     return on_scale(min(max((pressure - every.min()) / max(float(np.ptp(every)), 1e4), 0.0), 1.0))
 
 
-def _draw_torque(axis: Axes, found: TorqueFit, group: Group, level: np.ndarray) -> None:
+def _draw_torque(axis: Axes, fit: TorqueFit, group: Group, level: np.ndarray) -> None:
     """Readings, the fit through them, and the same muscles on rigid anchors."""
     readings = group.readings
     reach = (readings.angle.min(), readings.angle.max())
@@ -61,10 +61,10 @@ def _draw_torque(axis: Axes, found: TorqueFit, group: Group, level: np.ndarray) 
     for k in np.unique(level):
         own = readings.take(level == k)
         pressure = float(own.pressure.mean())
-        colour = _colour(pressure, found)
+        colour = _colour(pressure, fit)
         line = Group(_at(readings, grid, pressure), group.orthosis)
-        fitted = predict(found.problem, found.parameters, [line])["torque"]
-        stiff = predict(found.problem, found.parameters | rigid, [line])["torque"]
+        fitted = predict(fit.problem, fit.parameters, [line])["torque"]
+        stiff = predict(fit.problem, fit.parameters | rigid, [line])["torque"]
         axis.plot(np.degrees(grid), stiff, ":", color=colour, lw=1.0)
         axis.plot(np.degrees(grid), fitted, color=colour)
         label = f"{pressure * 1e-5:.3g} bar"
@@ -76,7 +76,7 @@ def _draw_torque(axis: Axes, found: TorqueFit, group: Group, level: np.ndarray) 
     low, high = axis.get_ylim()
     axis.set_ylim(max(low, -most), min(high, most))
     axis.set(xlabel=f"angle [deg], {group.orthosis.words.directions[0]} positive", ylabel="torque [N·m]")
-    axis.set_title(plain(readings.group if len(found.problem.groups) > 1 else readings.file.stem))
+    axis.set_title(plain(readings.group if len(fit.problem.groups) > 1 else readings.file.stem))
     axis.legend(frameon=True, framealpha=0.8, edgecolor="none")
 
 
@@ -91,23 +91,23 @@ def _at(readings: Readings, angle: np.ndarray, pressure: float) -> Readings:
     return replace(like, angle=angle, pressure=np.full(len(angle), pressure), path=path)
 
 
-def _draw_residuals(axis: Axes, found: TorqueFit, level: np.ndarray) -> None:
+def _draw_residuals(axis: Axes, fit: TorqueFit, level: np.ndarray) -> None:
     """Errors over angle: seen by the fit, and when left out."""
-    angle, pressure = np.degrees(found.problem.column("angle")), found.problem.column("pressure")
+    angle, pressure = np.degrees(fit.problem.column("angle")), fit.problem.column("pressure")
     axis.axhline(0.0, color=ZERO, lw=0.8)
-    colours = [_colour(float(pressure[level == k].mean()), found) for k in level]
-    axis.scatter(angle, found.residuals, s=9, color=colours, label="fitted")
-    kind = found.judged_by or next((k for k in found.held_out if k != "file"), "")
+    colours = [_colour(float(pressure[level == k].mean()), fit) for k in level]
+    axis.scatter(angle, fit.residuals, s=9, color=colours, label="fitted")
+    kind = fit.judged_by or next((k for k in fit.held_out if k != "file"), "")
     if kind:
-        missed = found.held_out[kind]
+        missed = fit.held_out[kind]
         for k, name in enumerate(missed.errors):
-            mask = found.problem.parts(kind)[name]
+            mask = fit.problem.parts(kind)[name]
             label = "left out" if k == 0 else None
             axis.plot(angle[mask], missed.errors[name], "x", ms=4, color=RED, label=label)
     axis.margins(x=0.03)
     axis.set(xlabel="angle [deg]", ylabel="predicted − measured [N·m]")
-    left = f", {found.held_out[kind].rms:.3g} with {kind} left out" if kind else ""
-    axis.set_title(f"{found.rms:.3g} N·m RMS{left}")
+    left = f", {fit.held_out[kind].rms:.3g} with {kind} left out" if kind else ""
+    axis.set_title(f"{fit.rms:.3g} N·m RMS{left}")
     axis.legend()
 
 
@@ -121,15 +121,15 @@ def _scale(parameter: FitParameter, scale: Foreign, side: Foreign) -> None:
             format_(LogFormatter(minor_thresholds=(1.2, 0.5)))
 
 
-def _draw_laws(axis: Axes, found: TorqueFit) -> None:
+def _draw_laws(axis: Axes, fit: TorqueFit) -> None:
     """The first parameter by each law, with its interval; hollow where it fits worse than comparably."""
-    p = found.problem.free[0]
-    shown = [each for each in reversed(found.laws) if each.ends(p.name)]
-    hull = found.intervals[p.name]
+    p = fit.problem.free[0]
+    shown = [each for each in reversed(fit.laws) if each.ends(p.name)]
+    hull = fit.intervals[p.name]
     if hull is not None:
         axis.axvspan(*map(p.number, hull), color=ZERO, alpha=0.3, lw=0)
     for k, each in enumerate(shown):
-        colour = RED if each is found.laws[0] else "0.4"
+        colour = RED if each is fit.laws[0] else "0.4"
         axis.plot(list(map(p.number, each.ends(p.name) or ())), [k, k], color=colour)
         face = colour if each.comparable else "white"
         axis.plot(p.number(each.solution.values[p.name]), k, "o", ms=4, color=colour, mfc=face)
@@ -140,7 +140,7 @@ def _draw_laws(axis: Axes, found: TorqueFit) -> None:
     axis.set_title("by each law (hollow: fits worse)" + ("\ngrey: 95 % interval" if hull else ""))
 
 
-def _draw_profile(axis: Axes, found: TorqueFit, profiled: Profile) -> None:
+def _draw_profile(axis: Axes, fit: TorqueFit, profiled: Profile) -> None:
     """Which pairs of two parameters fit as well, and what each group alone says."""
     first, second = profiled.parameters
     x = np.array([first.number(v) for v in profiled.first])
@@ -155,8 +155,8 @@ def _draw_profile(axis: Axes, found: TorqueFit, profiled: Profile) -> None:
     def at(values: Mapping[str, float]) -> tuple[float, float]:
         return first.number(values[first.name]), second.number(values[second.name])
 
-    axis.plot(*at(found.parameters), "o", color=RED, label="fitted")
-    others = {g: at(values) for g, values in (found.apart.values if found.apart else {}).items()}
+    axis.plot(*at(fit.parameters), "o", color=RED, label="fitted")
+    others = {g: at(values) for g, values in (fit.apart.values if fit.apart else {}).items()}
     (left, right), (low, high) = (x.min(), x.max()), (y.min(), y.max())
     within = {g: (a, b) for g, (a, b) in others.items() if left <= a <= right and low <= b <= high}
     for group, place in within.items():

@@ -42,9 +42,10 @@ def _written(folder: pathlib.Path, contents: JsonMapping) -> Iterator[pathlib.Pa
         yield scratch
 
 
-def _contents(found: Response | Population, command: JsonMapping, told: Iterable[Reply]) -> JsonDict:
+def _contents(response: Response | Population, command: JsonMapping, told: Iterable[Reply]) -> JsonDict:
     """What walk.json says of every walk."""
-    contents = {"command": dict(command), "scenario": found.scenario.resolved(), "asked": dict(found.asked)}
+    asked, scenario = dict(response.asked), response.scenario.resolved()
+    contents = {"command": dict(command), "scenario": scenario, "asked": asked}
     return contents | {"verdict": [dataclasses.asdict(reply) for reply in told], "versions": versions()}
 
 

@@ -204,20 +204,20 @@ def search(
         noises = np.random.default_rng([draw, 1]).normal(0.0, NOISE, (2, len(OFFSETS))) * float(cost.pushed)
         walks = [walk(own_copy(body), gait, duration, pushed, noises[0]) for body in bodies]
         each = [cost.of(walked, duration) for walked in walks]
-        found = {name: float(np.mean([one[name] for one in each])) for name in each[0]}
+        costs = {name: float(np.mean([one[name] for one in each])) for name in each[0]}
         if drawn:
             other, lost = int(np.random.default_rng([draw, 2]).integers(len(drawn))), 1.0
             if walks[0].fell is None:
                 fell = walk(own_copy(drawn[other]), gait, WEAK, pushed[:1], noises[1], rows=False).fell
                 lost -= (fell or WEAK) / WEAK
-            found["weak"] = cost.weak * lost
-        return found, walks[0]
+            costs["weak"] = cost.weak * lost
+        return costs, walks[0]
 
     def safe(task: tuple[np.ndarray, int]) -> tuple[float, float]:
-        begun, found = time.thread_time(), math.nan
+        begun, total = time.thread_time(), math.nan
         with contextlib.suppress(SimulationError):
-            found = sum(parts(*task)[0].values())
-        return found if math.isfinite(found) else cost.most, time.thread_time() - begun
+            total = sum(parts(*task)[0].values())
+        return total if math.isfinite(total) else cost.most, time.thread_time() - begun
 
     with ThreadPoolExecutor(threads) as pool:
         for generation in range(generations):
