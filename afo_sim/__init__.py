@@ -19,7 +19,7 @@ from typing import Any
 
 import lazy_loader
 
-from afo_sim.common import RETIRED, missing_extra, show_with
+from afo_sim.common import RENAMED, RETIRED, missing_extra, older, show_with
 
 # A name is imported when it is first asked for: MuJoCo and numba take a second, `afo-sim --help` must not.
 _resolve, _, __all__ = lazy_loader.attach_stub(__name__, __file__)
@@ -28,6 +28,9 @@ _resolve, _, __all__ = lazy_loader.attach_stub(__name__, __file__)
 def __getattr__(name: str) -> Any:
     if name == "__version__":
         return importlib.import_module("afo_sim.common.versions").versions()["afo-sim"]
+    if name in RENAMED:
+        globals()[name] = found = older(name)  # one notice
+        return found
     if name not in __all__:
         instead = f" any more; instead: {RETIRED[name]}" if name in RETIRED else ""
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}{instead}")

@@ -2,17 +2,14 @@ from .common.errors import AfoSimError as AfoSimError
 from .common.errors import InputError as InputError
 from .common.errors import SimulationError as SimulationError
 from .common.extending import register as register
-from .description.reader import Muscle as Muscle
-from .description.reader import Scenario as Scenario
+from .description.muscle import Muscle as Muscle
 from .description.reader import load as load
+from .description.scenario import Scenario as Scenario
 from .lab.credibility import credibility as credibility
-from .lab.law_result import fit as fit
+from .lab.fitting import fit as fit
 from .lab.paper import paper as paper
-from .lab.run_fit import fit_run as fit_run
 from .lab.stand import stand as stand
-from .lab.torque_fit import fit_torque as fit_torque
 from .lab.validation import validate as validate
-from .legs.attached_files import attached as attached
 from .legs.attaching import attach as attach
 from .legs.exporting import export_leg as export_leg
 from .legs.importing import import_leg as import_leg
@@ -21,12 +18,10 @@ from .metrics.own_metric import metric as metric
 from .model.build import build as build
 from .model.rescale import refit as refit
 from .native.install import install as install
-from .rl.dm_control_physics import dm_control_physics as dm_control_physics
 from .show.drawing import draw as draw
 from .show.run_pictures import figure as figure
 from .show.run_pictures import report as report
 from .show.run_pictures import view as view
-from .simulation.bilateral import Both as Both
 from .simulation.bilateral import both as both
 from .simulation.checks import expect as expect
 from .simulation.listing import list as list
@@ -43,6 +38,6 @@ from .study.python_calls import optimise as optimise
 from .study.python_calls import sweep as sweep
 from .study.python_calls import uncertainty as uncertainty
 from .study.sizing.sizes import size as size
-from .walker.respond import respond as respond
+from .walker.respond import walk as walk
 
 __version__: str

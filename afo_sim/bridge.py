@@ -1,8 +1,7 @@
-"""Another name of `afo_sim.rl`, for what imports `physics` of it so; its entities are retired."""
+"""Older name of `afo_sim.rl`, for what imports `physics` of it; its entities are retired."""
 
-import sys
+from afo_sim.common import Mixed, older
 
-from afo_sim.rl import entity, physics
 
-for name, module in {"entity": entity, "leg_entity": entity, "physics": physics}.items():
-    sys.modules[f"{__name__}.{name}"] = module
+def __getattr__(name: str) -> Mixed:
+    return older(f"bridge.{name}")

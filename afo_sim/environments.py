@@ -1,7 +1,13 @@
-"""Another name of `afo_sim.rl.environments`, for what imports it so."""
+"""Older name of `afo_sim.rl.environments`; importing registers the tasks in Gymnasium."""
 
-import sys
+import importlib
 
-from afo_sim.rl import environments
+from afo_sim.common import Mixed, older
 
-sys.modules[__name__] = environments
+_now = older("environments")
+
+
+def __getattr__(name: str) -> Mixed:
+    if name.startswith("__"):
+        raise AttributeError(name)
+    return getattr(_now, name, None) or importlib.import_module(f"{_now.__name__}.{name}")

@@ -25,7 +25,7 @@ import numpy as np
 from afo_sim.common import write_text
 from afo_sim.model import UNDRIVEN
 from afo_sim.physics import LEG_MUSCLES
-from afo_sim.walker import Cost, Free, build_body, prepared, read_gait, search, walk, write_gait
+from afo_sim.walker import Cost, Free, build_body, prepared, read_gait, search, walk_body, write_gait
 from afo_sim.walker.gait_file import with_vector
 
 LIKENESS, WEAK = 80.0, 24  # weight of the likeness to people, and how many weak ones
@@ -64,7 +64,7 @@ def searched(given: argparse.Namespace, seed: int) -> dict[str, Any]:
     how = {"seed": seed, "cost": cost, "evaluations": found.evaluations, "converged": found.converged}
     gait = with_vector(dataclasses.replace(begun, speed=given.speed), found.vector, "", words, how)
     write_gait(given.out / f"seed_{seed}.toml", gait)
-    quiet = walk(build_body(shod.set(FINE)), found.vector, UNDISTURBED, rows=False)
+    quiet = walk_body(build_body(shod.set(FINE)), found.vector, UNDISTURBED, rows=False)
     parts = {name: round(value, 3) for name, value in found.parts.items()}
     falls = {"fell_pushed": found.walked.fell is not None, "fell_undisturbed": quiet.fell is not None}
     return how | parts | falls | {"cpu_minutes": round(found.seconds / 60.0, 2)}

@@ -26,7 +26,7 @@ QUESTIONS = {
     "How do I fit my own muscle": "fit.html",
     "noise of a sensor": "sensors.html",
     "Gymnasium environment": "environments.html",
-    "fit-torque --hold-out": "reference/commands.html",
+    "fit --hold-out": "reference/commands.html",
     "moment arm": "glossary.html",
     "McKibben muscle in MuJoCo": "questions.html",
     "Simulink FMU": "elsewhere.html",
@@ -75,7 +75,7 @@ def test_the_site_has_every_page_and_what_tutorials_draw(site: pathlib.Path) -> 
         "commands": "--step",
         "keys": "bladder_force",
         "columns": "ankle/angle",
-        "names": "fit_torque",
+        "names": "torque_map",
     }
     for page, name in shown.items():
         text = (site / "reference" / f"{page}.html").read_text(encoding="utf-8")

@@ -24,7 +24,7 @@ GROUPS = {  # as --help shows them
     "Look": ("view", "figure", "report", "draw", "video", "studio", "check-run", "recover"),
     "Your own": ("new", "check", "keys", "list", "gait", "leg", "attach", "refit"),
     "Study": ("sweep", "optimise", "size", "replay"),
-    "Evidence": ("paper", "validate", "credibility", "stand", "fit", "fit-run", "calibrate", "fit-torque"),
+    "Evidence": ("paper", "validate", "credibility", "stand", "fit", "calibrate"),
     "Out": ("export", "electronics"),
 }
 app.info.cls = grouped(GROUPS)

@@ -17,13 +17,21 @@ from pathlib import Path
 import typer
 from typer.core import TyperGroup
 
-from afo_sim.common import RETIRED, AfoSimError, Foreign, InputError, check_encoding, safe_children
+from afo_sim.common import (
+    RENAMED,
+    RETIRED,
+    AfoSimError,
+    Foreign,
+    InputError,
+    check_encoding,
+    notice,
+    safe_children,
+)
 
 _BUG, _INTERRUPTED = 70, 130  # exit codes; those of input are AfoSimError's
 _PACKAGES = ("afo-sim", "mujoco", "numpy", "numba", "scipy", "pyarrow", "rerun-sdk", "matplotlib", "typer")
 # Arguments of the library whose options have another name.
-_OPTIONS = {"changed": "if_changed", "fixed": "fix", "names": "fit", "facts": "tell", "screenshot": "picture"}
-_OPTIONS |= {"draws": "uncertainty"}
+_OPTIONS = {"changed": "if_changed", "screenshot": "picture", "draws": "uncertainty"}
 _ALSO = {"ankle": "joint", "shank": "proximal", "foot": "distal"}  # where there is no option of that name
 _ARGUMENT = re.compile(r"`(\w+)(?:=([^`]*))?`")  # in a text: `name` or `name=value`
 
@@ -46,6 +54,18 @@ class Commands(TyperGroup):
         """All commands, also those of the groups within."""
         for each in self.commands.values():
             yield from each.leaves() if isinstance(each, Commands) else (each,)
+
+    def resolve_command(self, ctx: Foreign, args: list[str]) -> Foreign:
+        """The command and the rest of the line; of older words what they are now, and one line each."""
+        asked, words = f"{ctx.command_path} {args[0]}", list[str]()
+        for number, word in enumerate(args):
+            option, equals, value = word.partition("=")
+            name = f"{asked} {option}" if number else asked
+            if name in RENAMED:
+                print(f"warning: {notice(name, RENAMED[name])}", file=sys.stderr)
+                word = RENAMED[name].removeprefix("afo-sim ") + equals + value
+            words.append(word)
+        return super().resolve_command(ctx, words)
 
     def get_command(self, ctx: Foreign, name: str) -> Foreign:
         """A command by its name; of one that is no more, an error that says what to use."""

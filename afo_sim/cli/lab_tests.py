@@ -1,4 +1,4 @@
-"""Commands of the laboratory: stand, fit, fit-run, fit-torque, calibrate, paper, validate, credibility."""
+"""Commands of the laboratory: stand, fit, calibrate, paper, validate, credibility."""
 
 import json
 import sys
@@ -24,7 +24,7 @@ from afo_sim.cli.common import (
     read_sets,
 )
 from afo_sim.cli.overwriting import check_folder
-from afo_sim.common import JsonDict
+from afo_sim.common import Foreign, Function, Mixed
 
 if TYPE_CHECKING:
     from afo_sim.lab import Stand
@@ -34,6 +34,8 @@ _OF_A_TEST = ["law", "friction", "pressure", "load", "contraction", "length", "s
 _OF_A_TEST += ["valve", "supply"]
 _RUN_FILES = ("fit_run.json", "scenario.toml", "fit_run.png", "fit_run.pdf")
 _LAW_FILES = ("fit.json", "muscle.toml", "fit.png", "fit.pdf")
+_PAIRS = {"fixed": "k=1", "facts": 'bore="20 mm"', "sets": 'supply.pressure="3 bar"'}  # of `fit`
+_PAIRS |= {"noise": 'angle="0.5 deg"', "rates": 'angle="2 deg/s"'}
 
 
 @dataclass(frozen=True)
@@ -68,7 +70,7 @@ class _Test:
     bench: Annotated[
         list[str] | None, Option(metavar="KEY=VALUE", help='of replay: muscle=dmsp_10, supply="6 bar"')
     ] = None
-    fit: Annotated[str, Option(help="of replay: settings to fit to the first log, with commas")] = ""
+    free: Annotated[str, Option(help="of replay: settings to fit to the first log, with commas")] = ""
     out: Annotated[Path, Option(help="folder, .csv or .parquet")] = Path("runs/stand")
     rrd: RecordingOption = None
 
@@ -91,7 +93,7 @@ def stand_command(test: _Test) -> None:
             test.test,
             test.muscles,
             sets=read_sets(test.sets, example='damping="1e-4 m^2*s"'),
-            report=report,
+            progress=report,
             **picked(test, *_OF_A_TEST, "time", "static", "compare"),
         )
         written = {}
@@ -136,7 +138,7 @@ def _replay(test: _Test) -> None:
         if given := [name for name, value in picked(test, *_OF_A_TEST).items() if value]:
             raise InputError("is not accepted by replay", field=given[0], allowed="--bench or --set")
         check_folder(test.out)
-        names = [name.strip() for name in test.fit.split(",") if name.strip()]
+        names = [name.strip() for name in test.free.split(",") if name.strip()]
         fit = fit_replay(test.muscles[:1], names, bench=bench, sets=sets) if names else None
         fitted = fit.values if fit else {}
         found = [replay(log, bench=bench | fitted, sets=sets) for log in test.muscles]
@@ -177,90 +179,90 @@ def _remarks(tests: "Stand") -> Iterator[str]:
         )
 
 
-@app.command("fit-run")
-def fit_run_command(
-    log: Annotated[Path, Argument(help="CSV of your own measurement: time, angle, pressures …")],
-    scenario: Annotated[str, Option(help="a shipped scenario's name, or a TOML file")],
-    fit: Annotated[
-        str, Option(help="parameters with commas between them; none only lays log and run together")
-    ] = "",
-    sets: Sets = None,
-    noise: Annotated[
-        list[str] | None, Option(metavar="CHANNEL=VALUE", help='for example angle="0.5 deg"')
-    ] = None,
-    hold_out: Annotated[float, Option(help="share of the log, from its end, to predict; 0 for none")] = 0.3,
-    out: Annotated[Path, Option(help="folder to write to")] = Path("runs/fit-run"),
-) -> None:
-    """Fit dynamic parameters of a scenario to your own log; state what the log does not determine."""
-    values = read_sets(sets)
-    noises = read_sets(noise, "--noise", 'angle="0.5 deg"')
-    names = [name.strip() for name in fit.split(",") if name.strip()]
-    with progress("reading, compiling the muscles") as report:
-        from afo_sim.common import together
-        from afo_sim.lab import fit_run, run_report
-        from afo_sim.show import write_log_figure
-
-        check_folder(out, "fit to a log")
-        found = fit_run(
-            scenario,
-            log,
-            names,
-            sets=values,
-            noise=noises,
-            hold_out=hold_out,
-            report=lambda text: report(0, 0, text),
-        )
-        with together(out, _RUN_FILES) as folder:
-            run_report.write(found, folder)
-            write_log_figure(found, folder)
-    print_tables(run_report.tables(found), run_report.remarks(found))
-    runnable = bool(names) and found.converged
-    hint = f"; run it with: afo-sim run {out / run_report.SCENARIO}" if runnable else ""
-    print(f"written to {out}{hint}")
+_HOLD_OUT = "law: all|none|pressure|load|curve|muscle; scenario: share of the log's end, 0 for none; "
+_HOLD_OUT += "orthosis: all|none|group|angle|pressure, several times, or a CSV that is predicted"
+_FACT = 'law: what the CSV does not say, as bore="20 mm"'
+_NOISE = 'scenario: as angle="0.5 deg"; by the log itself otherwise'
+_RATE = 'orthosis: of a log\'s still samples, as angle="2 deg/s"'
 
 
-@app.command()
-def fit(
-    files: Annotated[list[Path], Argument(help="CSV of measured points, one per muscle")],
-    law: Annotated[str, Option(help="a law's name, or all")],
-    out: Annotated[Path, Option(help="folder to write to")] = Path("runs/fit"),
-    hold_out: Annotated[
-        str, Option(help="what is left out in turn: all|none|pressure|load|curve|muscle")
-    ] = "all",
-    test: Annotated[list[Path] | None, Option(help="further CSV that is predicted, not fitted")] = None,
-    free: Annotated[list[str] | None, Option(help="a parameter to fit as well")] = None,
-    fix: Annotated[list[str] | None, Option(metavar="NAME=VALUE", help="a parameter to hold")] = None,
-    tell: Annotated[
+@dataclass(frozen=True)
+class _Fit:
+    """Options of `fit`: what is fitted to what."""
+
+    data: Annotated[list[Path], Argument(help="CSV of measured points, or of a log", metavar="FILES...")]
+    law: Annotated[str | None, Option(help="a law's name, or all, the default")] = None
+    scenario: Annotated[str | None, Option(help="instead: that the log is of, a name or a TOML file")] = None
+    orthosis: Annotated[
         list[str] | None,
-        Option(metavar="KEY=VALUE", help='what the CSV does not say, for example bore="20 mm"'),
-    ] = None,
-    loss: Annotated[str, Option(help="linear|soft_l1|huber|cauchy; the last three bear outliers")] = "linear",
-    like: Annotated[str, Option(help="muscle to take from what the data do not tell")] = "s1_215mm",
-) -> None:
-    """Fit a muscle's law to measured points; state what the data do not determine."""
-    with progress("reading") as report:
-        from afo_sim.common import together
-        from afo_sim.lab import law_result
-        from afo_sim.show import write_fit_figure
+        Option(help="instead: whose torque it is, a name or a file; or GROUP=ORTHOSIS, each"),
+    ] = None
+    free: Annotated[
+        list[str] | None,
+        Option(help="parameters to fit, with commas between; of a law beside its usual ones"),
+    ] = None
+    hold_out: Annotated[list[str] | None, Option(help=_HOLD_OUT)] = None
+    test: Annotated[list[Path] | None, Option(help="law: further CSV that is predicted, not fitted")] = None
+    fixed: Annotated[list[str] | None, Option(metavar="NAME=VALUE", help="law: a parameter to hold")] = None
+    facts: Annotated[list[str] | None, Option("--fact", metavar="KEY=VALUE", help=_FACT)] = None
+    loss: Annotated[str | None, Option(help="law: linear|soft_l1|huber|cauchy; these bear outliers")] = None
+    like: Annotated[str | None, Option(help="law: muscle to take from what the data do not tell")] = None
+    sets: Sets = None
+    noise: Annotated[list[str] | None, Option(metavar="CHANNEL=VALUE", help=_NOISE)] = None
+    chamber: Annotated[str | None, Option(help="orthosis: that was filled, if no file says so")] = None
+    torque: Annotated[str | None, Option(help="orthosis: device; difference, less that without air")] = None
+    rates: Annotated[list[str] | None, Option("--rate", metavar="KEY=VALUE", help=_RATE)] = None
+    out: Annotated[Path, Option(help="folder to write to")] = Path("runs/fit")
 
-        check_folder(out, "fit of a muscle's law")
-        found = law_result.fit(
-            files,
-            law=law,
-            hold_out=hold_out,
-            test=test or (),
-            free=free or (),
-            fixed=read_sets(fix, "--fix", "k=1"),
-            facts=read_sets(tell, "--tell", 'bore="20 mm"'),
-            loss=loss,
-            like=like,
-            report=lambda text: report(0, 0, text),
-        )
-        with together(out, _LAW_FILES) as folder:
-            law_result.write(found, folder)
-            write_fit_figure(found, folder)
-    print_tables(law_result.tables(found), law_result.remarks(found))
-    print(f"written to {out}")
+
+@app.command("fit")
+@one_group
+def fit_command(asked: _Fit) -> None:
+    """Fit a muscle's law to points, a scenario to your log, an orthosis to torques; tell what stays open."""
+    kind = "scenario" if asked.scenario is not None else "orthosis" if asked.orthosis else "law"
+    options = picked(asked, "law", "scenario", "test", "loss", "like", "chamber", "torque")
+    names = [name.strip() for each in asked.free or () for name in each.split(",") if name.strip()]
+    options["free"] = None if asked.free is None else names
+    for name, example in _PAIRS.items():
+        given = getattr(asked, name)
+        options[name] = read_sets(given, f"--{name.removesuffix('s')}", example) if given else None
+    if asked.orthosis:
+        worn, example = asked.orthosis, "GROUP=ORTHOSIS, once for each group"
+        alone = len(worn) == 1 and "=" not in worn[0]
+        options["orthosis"] = worn[0] if alone else read_sets(worn, "--orthosis", example)
+    held: Mixed = asked.hold_out
+    if held and kind != "orthosis":
+        held = quantity("--hold-out", held[-1], "") if kind == "scenario" else held[-1]
+    out, data = asked.out, asked.data[0] if len(asked.data) == 1 else asked.data
+    with progress("reading, compiling the muscles") as report:
+        from afo_sim import show
+        from afo_sim.common import together
+        from afo_sim.lab import fit, law_result, run_report, torque_report
+
+        made: dict[str, tuple[str, tuple[str, ...], Foreign, Function]] = {
+            "law": ("fit of a muscle's law", _LAW_FILES, law_result, show.write_fit_figure),
+            "scenario": ("fit to a log", _RUN_FILES, run_report, show.write_log_figure),
+            "orthosis": (
+                "fit to static torques",
+                torque_report.FILES,
+                torque_report,
+                show.write_torque_figure,
+            ),
+        }
+        what, files, words, draw = made[kind]
+        check_folder(out, what)
+        found: Foreign = fit(data, hold_out=held, progress=lambda text: report(0, 0, text), **options)
+        with together(out, files) as folder:
+            words.write(found, folder, *([out] if kind == "orthosis" else ()))
+            draw(found, folder)
+    print_tables(words.tables(found), words.remarks(found))
+    hint = ""
+    if kind == "scenario" and names and found.converged:
+        hint = f"; run it with: afo-sim run {out / run_report.SCENARIO}"
+    if kind == "orthosis":
+        place = out / next(iter(torque_report.folders(found).values()))
+        hint = f"; run it with: afo-sim run --set orthosis={place}"
+    print(f"written to {out}{hint}")
 
 
 @app.command("calibrate")
@@ -280,57 +282,6 @@ def calibrate_command(
     print_table(f"V = slope{'/x' if inverse else ' x'} + intercept", ["", ""], rows)
     write_text(out / "sensor.toml", sensor)
     print(f'written: {out / "sensor.toml"}; in a scenario: type = "{out}"')
-
-
-@app.command("fit-torque")
-def fit_torque_command(
-    files: Annotated[list[Path], Argument(help="CSV of static torque: angle, pressure, torque …")],
-    orthosis: Annotated[
-        list[str], Option(help="a shipped orthosis or a file; GROUP=ORTHOSIS where groups differ")
-    ],
-    fit: Annotated[
-        str, Option(help="series_stiffness, offset, cuff_stiffness, plate_stiffness, the law's own")
-    ] = "series_stiffness,offset",
-    hold_out: Annotated[
-        list[str] | None,
-        Option(help="left out in turn: all|none|group|angle|pressure; or a CSV that is predicted"),
-    ] = None,
-    chamber: Annotated[str, Option(help="that was filled, where the file does not say")] = "",
-    torque: Annotated[
-        str, Option(help="device: of the muscles alone; difference: less the readings without air")
-    ] = "device",
-    rate: Annotated[
-        list[str] | None,
-        Option(metavar="KEY=VALUE", help='of a log\'s still samples, for example angle="2 deg/s"'),
-    ] = None,
-    out: Annotated[Path, Option(help="folder to write to")] = Path("runs/fit-torque"),
-) -> None:
-    """Fit the compliance of a worn or mounted device to its static torque; state what stays undetermined."""
-    worn: str | JsonDict = orthosis[0]
-    if len(orthosis) > 1 or "=" in orthosis[0]:
-        worn = read_sets(orthosis, "--orthosis", "GROUP=ORTHOSIS, once for each group")
-    with progress("reading") as report:
-        from afo_sim.common import together
-        from afo_sim.lab import fit_torque, torque_report
-        from afo_sim.show import write_torque_figure
-
-        check_folder(out, "fit to static torques")
-        found = fit_torque(
-            files,
-            worn,
-            [name.strip() for name in fit.split(",") if name.strip()],
-            hold_out=hold_out or "all",
-            chamber=chamber,
-            torque=torque,
-            rates=read_sets(rate, "--rate", 'angle="2 deg/s"'),
-            report=lambda text: report(0, 0, text),
-        )
-        with together(out, torque_report.FILES) as folder:
-            torque_report.write(found, folder, out)
-            write_torque_figure(found, folder)
-    print_tables(torque_report.tables(found), torque_report.remarks(found))
-    place = out / next(iter(torque_report.folders(found).values()))
-    print(f"written to {out}; run it with: afo-sim run --set orthosis={place}")
 
 
 @app.command("paper")

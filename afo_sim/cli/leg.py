@@ -156,11 +156,10 @@ def attach_command(worn: _Attachment) -> None:
         problem = "is the model that is read, and holds no orthosis of ours"
         raise InputError(problem, field="--out", value=str(out), allowed="another file")
     with progress("attaching"):
-        from afo_sim.legs import attach, write_attached
-        from afo_sim.legs.attached_files import attached
+        from afo_sim.legs import attach, read_attached, write_attached
 
         names = ("joint", "proximal", "distal", "side", "sign", "forward", "supply", "timestep", "prefix")
-        before: Mixed = attached(model) if ours else model
+        before: Mixed = read_attached(model) if ours else model
         packages = tuple(worn.package or ())
         found = attach(before, worn.orthosis, zero=angle, packages=packages, **picked(worn, *names))
         if worn.to:
@@ -178,7 +177,7 @@ def attach_command(worn: _Attachment) -> None:
             print(f"written to {file}")
     if beside:
         print(f"{len(beside)} meshes, pictures and parts are in {out.with_name(f'{out.stem}_files')}")
-    in_python = f'in Python: leg = afo_sim.attached("{out}")'
+    in_python = f'in Python: leg = afo_sim.legs.read_attached("{out}")'
     print(f"next: {out.with_name('README.md')} says how it is opened" if worn.to else f"next, {in_python}")
 
 

@@ -207,7 +207,7 @@ def both_command(
     out: Annotated[Path | None, Option(help="folder to write to; runs/<scenario>-both by default")] = None,
     sets: common.Sets = None,
     left_sets: Annotated[
-        list[str] | None, Option("--set-left", metavar="KEY=VALUE", help="of the left leg alone")
+        list[str] | None, Option("--left-set", metavar="KEY=VALUE", help="of the left leg alone")
     ] = None,
     apart: Annotated[
         float | None, Option(help="share of a stride that the left leg is behind; 0.5, seated 0")
@@ -221,7 +221,7 @@ def both_command(
     force: Annotated[bool, Option("--force", help="replace the run of other descriptions")] = False,
 ) -> None:
     """Simulate both legs on one supply: the air of both, the flow from the source, the worse leg."""
-    values, others = common.read_sets(sets), common.read_sets(left_sets, "--set-left")
+    values, others = common.read_sets(sets), common.read_sets(left_sets, "--left-set")
     hertz = None if rate is None else common.hertz_of(rate)
     side = cast(Literal["right", "left"], affected)  # `described` examines it
     common.short_lived()

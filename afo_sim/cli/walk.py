@@ -45,9 +45,7 @@ class _Walk:
         int | None, Option(help="perturbed starts of each case; 2 of each patient, 50 of one")
     ] = None
     push: Annotated[str, Option(help="on the trunk, once in each perturbed start")] = "50 N"
-    generations: Annotated[
-        int, Option("--adapt", help="generations of 16 walks in which those adapt who have no gait yet")
-    ] = 0
+    generations: Annotated[int, Option(help="of 16 walks in which those adapt who have no gait yet")] = 0
     subset: Annotated[str, Option(help="gains that adapt: swing, stance or all (one)")] = "all"
     adapted: Annotated[
         str | None, Option(help="gait of who has adapted; of patients: patients.csv of a walk")
@@ -155,7 +153,7 @@ def _walk(walk: _Walk, condition: str | None, key: str, values: Sequence[str | N
             what = walker.CASES.get(case, case) if alone else case
             report(round(1000.0 * share), 1000, f"{len(found) + 1} of {len(sets)}: {what}")
 
-        run: Function = walker.respond if alone else walker.populate
+        run: Function = walker.walk if alone else walker.populate
         options["threads"] = walk.threads or os.cpu_count() or 1
         searches = folder / "walk.searches"
         for one, its in zip(sets, each, strict=True):

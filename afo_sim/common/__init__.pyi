@@ -81,8 +81,12 @@ from .reading import read_bytes as read_bytes
 from .reading import read_foreign as read_foreign
 from .reading import read_text as read_text
 from .reading import unpack as unpack
+from .retired import RENAMED as RENAMED
 from .retired import RETIRED as RETIRED
+from .retired import notice as notice
+from .retired import older as older
 from .retired import refuse_retired as refuse_retired
+from .retired import takes_older as takes_older
 from .sealing import MOST_GROUPS as MOST_GROUPS
 from .sealing import WRITTEN as WRITTEN
 from .sealing import check_text as check_text

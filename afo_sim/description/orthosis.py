@@ -237,7 +237,7 @@ class Orthosis(Named):
     """Lowest and highest angle that the device is built for; a muscle that locks within is
     refused."""
     joint_centre: tuple[tuple[_Angle, _Length, _Length], ...] = ()
-    """Centre of rotation where it moves, for fit-torque: rows of rising angle, forward, up."""
+    """Centre of rotation where it moves, for a fit of torques: rows of rising angle, forward, up."""
     anchor: dict[Segment, Mounting] = Field(default_factory=dict)
     """How the cuff on the shank and the plate under the foot give; without a table they are rigid."""
     interface: dict[Segment, Interface] = Field(default_factory=dict)

@@ -180,7 +180,9 @@ class Scenario(Named):
             problem = f"is for {other}, and the leg's joint is {own}"
             raise refusal(problem, f'an orthosis with joint = "{self.leg.joint}"', "orthosis.joint")
         if self.orthosis.joint_centre:
-            problem = "goes with fit-torque alone: the leg's ankle is a hinge, whose centre does not move"
+            problem = (
+                "goes with a fit of torques alone: the leg's ankle is a hinge, whose centre does not move"
+            )
             raise refusal(problem, "[], for a run about the hinge", "orthosis.joint_centre")
         tables = [(kind, getattr(self, kind)) for kind in ("timer", "phases", "start")]
         named = [(kind, switched.chambers) for kind, switched in tables if switched]

@@ -1,4 +1,5 @@
 from .calibration import calibrate as calibrate
+from .fitting import fit as fit
 from .identifiability import refused as refused
 from .identifiability import rms as rms
 from .law_fit import LawFit as LawFit
@@ -10,7 +11,6 @@ from .law_problem import pressure_levels as pressure_levels
 from .law_problem import select as select
 from .law_problem import take as take
 from .law_result import StaticFit as StaticFit
-from .law_result import fit as fit
 from .measured import Measured as Measured
 from .measured import read_measured as read_measured
 from .paper import KINDS as KINDS

@@ -96,56 +96,12 @@ class StaticFit(Shown):
         return tuple(law_muscle.doubts(self.fits))
 
 
-def fit(
-    data: object,
-    *,
-    law: str = "all",
-    hold_out: str = "all",
-    test: object = (),
-    free: Sequence[str] = (),
-    fixed: Mapping[str, object] | None = None,
-    facts: Mapping[str, object] | None = None,
-    loss: str = "linear",
-    like: str = law_muscle.LIKE,
-    report: Callable[[str], None] = lambda text: None,
-) -> StaticFit:
-    """Fit one force law, or all of them, to a measured characteristic.
-
-    Parameters
-    ----------
-    data : path to a CSV, {title with unit: array}, a pandas DataFrame of such titles, or a list of these, one
-        for each muscle
-    law : name, or "all"
-    hold_out : what is left out in turn to tell the error on unseen points, of HOLD_OUT
-    test : further data that are predicted, not fitted
-    free : parameters to fit beside those that the law usually is fitted by
-    fixed : parameters to hold, for example {"braid_angle": "24 deg"}
-    facts : what the data do not say of the muscle, for example {"bore": "20 mm"}
-    loss : "linear", "soft_l1", "huber" or "cauchy"; the last three bear outliers
-    like : muscle to take from what the data do not tell
-    report : called with what is being done
-
-    Returns
-    -------
-    StaticFit
-
-    Raises
-    ------
-    InputError
-        A file, column, unit, law, parameter or argument is wrong, or no law can be fitted to the data.
-
-    Examples
-    --------
-    >>> muscle = load("muscle", "dmsp_20")
-    >>> share, bar = np.tile(np.linspace(0.0, 0.2, 9), 3), np.repeat([2.0, 3.0, 4.0], 9)
-    >>> force = muscle.force(1e5 * bar, contraction=share)
-    >>> data = {"pressure [bar]": bar, "contraction [-]": share, "force [N]": force}
-    >>> facts = {"total_length": "30 cm", "end_length": "0 cm", "bore": "20 mm"}
-    >>> fitted = fit(data, law="sarosi_2012", facts=facts, hold_out="none")
-    >>> again = fitted.muscle.force("3.5 bar", contraction=0.1)
-    >>> bool(abs(again - muscle.force("3.5 bar", contraction=0.1)) < 5.0)  # [N]
-    True
-    """
+def fit_laws(
+    data: object, *, law: str = "all", hold_out: str = "all", test: object = (), free: Sequence[str] = (),
+    fixed: Mapping[str, object] | None = None, facts: Mapping[str, object] | None = None,
+    loss: str = "linear", like: str = law_muscle.LIKE, report: Callable[[str], None] = lambda text: None,
+) -> StaticFit:  # fmt: skip
+    """Fit one force law, or all of them, to a measured characteristic; arguments as of `fit`."""
     fixed, facts = dict(fixed or {}), dict(facts or {})
     _check(law, hold_out, loss, like, fixed)
     sources, tests = several(data), several(test)

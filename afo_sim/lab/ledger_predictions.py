@@ -8,7 +8,7 @@ import numpy as np
 
 from afo_sim.common import RATIOS, JsonMapping, assets, parse_quantity, read_any_quantity
 from afo_sim.description import Muscle, load
-from afo_sim.lab.law_result import fit
+from afo_sim.lab.law_result import fit_laws
 from afo_sim.lab.validation_knee import knee_tests, torque
 from afo_sim.physics import passive_moment
 from afo_sim.simulation.run import run
@@ -45,7 +45,7 @@ def muscle(of: str, drawn: Table) -> Muscle:
 
 @functools.cache
 def _fitted(table: str) -> Muscle:
-    return fit(assets.folder("models") / "muscles" / table, law=FITTED, hold_out="none").muscle
+    return fit_laws(assets.folder("models") / "muscles" / table, law=FITTED, hold_out="none").muscle
 
 
 def force(of: str, at: Table, drawn: Table) -> float:

@@ -11,7 +11,7 @@ import functools
 from collections import Counter
 from dataclasses import dataclass
 
-from afo_sim.common import JsonDict, Shown, assets, unknown
+from afo_sim.common import JsonDict, Shown, assets, takes_older, unknown
 from afo_sim.lab import paper_values
 from afo_sim.lab.validation import brief, published
 from afo_sim.lab.validation_row import Report, Row, counted
@@ -80,13 +80,14 @@ class Paper(Shown):
         return [claim for claim in self.claims if claim.kind == kind]
 
 
-def paper(name: str, report: Report = None) -> Paper:
+@takes_older
+def paper(name: str, progress: Report = None) -> Paper:
     """One of the four papers beside the simulator.
 
     Parameters
     ----------
     name : "S0", "S1", "S2" or "S3"
-    report : called with (claims done, claims in all)
+    progress : called with (claims done, claims in all)
 
     Returns
     -------
@@ -104,7 +105,7 @@ def paper(name: str, report: Report = None) -> Paper:
     22
     """
     told = _told(name)
-    claims = tuple(map(_claim, counted(told["row"], report)))
+    claims = tuple(map(_claim, counted(told["row"], progress)))
     return Paper(name, told["title"], told["source"], told["reading"], claims)
 
 

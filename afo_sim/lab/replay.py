@@ -320,9 +320,9 @@ def fit_replay(
     """Fit settings of bench and muscle to logs, one value for all, within each setting's physical range."""
     for name in names:
         if name not in FITTED:
-            raise unknown(name, FITTED, field="fit", problem="cannot be fitted to a log of a bench")
+            raise unknown(name, FITTED, field="free", problem="cannot be fitted to a log of a bench")
     if not (names and logs):
-        raise InputError("needs a log and a setting", field="fit", allowed=", ".join(FITTED))
+        raise InputError("needs a log and a setting", field="free", allowed=", ".join(FITTED))
     read = [read_bench_log(log).stated(bench or {}) for log in logs]
     read = [log if "timestep" in log.bench else log.stated({"timestep": FIT_STEP}) for log in read]
     predicted = replay(read[0], sets=sets).errors

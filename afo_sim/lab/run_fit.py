@@ -139,46 +139,11 @@ class FitRun(Believed, Shown):
 
 
 def fit_run(
-    scenario: Given,
-    log: TableLike,
-    names: Sequence[str] = (),
-    *,
-    sets: Mapping[str, object] | None = None,
-    noise: Mapping[str, object] | None = None,
-    hold_out: float = HELD_OUT,
+    scenario: Given, log: TableLike, names: Sequence[str] = (), *, sets: Mapping[str, object] | None = None,
+    noise: Mapping[str, object] | None = None, hold_out: float = HELD_OUT,
     report: Progress = lambda text: None,
-) -> FitRun:
-    """Fit dynamic parameters of a scenario to a log; a second fit to its first part predicts the rest.
-
-    Parameters
-    ----------
-    scenario : a shipped name, a path, or a description
-    log : path to a CSV, {title with unit: array}, or a pandas DataFrame of such titles
-    names : parameters, of `run_problem.KINDS`; without any the log is only laid over the run
-    sets : dotted keys and values laid over the scenario
-    noise : by channel, for example {"angle": "0.5 deg"}; estimated from the log by default
-    hold_out : share of the log's time, from its end, that is held out once; 0 for none
-    report : called with each run
-
-    Returns
-    -------
-    FitRun
-
-    Raises
-    ------
-    InputError
-        Scenario, log, noise, share or a name is wrong, or the model cannot be built with the start values.
-    SimulationError
-        The run with the start values becomes unstable.
-
-    Examples
-    --------
-    >>> bench = run("seated", {"duration": "1.5 s", "leg.friction": "0.3 N*m"})
-    >>> log = {"time [s]": bench["time"][::20], "angle [rad]": bench["ankle/angle"][::20]}
-    >>> found = fit_run("seated", log, ["friction"], noise={"angle": "0.1 deg"}, hold_out=0.0)
-    >>> round(found.values["friction"], 2)  # [N·m]
-    0.3
-    """
+) -> FitRun:  # fmt: skip
+    """Fit parameters of a scenario to a log, as `fit`; a second fit to its first part predicts the rest."""
     problem = pose(scenario, log, names, sets=sets, noise=noise, hold_out=hold_out)
     before, search = run_at(problem, problem.starts), RunSearch(problem, report)
     if not problem.free:  # the log over the run

@@ -78,7 +78,7 @@ class Log:
 
 def read_log(data: TableLike, scenario: Scenario) -> Log:
     """A log, read against the scenario that it was taken of."""
-    table, known = table_of(data, EXAMPLE, "log"), dict(_names(scenario))
+    table, known = table_of(data, EXAMPLE, "data"), dict(_names(scenario))
     file, units = table.file, {name: (describe(c[0])[0] if c else "s",) for name, c in known.items()}
     columns, _ = columns_of(table, units, EXAMPLE, {"a time": ("time",)})
     channels: list[Channel] = []
@@ -181,7 +181,7 @@ def find_parameters(names: Sequence[str], scenario: Scenario) -> tuple[FitParame
         for key in parameter.keys or {parameter.name: 1.0}:
             if key in taken:
                 problem = f"sets what {taken[key]!r} sets already"
-                raise InputError(problem, field="names", value=parameter.name)
+                raise InputError(problem, field="free", value=parameter.name)
             taken[key] = parameter.name
     return tuple(found)
 
@@ -189,12 +189,12 @@ def find_parameters(names: Sequence[str], scenario: Scenario) -> tuple[FitParame
 def _find(name: str, scenario: Scenario) -> FitParameter:
     general, dot, one = name.partition(".")
     if general not in KINDS:
-        raise unknown(name, KINDS, field="names", problem="is not a dynamic parameter")
+        raise unknown(name, KINDS, field="free", problem="is not a dynamic parameter")
     key, each, kind = KINDS[general]
     members = list(getattr(scenario.orthosis, each)) if each else []
     if dot and one not in members:
         allowed = [general, *(f"{general}.{member}" for member in members)]
-        raise unknown(name, allowed, field="names", problem=f"there is no such {each or 'part'}")
+        raise unknown(name, allowed, field="free", problem=f"there is no such {each or 'part'}")
     if not key:
         return kind
     paths = [key.format(member) for member in ([one] if dot else members)] or [key]

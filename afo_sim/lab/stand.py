@@ -9,7 +9,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from afo_sim.common import GRAVITY, Given, InputError, Keywords, Shown, parse_quantity, quantity_at, unknown
+from afo_sim.common import (
+    GRAVITY,
+    Given,
+    InputError,
+    Keywords,
+    Shown,
+    parse_quantity,
+    quantity_at,
+    takes_older,
+    unknown,
+)
 from afo_sim.description import Muscle
 from afo_sim.description import load as load_description
 from afo_sim.lab import stand_trial
@@ -65,6 +75,7 @@ class Stand(Shown):
         return table_of(self.trials)
 
 
+@takes_older
 def stand(
     test: str,
     muscle: AnyMuscle | Sequence[AnyMuscle],
@@ -83,7 +94,7 @@ def stand(
     static: bool = False,
     compare: str | os.PathLike[str] | Measured | None = None,
     sets: Mapping[str, object] | None = None,
-    report: Callable[[int, int, str], None] | None = None,
+    progress: Callable[[int, int, str], None] | None = None,
 ) -> Stand:
     """Test muscles on the stand.
 
@@ -104,7 +115,7 @@ def stand(
     static : the formula instead of the rig
     compare : measured points (a CSV file, or read) that the trials are held against
     sets : dotted keys and values laid over the muscle
-    report : called with (steps done, steps in all, what)
+    progress : called with (steps done, steps in all, what)
 
     Returns
     -------
@@ -139,13 +150,13 @@ def stand(
     trials = []
     for kind, (number, one) in itertools.product(kinds, enumerate(muscles, 1)):
         what = f"{kind} {number} of {len(muscles)}: {one.name}, {one.law}"
-        progress = None if report is None else lambda done, total, what=what: report(done, total, what)
-        if report is not None:
-            report(0, 0, what)
+        step = None if progress is None else lambda done, total, what=what: progress(done, total, what)
+        if progress is not None:
+            progress(0, 0, what)
         with _told(kind, one, amounts["length"]):
             ends = test != "all"  # or they are of the other tests
             planned = plan(kind, one, **given, **_arguments(amounts, ends, data, kind, one))
-            trials.append(stand_trial.static(planned) if static else stand_trial.run(planned, progress))
+            trials.append(stand_trial.static(planned) if static else stand_trial.run(planned, step))
     compared = () if data is None else tuple(compare_trial(trial, data) for trial in trials)
     return Stand(tuple(trials), compared)
 

@@ -213,5 +213,5 @@ def _held_soft(solution: Solution) -> Iterator[Notice]:
         return
     if solution.values[free.name] > RIGID * free.upper:
         text = "the cables end rigid, and the readings are stronger still: what is held gives more in the "
-        text += f"orthosis' file than on the device, or an anchor is elsewhere: try --fit {held[0]}"
+        text += f"orthosis' file than on the device, or an anchor is elsewhere: try --free {held[0]}"
         yield Notice("held-soft", text, subject=held[0])

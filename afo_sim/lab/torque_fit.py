@@ -114,17 +114,11 @@ class TorqueFit(Believed, Shown):
 
 
 def fit_torque(
-    data: TableLike,
-    orthosis: Given,
-    fit: Sequence[str] = USUAL_FIT,
-    *,
-    hold_out: str | TableLike = "all",
-    chamber: str = "",
-    torque: str = "device",
-    rates: Mapping[str, object] | None = None,
+    data: TableLike, orthosis: Given, fit: Sequence[str] = USUAL_FIT, *, hold_out: str | TableLike = "all",
+    chamber: str = "", torque: str = "device", rates: Mapping[str, object] | None = None,
     report: Progress = lambda text: None,
-) -> TorqueFit:
-    """Fit the compliance between device and joint, and the muscle's law, to measured static torque.
+) -> TorqueFit:  # fmt: skip
+    """Fit the compliance between device and joint, and the muscle's law, to static torque, as `fit`.
 
     The joint is held at an angle, the muscle is filled, and the torque is read: dorsiflexion positive. At
     each reading the muscle is in balance with its cable, cuff and plate,
@@ -132,45 +126,6 @@ def fit_torque(
         κ = κ_path(φ) + [offset + F(κ, p)/k + Σ z(n F)]/L0,    M = Σ r(φ) F(κ, p),
 
     with path and moment arm r of the orthosis and k the `series_stiffness`.
-
-    Parameters
-    ----------
-    data : path to a CSV, {title with unit: array}, or a pandas DataFrame of such titles; or a list of these.
-        Columns `angle`, `pressure` (gauge), `torque`; also `group`, `chamber`, `cuff` (displacement along the
-        pull, by which `cuff_stiffness` is fitted), `time` (a log: still samples are taken), `path length`
-        and `moment arm` in place of the orthosis' geometry
-    orthosis : name, path or description; or {group: orthosis} where groups were taken of different ones
-    fit : parameters: `series_stiffness` and `offset` of each filled muscle's cable and brackets,
-        `cuff_stiffness` and `plate_stiffness` of the anchors, or a parameter of the muscle's law
-    hold_out : "all", "group", "angle", "pressure" left out in turn, "none"; or further data, only predicted
-    chamber : that was filled, or its muscle group; by default as the data say, the only one, or `dorsiflexor`
-    torque : "device", the pull of the muscles alone, without the limb's weight and tissue; or "difference":
-        less what is read without air, at the angles of the readings without air where there are such
-    rates : of a log's still samples, by default {"angle": "2 deg/s", "pressure": "0.05 bar/s"}
-    report : called with what is being done
-
-    Returns
-    -------
-    TorqueFit
-
-    Raises
-    ------
-    InputError
-        A file, column, unit, name or argument is wrong, there are too few readings, or the muscles cannot
-        give such torques.
-
-    Examples
-    --------
-    >>> muscle, lever = load("muscle", "dmsp_20"), 0.05  # the arm's pulley [m]
-    >>> angle, bar = np.tile(np.linspace(-30.0, 30.0, 7), 3), np.repeat([2.0, 3.0, 4.0], 7)
-    >>> path = 0.1 + lever * np.radians(angle) / muscle.nominal_length
-    >>> force = muscle.force(1e5 * bar, contraction=path, series_stiffness="20 kN/m", offset="3 mm")
-    >>> data = {"angle [deg]": angle, "pressure [bar]": bar, "torque [N*m]": lever * force}
-    >>> found = fit_torque(data, "arm", chamber="flexor", hold_out="pressure")
-    >>> round(found.parameters["series_stiffness"]), round(1e3 * found.parameters["offset"], 3)
-    (20000, 3.0)
-    >>> found.verdict, found.orthosis.muscle["flexor"].cable.offset == found.parameters["offset"]
-    ((), True)
     """
     if torque not in MEANINGS:
         raise unknown(torque, MEANINGS, field="torque")

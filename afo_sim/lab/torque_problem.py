@@ -46,16 +46,16 @@ def parameters(names: Sequence[str], orthoses: Sequence[Orthosis], chamber: str)
     known = dict(OWN) | _of_law(orthoses, chamber)
     found = []
     if not names:
-        raise InputError("names nothing", field="fit", allowed=", ".join(known))
+        raise InputError("names nothing", field="free", allowed=", ".join(known))
     for name in names:
         if name not in known:
-            raise unknown(name, known, field="fit", problem="is not a parameter that torques identify")
+            raise unknown(name, known, field="free", problem="is not a parameter that torques identify")
         if [*names].count(name) > 1:
-            raise InputError("stands there twice", field="fit", value=name)
+            raise InputError("stands there twice", field="free", value=name)
         anchor = name in ("cuff_stiffness", "plate_stiffness")
         if anchor and not all(orthosis.anchored for orthosis in orthoses):
             problem = "has no effect: the muscles run over pulleys, which pull on no cuff"
-            raise InputError(problem, field="fit", value=name)
+            raise InputError(problem, field="free", value=name)
         found.append(known[name])
     return tuple(found)
 

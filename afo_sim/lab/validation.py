@@ -3,7 +3,7 @@
 from collections import Counter
 from collections.abc import Sequence
 
-from afo_sim.common import Shown
+from afo_sim.common import Shown, takes_older
 from afo_sim.lab.paper_values import rows_of, validated
 from afo_sim.lab.validation_row import Report, Row, counted
 
@@ -19,12 +19,13 @@ class Validation(Shown, list[Row]):
         return f"<Validation: {verdict(self)}>"
 
 
-def validate(report: Report = None) -> Validation:
+@takes_older
+def validate(progress: Report = None) -> Validation:
     """Compare what was published with what is simulated.
 
     Parameters
     ----------
-    report : called with (rows done, rows in all)
+    progress : called with (rows done, rows in all)
 
     Returns
     -------
@@ -37,7 +38,7 @@ def validate(report: Report = None) -> Validation:
     >>> [row.quantity for row in validate() if row.outcome == "FAILED"]  # doctest: +SKIP
     []
     """
-    return Validation(row for one in counted(validated(), report) for row in rows_of(one))
+    return Validation(row for one in counted(validated(), progress) for row in rows_of(one))
 
 
 def verdict(rows: Sequence[Row]) -> str:

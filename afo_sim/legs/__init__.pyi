@@ -1,5 +1,6 @@
 from .attached import Attached as Attached
 from .attached_files import mjcf_beside as mjcf_beside
+from .attached_files import read_attached as read_attached
 from .attached_files import write_attached as write_attached
 from .attaching import attach as attach
 from .cutting import FOOT as FOOT

@@ -37,7 +37,7 @@ ARRAYS = ("centre", "axes")
 HEAD = """
   {name}: with the orthosis {devices}, added by afo-sim.
   The callbacks of afo_sim compute the forces of its muscles, by their user= and {sidecar}. In Python:
-      leg = afo_sim.attached("{file}"); data = leg.data()
+      from afo_sim.legs import read_attached; leg = read_attached("{file}"); data = leg.data()
       with leg.callbacks(): step leg.model and data as ever
   Loaded by MuJoCo alone its muscles carry no force (they are limp), and nothing says so.
 """
@@ -46,7 +46,7 @@ HEAD = """
 def write_attached(
     attached: Attached, path: str | pathlib.Path, *, force: bool = False, mjb: bool = False
 ) -> list[pathlib.Path]:
-    """Write a model with all its orthoses as MJCF, with what `attached` reads again to the bit."""
+    """Write a model with all its orthoses as MJCF, with what `read_attached` reads again to the bit."""
     path = pathlib.Path(path)
     if path.suffix != ".xml":
         problem = "is not a valid name of an MJCF file"
@@ -69,29 +69,8 @@ def write_attached(
     return [path.parent / file for file in written]
 
 
-def attached(path: str | pathlib.Path) -> Attached:
-    """The model that `attach` has written, with exact parameters.
-
-    Parameters
-    ----------
-    path : of the MJCF file; NAME.toml stands beside it
-
-    Returns
-    -------
-    Attached, that of the first leg; `legs` has all
-
-    Raises
-    ------
-    InputError
-        A file is missing, or is none that was written with `attach`.
-
-    Examples
-    --------
-    >>> from afo_sim.legs.attached_files import write_attached
-    >>> _ = write_attached(attach("adult_75kg", "s1"), "worn.xml")
-    >>> sorted(attached("worn.xml").chambers)
-    ['dorsiflexor', 'plantarflexor']
-    """
+def read_attached(path: str | pathlib.Path) -> Attached:
+    """The model that `attach` has written beside a NAME.toml, with exact parameters, as its first leg's."""
     path = pathlib.Path(path)
     sidecar = path.with_suffix(".toml")
     spec, _, _ = own_spec(path)

@@ -229,7 +229,7 @@ def _check_spec(
         allowed = "an orthosis with muscles"
         raise InputError("has no muscle", field="orthosis", value=orthosis.name, allowed=allowed)
     if orthosis.joint_centre:
-        problem = "goes with fit-torque alone: the model's joint is a hinge"
+        problem = "goes with a fit of torques alone: the model's joint is a hinge"
         raise InputError(problem, field="orthosis.joint_centre")
     for name, group in orthosis.muscle.items():
         if group.pulley is not None:

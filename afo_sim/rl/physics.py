@@ -1,16 +1,20 @@
 """A compiled scenario as a dm_control Physics: same model, same start, same bits as a run."""
 
 import copy
+import os
+from collections.abc import Mapping
 from typing import NoReturn, Self
 
 import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common import Foreign, Function, InputError
+from afo_sim.common import Foreign, Function, InputError, JsonMapping
 from afo_sim.control import Command, checked_pressure
+from afo_sim.description import Scenario
 from afo_sim.model import Built, equilibrium, walking_start
 from afo_sim.model import supply_and_timer as schedule
+from afo_sim.model.build import build
 from afo_sim.rl.dm import PhysicsError, Present, dm
 from afo_sim.simulation import FAILURES, FIELDS, STATE, Commander, Forkable, column_at, failed
 
@@ -256,3 +260,13 @@ class ScenarioPhysics(Forkable, native.Closing, dm.Physics):
     def orthosis_moment(self) -> float:
         """Moment of all muscles of the orthosis about the ankle, dorsiflexion positive [N·m]."""
         return self.read("ankle/moment/orthosis")
+
+
+def dm_control_physics(
+    scenario: str | os.PathLike[str] | Scenario | JsonMapping,
+    sets: Mapping[str, object] | None = None,
+    *,
+    timed: bool = True,
+) -> ScenarioPhysics:
+    """Compile a scenario and stand it at its start; without `timed` valves are shut until commanded."""
+    return ScenarioPhysics(build(scenario, sets), timed=timed)

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal, Self
 
-from afo_sim.common import InputError, Notice, Shown, SimulationError, in_unit, titles
+from afo_sim.common import InputError, Notice, Shown, SimulationError, in_unit, takes_older, titles
 from afo_sim.description import Limits, Scenario, load
 from afo_sim.metrics import AGAINST, Metric, Status
 from afo_sim.model import as_run, with_person
@@ -183,12 +183,13 @@ class Effects(Shown):
         return f"<Effects for {self.aim!r}, {run} steps run: {steps}>"
 
 
+@takes_older
 def effects(
     scenario: str | os.PathLike[str] | Scenario | Mapping[str, Any],
     sets: Mapping[str, Any] | None = None,
     *,
     recording: Recording | None = None,
-    report: Report | None = None,
+    progress: Report | None = None,
     threads: int = 0,
 ) -> Effects:
     """Try one step of each of an orthosis' own parameters on a walk, to either side, one at a time.
@@ -198,7 +199,7 @@ def effects(
     scenario : a shipped name, a path, a dict of the same shape, or a Scenario; walking with muscles
     sets : dotted keys and values laid over it
     recording : of the walk as it is, where it has run already
-    report : called with (done, in all, what)
+    progress : called with (done, in all, what)
     threads : as many as processors if 0
 
     Returns
@@ -240,7 +241,7 @@ def effects(
     cases = [step.sets for step in offered if step.status == "run"]
     asked = Asked(frozenset({*METRICS, *SHARES}), doubts=False)
     with pool(threads) as who:
-        outcome = iter(who.in_order(as_taken(description, walk), cases, asked, _DOING, report))
+        outcome = iter(who.in_order(as_taken(description, walk), cases, asked, _DOING, progress))
     base = {name: walk.metrics[name] for name in METRICS if name in walk.metrics}
     tried = [_tried(step, next(outcome), base, walk) if step.status == "run" else step for step in offered]
     aim = aim_of({answer.name: answer.status for answer in verdict_of(walk)})

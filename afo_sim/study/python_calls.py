@@ -7,7 +7,7 @@ import tempfile
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from afo_sim.common import InputError
+from afo_sim.common import InputError, takes_older
 from afo_sim.description import load
 from afo_sim.metrics import OwnMetric
 from afo_sim.simulation import Recording
@@ -80,9 +80,10 @@ def sweep(
         return runner.sweep(plan, folder, threads=threads)
 
 
+@takes_older
 def optimise(
     scenario: Any,
-    over: Mapping[str, Any],
+    parameters: Mapping[str, Any],
     sets: Mapping[str, Any] | None = None,
     *,
     lowest: str | OwnMetric = "",
@@ -98,7 +99,7 @@ def optimise(
     Parameters
     ----------
     scenario : a shipped name, a path, or a Scenario
-    over : {dotted key: (lower, upper)}, with units
+    parameters : {dotted key: (lower, upper)}, with units
     sets : dotted keys and values that all designs share
     lowest, highest : name of the metric, or your own (`metric`); one of the two
     limits : such as "toe_clearance >= 10 mm"
@@ -125,7 +126,7 @@ def optimise(
     (True, True)
     """
     aim: dict[str, Any] = {"lowest": lowest, "highest": highest, "limits": limits, "patients": patients}
-    search = search_of(scenario, over, sets=sets, **aim, **options)
+    search = search_of(scenario, parameters, sets=sets, **aim, **options)
     with tempfile.TemporaryDirectory() as scratch:
         folder = pathlib.Path(scratch, "study") if out is None else pathlib.Path(out)
         return best_design(search, search_runner.optimise(search, folder, threads=threads))

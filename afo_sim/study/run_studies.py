@@ -35,7 +35,7 @@ def with_studies(
         if seconds > _LONGEST:
             why = f"some {_RUNS} runs such as this one would take about {seconds / 60.0:.0f} min"
             return _told(recording, EFFECTS, {LEFT_OUT: why})
-        study = effects_of(scenario, recording=recording, report=report).to_json()
+        study = effects_of(scenario, recording=recording, progress=report).to_json()
         return _told(recording, EFFECTS, study)
     return recording
 

@@ -33,8 +33,8 @@ from .respond import Falls as Falls
 from .respond import Response as Response
 from .respond import falls_of as falls_of
 from .respond import prepared as prepared
-from .respond import respond as respond
 from .respond import strengths_of as strengths_of
+from .respond import walk as walk
 from .response_files import JSON as JSON
 from .response_files import PICTURES as PICTURES
 from .response_files import save as save
@@ -52,4 +52,4 @@ from .strides import sole_tilt as sole_tilt
 from .strides import strides_of as strides_of
 from .walking import Push as Push
 from .walking import Walked as Walked
-from .walking import walk as walk
+from .walking import walk_body as walk_body

@@ -18,7 +18,7 @@ from afo_sim.walker.patients import DEVICE, Who, device_key, read_gaits
 from afo_sim.walker.population import read_condition
 from afo_sim.walker.respond import falls_of, prepared
 from afo_sim.walker.strides import SAMPLES, norm_at, numbers, strides_of
-from afo_sim.walker.walking import Push, Walked, walk
+from afo_sim.walker.walking import Push, Walked, walk_body
 
 Verdict = Literal["agrees", "sign agrees", "disagrees", "cannot tell"]
 GAITS = ("slow", "natural", "fast")
@@ -65,7 +65,7 @@ class Wearer:
     ) -> Walked:
         """Their walk with such a body by their own gait, or by that after weeks of it."""
         worn = f"spring of {math.degrees(spring):g} N*m/rad" if spring else DEVICE
-        return walk(self.body(sets, spring), self.gaits[worn if weeks else "nothing"], WALKED)
+        return walk_body(self.body(sets, spring), self.gaits[worn if weeks else "nothing"], WALKED)
 
 
 People = Mapping[str, Sequence[Wearer]]
@@ -138,7 +138,7 @@ def _faster(pair: tuple[Walked, Walked]) -> float:
 
 def _walk(gait: Gait) -> Walked:
     """A healthy walker in the shipped scenario's shoes."""
-    return walk(build_body(prepared(SCENARIO, HEALTHY | BARE)), gait.vector, WALKED)
+    return walk_body(build_body(prepared(SCENARIO, HEALTHY | BARE)), gait.vector, WALKED)
 
 
 def healthy() -> Iterator[Compared]:
@@ -172,7 +172,7 @@ def pushed() -> Iterator[Compared]:
     rows = [(int(falls_of(body, gait, starts=STARTS).count), f"{STARTS} drawn starts, pushed once", 2, True)]
     for force, most in ((100.0, 1), (50.0, 0)):
         pushes = [Push(3.0 + 0.1 * k, sign * force) for k in range(10) for sign in (1.0, -1.0)]
-        falls = sum(walk(body, gait, PUSH_HORIZON, (push,)).fell is not None for push in pushes)
+        falls = sum(walk_body(body, gait, PUSH_HORIZON, (push,)).fell is not None for push in pushes)
         rows.insert(0, (falls, f"20 walks pushed by ±{force:g} N", most, force == 50.0))
     for falls, of, most, cost in rows:
         good, why = _judged(falls <= most), f"at most {most}"

@@ -25,7 +25,7 @@ from afo_sim.walker.population import SHARES, Condition, as_drawn, draw_about, r
 from afo_sim.walker.respond import DRAWN_WITH, Falls, check_limits, falls_of, prepared, strengths_of, stronger
 from afo_sim.walker.search import Free, adapt, search
 from afo_sim.walker.strides import numbers, strides_of
-from afo_sim.walker.walking import walk
+from afo_sim.walker.walking import walk_body
 
 WITHOUT, DEVICE, SPRING = "without", "device", "spring"
 WEEKS = " adapted"  # behind a case's name
@@ -154,7 +154,7 @@ def populate(
     def one(job: tuple[int, tuple[str, Vector]], other: Body | None = None) -> Patient:
         k, (case, vector) = job
         body = other or who.body(case, k)
-        walked = walk(body, vector, duration)
+        walked = walk_body(body, vector, duration)
         falls = falls_of(body, vector, starts=starts, push=push, seed=1000 * seed + k, threads=1)
         curves = {
             f"{side}/{name}": strides.mean(name)

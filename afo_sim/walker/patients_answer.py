@@ -290,7 +290,7 @@ def _gains(population: Population) -> Iterator[str]:
             yield f"The {more} {name}, the better (rank correlation {rank:+.2f}).".replace("-", "−")
     for case in (DEVICE, SPRING):
         if case in population.cases and case + WEEKS not in population.cases:
-            yield f"After weeks with this {case} is not known; --adapt 20 lets them adapt to it."
+            yield f"After weeks with this {case} is not known; --generations 20 lets them adapt to it."
     for when in ("", WEEKS):
         if {DEVICE + when, SPRING + when} <= population.cases.keys():
             better, worse = (_count(population, DEVICE + when, sign, SPRING + when) for sign in (1, -1))

@@ -20,7 +20,7 @@ from afo_sim.walker.gait_file import Gait, read_gait, with_vector
 from afo_sim.walker.population import PLANTARFLEXORS, as_drawn, draw_about
 from afo_sim.walker.search import STRONGER, SUBSETS, Cost, Found, Free, adapt
 from afo_sim.walker.strides import numbers
-from afo_sim.walker.walking import TICK, Push, Walked, own_copy, walk
+from afo_sim.walker.walking import TICK, Push, Walked, own_copy, walk_body
 
 TIMESTEP = 0.0005  # at which the walker's numbers are stated [s]
 LONGEST = 0.002  # time step at which the walker still walks as at a shorter one [s]
@@ -139,7 +139,7 @@ def prepared(
     return read
 
 
-def respond(
+def walk(
     scenario: str | os.PathLike[str] | Scenario,
     sets: Mapping[str, object] | None = None,
     *,
@@ -154,7 +154,7 @@ def respond(
     subset: str = "all",
     cost: Cost | None = None,
     seed: int = 0,
-    threads: int = 2,
+    threads: int = 0,
     progress: Callable[[str, float], None] | None = None,
     kept: str | os.PathLike[str] | None = None,
 ) -> Response:
@@ -174,7 +174,7 @@ def respond(
     subset : of the gains that adapt, "swing", "stance" or "all"
     cost : that the patient adapts by; the healthy gait's speed and the muscles' effort by default
     seed : of starts and search
-    threads : the result does not depend on them
+    threads : as many as processors if 0; the result does not depend on them
     progress : called with a case's name and the share that is done
     kept : folder in which searches keep where they are; the same call goes on there after a kill
 
@@ -185,7 +185,7 @@ def respond(
 
     Examples
     --------
-    >>> found = respond("walk-dropfoot-afo", duration=4.0, starts=0)
+    >>> found = walk("walk-dropfoot-afo", duration=4.0, starts=0)
     >>> list(found.cases), found["healthy"].walked.fell
     (['healthy', 'patient', 'patient adapted', 'device', 'device adapted'], None)
     """
@@ -195,6 +195,7 @@ def respond(
     duration, push = si(duration, "s", "duration"), si(push, "N", "push")
     check_limits(duration=duration, push=push, starts=starts, generations=generations, seed=seed)
     shares, healthy = strengths_of(described, strength), read_gait(gait)
+    workers = threads or os.cpu_count() or 1
     if generations:
         optional("cma")  # before anybody walks
     if adapted_device is not None and not described.orthosis.muscle:
@@ -213,9 +214,9 @@ def respond(
 
     def case(name: str, body: Body, gait: Gait) -> Case:
         report(name, 0.0)
-        walked, falls = walk(own_copy(body), gait.vector, duration), None
+        walked, falls = walk_body(own_copy(body), gait.vector, duration), None
         if starts:
-            how: Keywords = {"starts": starts, "push": push, "seed": seed, "threads": threads}
+            how: Keywords = {"starts": starts, "push": push, "seed": seed, "threads": workers}
             falls = falls_of(body, gait.vector, report=functools.partial(report, name), **how)
         return Case(name, gait, walked, numbers(walked), falls)
 
@@ -226,7 +227,7 @@ def respond(
     alive = tuple(name for name in SUBSETS[subset] if not (dead and name.startswith("tibialis")))
     stated = {"tibialis": 1.0} | shares
     corners, unlike = draw_about(described, stated, DRAWN_WITH, seed + 1)
-    search: Keywords = {"generations": generations, "seed": seed + 1, "threads": threads}
+    search: Keywords = {"generations": generations, "seed": seed + 1, "threads": workers}
     for name, wearing in worn.items():
         body = build_body(wearing, shares)
         cases[name] = case(name, body, healthy)
@@ -274,7 +275,7 @@ def falls_of(
         draw = np.random.default_rng([seed, k])
         noise = draw.normal(0.0, NOISE, len(OFFSETS))
         pushes = (Push(float(draw.uniform(FROM, UNTIL)), push * float(draw.choice([-1.0, 1.0]))),)
-        return walk(own_copy(body), gait, HORIZON, pushes, noise, rows=False).fell is not None
+        return walk_body(own_copy(body), gait, HORIZON, pushes, noise, rows=False).fell is not None
 
     count = 0
     with ThreadPoolExecutor(max(threads, 1)) as pool:

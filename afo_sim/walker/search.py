@@ -31,7 +31,7 @@ from afo_sim.walker.body import Body
 from afo_sim.walker.bounds import LEAST, MOST
 from afo_sim.walker.cost import Cost
 from afo_sim.walker.gait import OFFSETS, Vector
-from afo_sim.walker.walking import Push, Walked, own_copy, walk
+from afo_sim.walker.walking import Push, Walked, own_copy, walk_body
 
 POPULATION = 16
 SIGMA, LEAST_SIGMA = 0.08, 0.02  # first standard deviation over the value, and at least
@@ -202,13 +202,13 @@ def search(
         gait = free.unpack(vector, values)
         pushed = pushes_at(duration, draw) if cost.pushed else ()
         noises = np.random.default_rng([draw, 1]).normal(0.0, NOISE, (2, len(OFFSETS))) * float(cost.pushed)
-        walks = [walk(own_copy(body), gait, duration, pushed, noises[0]) for body in bodies]
+        walks = [walk_body(own_copy(body), gait, duration, pushed, noises[0]) for body in bodies]
         each = [cost.of(walked, duration) for walked in walks]
         costs = {name: float(np.mean([one[name] for one in each])) for name in each[0]}
         if drawn:
             other, lost = int(np.random.default_rng([draw, 2]).integers(len(drawn))), 1.0
             if walks[0].fell is None:
-                fell = walk(own_copy(drawn[other]), gait, WEAK, pushed[:1], noises[1], rows=False).fell
+                fell = walk_body(own_copy(drawn[other]), gait, WEAK, pushed[:1], noises[1], rows=False).fell
                 lost -= (fell or WEAK) / WEAK
             costs["weak"] = cost.weak * lost
         return costs, walks[0]

@@ -129,7 +129,7 @@ def own_copy(body: Body) -> Body:
     return dataclasses.replace(body, model=copy.copy(body.model))
 
 
-def walk(
+def walk_body(
     body: Body,
     vector: Vector,
     duration: float,

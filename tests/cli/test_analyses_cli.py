@@ -123,7 +123,7 @@ def test_a_left_leg_has_its_own_cautions_and_kinds_of_limits(
     own = tmp_path / "own.toml"
     own.write_text(re.sub("toe_clearance = .*", 'toe_clearance = ["40 mm", "0 mm"]', usual), encoding="utf-8")
     words = ("both", "walk-dropfoot-afo", "--affected", "left", "--no-rrd", "--out", tmp_path / "a")
-    code, found, err = call(*words, "--set-left", f"limits={own}")
+    code, found, err = call(*words, "--left-set", f"limits={own}")
     assert code == 0, err
     assert "(wanted 40) [user]" in found and "the assumed cuff compliance decides" in " ".join(found.split())
 
@@ -132,8 +132,8 @@ def test_a_left_leg_has_its_own_cautions_and_kinds_of_limits(
 def test_other_legs_are_not_replaced(call: Call, tmp_path: pathlib.Path) -> None:
     assert both(call, tmp_path / "a")[0] == 0
     assert both(call, tmp_path / "a")[0] == 0  # the very same
-    code, _, err = both(call, tmp_path / "a", "--set-left", "load_moment=1 N*m")
+    code, _, err = both(call, tmp_path / "a", "--left-set", "load_moment=1 N*m")
     assert code == 2 and "holds a run of 'seated' with other values" in err and "--force" in err
-    assert both(call, tmp_path / "a", "--set-left", "load_moment=1 N*m", "--force")[0] == 0
+    assert both(call, tmp_path / "a", "--left-set", "load_moment=1 N*m", "--force")[0] == 0
     code, _, err = call("run", "seated", "--out", tmp_path / "a", "--no-rrd")
     assert code == 2 and "run of both legs" in err

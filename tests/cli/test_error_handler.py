@@ -50,7 +50,7 @@ def test_version_and_exit_codes_are_told(call: Call) -> None:
 @pytest.mark.parametrize(
     "command",
     [
-        *(("fit", "LOOP", "--law", "all"), ("fit-torque", "LOOP", "--orthosis", "s1"), ("report", "LOOP")),
+        *(("fit", "LOOP", "--law", "all"), ("fit", "LOOP", "--orthosis", "s1"), ("report", "LOOP")),
         *(("leg", "import", "LOOP"), ("leg", "import", "adult_75kg", "--out", "LOOP"), ("check", "LOOP")),
         *(("run", "seated", "--out", "LOOP"), ("refit", "s1", "--to", "arm", "--out", "LOOP")),
     ],
@@ -140,8 +140,8 @@ def test_arguments_in_a_message_are_options_at_the_command_line() -> None:
     of_a_file = InputError("is out of range", file="a.toml", field="threads", value=3)
     assert str(error_handler.with_options(of_a_file, command)) == str(of_a_file)
     keyed = InputError("is no quantity", field="noise.angle", value="1")
-    fit_run = typer.main.get_command(cli.app).commands["fit-run"]
-    assert error_handler.with_options(keyed, fit_run).field == "--noise angle"
+    fit = typer.main.get_command(cli.app).commands["fit"]
+    assert error_handler.with_options(keyed, fit).field == "--noise angle"
 
 
 SLOW = """

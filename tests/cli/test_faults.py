@@ -32,7 +32,7 @@ ROOT = pathlib.Path(__file__).parents[2]
 MUSCLE = ROOT / "models" / "muscles" / "dmsp_20"
 SHORT = ("--set", "duration=0.05 s")
 FIT = ("--law", "sarosi_2012", "--hold-out", "none")
-TORQUE = ("--orthosis", "arm", "--chamber", "flexor", "--fit", "offset", "--hold-out", "none")
+TORQUE = ("--orthosis", "arm", "--chamber", "flexor", "--free", "offset", "--hold-out", "none")
 TRIAL = ("GIVEN/ik.mot", "GIVEN/grf.mot", "GIVEN/walk.trc", "--mass", "67.2 kg")
 COMMANDS: dict[str, tuple[str, ...]] = {
     "run": ("run", *SHORT, "--force", "--out", "OUT/new"),
@@ -45,8 +45,8 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "stand": ("stand", "isobaric", "dmsp_20", "--pressure", "3 bar", "--time", "1 s", "--out", "OUT/new"),
     "stand, one table": ("stand", "isobaric", "dmsp_20", "--static", "--out", "OUT/new/table.csv"),
     "fit": ("fit", str(MUSCLE / "characteristic.csv"), *FIT, "--out", "OUT/new"),
-    "fit-run": ("fit-run", "GIVEN/log.csv", "--scenario", "seated", "--out", "OUT/new"),
-    "fit-torque": ("fit-torque", "GIVEN/torque.csv", *TORQUE, "--out", "OUT/new"),
+    "fit of a log": ("fit", "GIVEN/log.csv", "--scenario", "seated", "--out", "OUT/new"),
+    "fit of torques": ("fit", "GIVEN/torque.csv", *TORQUE, "--out", "OUT/new"),
     "gait import": ("gait", "import", *TRIAL, "--walker", "healthy", "--out", "OUT/new/gait.csv"),
     "gait show": ("gait", "show", "gatk_stride1", "--out", "OUT/new/gait.png"),
     "paper": ("paper", "S3", "--out", "OUT/new"),

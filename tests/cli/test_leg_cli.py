@@ -12,7 +12,7 @@ import afo_sim as afo
 from afo_sim import native
 from afo_sim.common import CallbackError
 from afo_sim.common import find as asset
-from afo_sim.legs import write_attached
+from afo_sim.legs import read_attached, write_attached
 
 LEG = asset("leg", "adult_75kg").parent / "leg.xml"
 TWO = """<mujoco><worldbody><body name="pelvis" pos="0 0 1"><freejoint/>
@@ -227,7 +227,7 @@ def test_attach_tells_what_it_found_and_writes_it(tmp_path: pathlib.Path, call: 
         assert words in said
     for words in ("implicitfast now", "automatic reset is off", "adds 1.2 kg"):
         assert words in noted
-    leg = afo.attached(out)
+    leg = read_attached(out)
     assert (leg.found.shank, leg.found.foot, leg.found.ankle) == ("shank", "foot", "ankle")
     assert leg.supply == 4e5
     assert mujoco.MjModel.from_binary_path(str(out.with_suffix(".mjb"))).nu == 12
@@ -245,7 +245,7 @@ def test_attach_goes_on_with_the_other_leg(tmp_path: pathlib.Path, call: Call) -
     assert code == 2
     assert "--prefix" in refused
     assert call(*given, "--prefix", "afo_right_")[0] == 0
-    assert {leg.found.side for leg in afo.attached(two).legs.values()} == {"left", "right"}
+    assert {leg.found.side for leg in read_attached(two).legs.values()} == {"left", "right"}
 
 
 def test_attach_says_how_a_knees_sign_was_found(tmp_path: pathlib.Path, call: Call) -> None:
@@ -259,7 +259,7 @@ def test_a_knee_that_folds_forward_asks_for_its_sign(tmp_path: pathlib.Path, cal
     code, _, said = call(*given, "--joint", "left_knee")
     assert code == 2 and "--sign: is needed" in " ".join(said.split())
     assert call(*given, "--joint", "left_knee", "--sign", "1")[0] == 0
-    assert afo.attached(tmp_path / "worn.xml").found.sign == 1.0
+    assert read_attached(tmp_path / "worn.xml").found.sign == 1.0
 
 
 def test_the_model_that_is_read_stays(tmp_path: pathlib.Path, call: Call) -> None:
@@ -289,7 +289,7 @@ def test_what_is_there_is_replaced_only_with_force(tmp_path: pathlib.Path, call:
     assert code == 2 and "--force" in refused
     assert (tmp_path / "leg.toml").read_bytes() == before
     assert call(*given, "--supply", "3 bar", "--force")[0] == 0
-    assert afo.attached(tmp_path / "leg.xml").supply == 3e5
+    assert read_attached(tmp_path / "leg.xml").supply == 3e5
 
 
 def test_attach_to_plugin_writes_a_folder(tmp_path: pathlib.Path, call: Call) -> None:
@@ -322,13 +322,13 @@ def test_a_damaged_sidecar_is_refused_in_words(tmp_path: pathlib.Path) -> None:
     ):
         sidecar.write_text(damaged, encoding="utf-8")
         with pytest.raises(afo.InputError) as caught:
-            afo.attached(tmp_path / "leg.xml")
+            read_attached(tmp_path / "leg.xml")
         assert "\n" not in str(caught.value)
     sidecar.unlink()
     with pytest.raises(afo.InputError, match="is missing"):
-        afo.attached(tmp_path / "leg.xml")
+        read_attached(tmp_path / "leg.xml")
     with pytest.raises(afo.InputError):
-        afo.attached(LEG_OF_ATTACH)  # with a leg's own TOML beside it
+        read_attached(LEG_OF_ATTACH)  # with a leg's own TOML beside it
 
 
 def test_refit_to_lengths_and_run(call: Call, tmp_path: pathlib.Path) -> None:

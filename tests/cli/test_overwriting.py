@@ -55,9 +55,9 @@ def test_damaged_summary_is_no_reason_to_replace(tmp_path: pathlib.Path, call: C
         ("recording.parquet", ("stand", "isobaric", "dmsp_20")),
         ("search.json", ("stand", "isobaric", "dmsp_20")),
         ("recording.parquet", ("fit", "x.csv", "--law", "all")),
-        ("fit.json", ("fit-run", "x.csv", "--scenario", "seated")),
+        ("fit.json", ("fit", "x.csv", "--scenario", "seated")),
         ("fit_torque.json", ("run", *SHORT)),
-        ("fit.json", ("fit-torque", "x.csv", "--orthosis", "s1")),
+        ("fit.json", ("fit", "x.csv", "--orthosis", "s1")),
         ("differences.csv", ("torque-map",)),
     ],
 )

@@ -104,7 +104,7 @@ REFUSED = [
     ("size valve walk-dropfoot-afo --hours 2", "--hours"),
     ("both seated --apart 0.5", "--apart"),
     ("both seated --left walk-dropfoot-afo", "sits"),
-    ("both seated --set-left duration", "--set-left"),
+    ("both seated --left-set duration", "--left-set"),
     ("both seated --left seatd", "seated"),
     # a walker that responds
     (f"{WALK} --strength tibialis=3", "--strength tibialis = 3: is out of range; allowed: 0 to 2"),
@@ -131,7 +131,7 @@ REFUSED = [
     (f"{WALK} --vary strength=1,0", "is not a muscle of the walker"),
     (f"{WALK} --vary strenght.tibialis=1,0", "is an unknown key"),
     (f"{WALK} --subset arms", "--subset"),
-    (f"{WALK} --adapt -1", "--adapt"),
+    (f"{WALK} --generations -1", "--generations"),
     (f"{WALK} --starts -1", "--starts"),
     (f"{WALK} --seed -1", "--seed"),
     (f"{WALK} --duration '1 s'", "out of range"),

@@ -22,7 +22,6 @@ from afo_sim.walker import (
     in_brief,
     in_words,
     populate,
-    respond,
     strides_of,
     table,
     walk,
@@ -37,7 +36,7 @@ LONGER = (*SHORT, "--duration", "8 s")
 
 @pytest.fixture(scope="module")
 def found() -> Response:
-    return respond(SCENARIO, duration=4.0, starts=1, threads=1)
+    return walk(SCENARIO, duration=4.0, starts=1, threads=1)
 
 
 @pytest.mark.slow
@@ -106,7 +105,7 @@ def test_strength_is_varied_as_it_is_given(call: Call, tmp_path: pathlib.Path) -
     rows = _rows(folder)
     assert [row["strength.tibialis"] for row in rows] == ["1", "1", "0.8", "0.8", "0", "0"]
     whole, weak, none = rows[::2]
-    given = respond(SCENARIO, strength={"tibialis": 0.0}, duration=8.0, starts=1, threads=1)
+    given = walk(SCENARIO, strength={"tibialis": 0.0}, duration=8.0, starts=1, threads=1)
     healthy = {name: cell.replace("−", "-") for name, cell in in_brief(given["healthy"]).items()}
     assert {name for name in healthy if whole[name] != healthy[name]} <= {"case"}  # it is the healthy walk
     ankle = "ankle in mid-swing [°]"
@@ -183,7 +182,7 @@ def test_a_killed_adaptation_goes_on_in_its_folder(
         *SHORT[:4],
         "--starts",
         "0",
-        "--adapt",
+        "--generations",
         "1",
         "--vary",
         "supply.pressure=2 bar,4 bar",
@@ -364,7 +363,7 @@ def test_options_that_do_not_go_together_are_refused_in_a_sentence(
     asked: tuple[str, ...], named: str, call: Call, tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(sys.modules["afo_sim.walker.patients"], "walk", None)  # nobody walks
-    monkeypatch.setattr(sys.modules["afo_sim.walker.respond"], "walk", None)
+    monkeypatch.setattr(sys.modules["afo_sim.walker.respond"], "walk_body", None)
     code, _, err = call("walk", SCENARIO, *asked, "--out", tmp_path / "out")
     assert code == 2 and named in err and "Traceback" not in err, err
     assert len(err.strip().splitlines()) == 1 and not (tmp_path / "out" / "walk.json").exists(), err

@@ -159,9 +159,9 @@ BASES: dict[str, Base] = {
         "characteristic.csv", _measured, 8,
     ),
     "bench": Base(
-        ("fit-torque", "bench.csv", "--orthosis", "arm_s1", "--chamber", "flexor"), "bench.csv", _measured, 4
+        ("fit", "bench.csv", "--orthosis", "arm_s1", "--chamber", "flexor"), "bench.csv", _measured, 4
     ),
     "calibration": Base(("calibrate", "readings.csv", "--out", "own"), "readings.csv", _measured, 4),
-    "log": Base(("fit-run", "log.csv", "--scenario", "seated"), "log.csv", _measured, 8),
+    "log": Base(("fit", "log.csv", "--scenario", "seated"), "log.csv", _measured, 8),
     "parameters.csv": Base(("check", "sweep.toml"), "table.csv", _measured, 8),
 }  # fmt: skip

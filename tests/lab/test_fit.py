@@ -490,7 +490,7 @@ def test_every_law_is_ranked(tmp_path: pathlib.Path, capsys: pytest.CaptureFixtu
     [
         (("nothing.csv", "--law", "all"), "cannot be read"),
         (("DATA", "--law", "all", "--hold-out", "sex"), "--hold-out"),
-        (("DATA", "--law", "tondu_lopez_2000", "--fix", "kk=1"), "did you mean 'k'"),
+        (("DATA", "--law", "tondu_lopez_2000", "--fixed", "kk=1"), "did you mean 'k'"),
         (("DATA", "DATA", "--law", "tondu_lopez_2000"), "given twice"),
     ],
 )

@@ -348,10 +348,10 @@ def test_command_writes_table_figure_numbers_and_scenario(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     leave_blank(monkeypatch)
-    asked = ["--scenario", "seated", "--set", "duration=8 s", "--fit", "inlet_conductance, time_offset"]
+    asked = ["--scenario", "seated", "--set", "duration=8 s", "--free", "inlet_conductance, time_offset"]
     out = tmp_path / "fit"
     noise = ["--noise", "angle=0.1 deg", "--hold-out", "0"]
-    code, printed, complaint = call(capsys, "fit-run", str(planted), *asked, *noise, "--out", str(out))
+    code, printed, complaint = call(capsys, "fit", str(planted), *asked, *noise, "--out", str(out))
     assert code == 0, complaint
     names = {"fit_run.json", "fit_run.png", "fit_run.pdf", "scenario.toml"}
     assert {path.name for path in out.iterdir()} == names
@@ -372,7 +372,7 @@ def test_command_writes_table_figure_numbers_and_scenario(
     "arguments",
     [
         ("README.md", "--scenario", "seated"),
-        ("{log}", "--scenario", "seated", "--fit", "dampng"),
+        ("{log}", "--scenario", "seated", "--free", "dampng"),
         ("{log}", "--scenario", "seated", "--noise", "angle=1"),
     ],
 )
@@ -383,7 +383,7 @@ def test_command_refuses_with_exit_2_and_writes_nothing(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     filled = [argument.format(log=planted) for argument in arguments]
-    code, _, complaint = call(capsys, "fit-run", *filled, "--out", str(tmp_path / "x"))
+    code, _, complaint = call(capsys, "fit", *filled, "--out", str(tmp_path / "x"))
     assert code == 2
     assert complaint.startswith("afo-sim: ")
     assert complaint.strip().count("\n") == 0

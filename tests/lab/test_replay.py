@@ -191,7 +191,7 @@ def test_the_command_writes_measured_beside_predicted(tmp_path: pathlib.Path, ca
     expected = load("muscle", "dmsp_10").force("2 bar", contraction=0.05)
     assert table["force_[N]"][-1] == pytest.approx(expected, rel=0.02)
     assert (tmp_path / "out" / "replay_1_bench.png").stat().st_size > 5000
-    options = ("--bench", "blocked_force=400 N", "--fit", "blocked_force", "--out", tmp_path / "fit")
+    options = ("--bench", "blocked_force=400 N", "--free", "blocked_force", "--out", tmp_path / "fit")
     code, printed, _ = call(capsys, "stand", "replay", log, log, *options)
     assert code == 0 and "blocked_force = " in printed and "held out" in printed
     assert "--law" in call(capsys, "stand", "replay", log, "--law", "bolen_2026")[2]

@@ -88,7 +88,7 @@ def test_copies_of_readings_do_not_narrow_an_interval_and_new_ones_do() -> None:
 
 
 def test_a_fit_by_the_library_tells_everything_of_a_told_device() -> None:
-    found = afo_sim.fit_torque(planted(0.1, 2), "arm_s1", chamber="flexor")
+    found = afo_sim.fit(planted(0.1, 2), orthosis="arm_s1", chamber="flexor")
     assert found.identifiable and not found.verdict
     assert found.parameters["series_stiffness"] == pytest.approx(STIFFNESS, rel=0.1)
     assert found.parameters["offset"] == pytest.approx(OFFSET, abs=0.4e-3)
@@ -165,9 +165,9 @@ def test_a_held_cuff_that_is_too_soft_is_told(cuff: float, said: bool) -> None:
     """S1's cuff is described with 4 kN/m; the planted one is stiffer, or softer, and is not asked for."""
     torque = torques(device(cuff_stiffness=cuff), "s1_short_links", "dorsiflexor")
     found = fit_torque(data_of(torque), "s1_short_links", hold_out="none")
-    assert any("try --fit cuff_stiffness" in warning for warning in found.warnings) is said
+    assert any("try --free cuff_stiffness" in warning for warning in found.warnings) is said
     assert not any(
-        "try --fit" in w for w in fit_torque(data_of(torque), "s1_short_links", ["cuff_stiffness"]).warnings
+        "try --free" in w for w in fit_torque(data_of(torque), "s1_short_links", ["cuff_stiffness"]).warnings
     )
 
 

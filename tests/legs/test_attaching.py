@@ -18,7 +18,7 @@ from turned_leg import beside_its_scenario, seated
 import afo_sim as afo
 from afo_sim.common import GRAVITY, CallbackError, InputError
 from afo_sim.description import Orthosis, Side
-from afo_sim.legs import Attached, write_attached
+from afo_sim.legs import Attached, read_attached, write_attached
 from afo_sim.legs.attaching import masses
 
 MASS, CENTRE = (3.49, 0.929), ([0.0, 0.0, 0.2444], [0.0386054, 0.0, -0.0265339])
@@ -324,7 +324,7 @@ def test_parallel_muscles_differ_where_another_joint_tilts_the_foot(tmp_path: pa
         posture = leg.model.qpos0.copy()
         posture[leg.model.joint("ankle_x").qposadr[0]] = 0.2
         write_attached(leg, tmp_path / f"{len(found)}.xml")
-        again = afo.attached(tmp_path / f"{len(found)}.xml")
+        again = read_attached(tmp_path / f"{len(found)}.xml")
         for one in (leg, again):
             data = one.data(posture)
             one.fill(data, {"dorsiflexor": "4 bar"})
@@ -399,7 +399,7 @@ def test_the_models_defaults_do_not_reach_the_file(tmp_path: pathlib.Path) -> No
     spec = mujoco.MjSpec.from_string(leg_text(turn_of(7), turn_of(8), np.eye(3), head=HOSTILE))
     leg = afo.attach(spec, "s1", side="right")
     write_attached(leg, tmp_path / "leg.xml")
-    again = afo.attached(tmp_path / "leg.xml").model
+    again = read_attached(tmp_path / "leg.xml").model
     for name in dir(again):
         ours, theirs = getattr(again, name), getattr(leg.model, name)
         if isinstance(ours, np.ndarray) and ours.dtype.kind in "fiu":
@@ -426,7 +426,7 @@ def test_files_give_the_same_again(
     out = tmp_path / "a folder" / "model.xml"
     write_attached(both, out, mjb=True)
     monkeypatch.chdir(tmp_path)
-    again = afo.attached(pathlib.Path("a folder") / "model.xml")
+    again = read_attached(pathlib.Path("a folder") / "model.xml")
     assert list(again.legs) == list(both.legs)
     for prefix, leg in again.legs.items():
         before = both.legs[prefix]
@@ -472,7 +472,7 @@ def test_meshes_are_found_from_another_folder(tmp_path: pathlib.Path) -> None:
         (path / "a box & more.stl").unlink()
     moved = tmp_path / "moved"
     (tmp_path / "here").rename(moved)
-    again = afo.attached(moved / "leg.xml")
+    again = read_attached(moved / "leg.xml")
     assert np.array_equal(again.model.mesh_vert, leg.model.mesh_vert)
     assert again.orthosis.cuff is not None and again.orthosis.cuff.is_file()
     assert len(files) == 6
@@ -537,7 +537,7 @@ def test_the_shipped_mjcf_is_what_the_package_builds() -> None:
     """Else write it anew, as docs/attach.md says."""
     command = re.findall(r"afo-sim attach adult_75kg .*models/mjcf/s1_afo.xml.*", PAGES["attach"])
     assert command and 'orthosis s1 --side right --timestep "1 ms"' in command[0]
-    kept, now = afo.attached(SHIPPED), afo.attach("adult_75kg", "s1", side="right", timestep="1 ms")
+    kept, now = read_attached(SHIPPED), afo.attach("adult_75kg", "s1", side="right", timestep="1 ms")
     seated = afo.build("seated").full_model
     for one, other in ((kept.model, now.model), (kept.model, mujoco.MjModel.from_xml_path(str(SHIPPED)))):
         assert [one.body(k).name for k in range(one.nbody)] == [

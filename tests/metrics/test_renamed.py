@@ -43,4 +43,4 @@ def test_a_sweep_and_a_search_refuse_an_old_name(tmp_path: pathlib.Path) -> None
         afo_sim.sweep("walk-dropfoot-afo", over, out=tmp_path / "a", metrics=[OLD])
     range_of = {"supply.pressure": ("3 bar", "4 bar")}
     with pytest.raises(InputError, match=f"any more.*did you mean '{NEW}'"):
-        afo_sim.optimise("walk-dropfoot-afo", over=range_of, lowest=OLD, out=tmp_path / "b")
+        afo_sim.optimise("walk-dropfoot-afo", parameters=range_of, lowest=OLD, out=tmp_path / "b")

@@ -15,6 +15,7 @@ import gymnasium
 import mujoco
 
 import afo_sim as afo
+from afo_sim import rl
 from afo_sim.common import InputError
 from afo_sim.rl import OrthosisVectorEnv
 from afo_sim.rl.environments import gym_id, suite
@@ -58,7 +59,7 @@ def test_an_environment_and_its_forks_go_on_alike(task: str, play: Any) -> None:
 
 
 def test_dm_controls_state_holds_time_and_air() -> None:
-    with afo.dm_control_physics("seated") as physics:
+    with rl.dm_control_physics("seated") as physics:
         state, found = physics.get_state(), []
         for _ in range(2):
             physics.set_state(state)
@@ -203,7 +204,7 @@ def test_a_mujoco_callback_changes_no_physics(ask: str) -> None:
         "step": lambda physics, state: physics.step(),
     }
     found: list[Any] = []
-    with afo.dm_control_physics("seated") as physics:
+    with rl.dm_control_physics("seated") as physics:
         start, state = physics.get_state(), physics.state()
 
         def passive(model: Any, data: Any) -> None:

@@ -27,12 +27,16 @@ def test_a_missing_library_is_one_sentence(library: str, module: str, words: str
 
 def test_older_names_are_the_same_modules() -> None:
     pytest.importorskip("dm_control")
-    from afo_sim.bridge import physics as older_physics
-    from afo_sim.environments import suite as older_suite
     from afo_sim.rl import physics
-    from afo_sim.rl.environments import suite
+    from afo_sim.rl.environments import gym_id, suite
 
-    assert older_physics is physics and older_suite is suite
+    with pytest.warns(FutureWarning) as notices:
+        sys.modules.pop("afo_sim.environments", None)
+        from afo_sim.bridge import physics as older_physics
+        from afo_sim.environments import gym_id as older_id
+        from afo_sim.environments import suite as older_suite
+    assert len(notices) == 2
+    assert older_physics is physics and older_suite is suite and older_id is gym_id
 
 
 @pytest.mark.parametrize(
@@ -40,7 +44,7 @@ def test_older_names_are_the_same_modules() -> None:
     [
         ("afo_sim.rl.entity", "OrthosisEntity", "afo_sim.attach"),
         ("afo_sim.rl", "OrthosisEntity", "afo_sim.attach"),
-        ("afo_sim.bridge.leg_entity", "LegEntity", "afo_sim.attach"),
+        ("afo_sim.bridge", "leg_entity", "afo_sim.attach"),
         ("afo_sim.rl.environments.stable_baselines", "OrthosisVecEnv", "DummyVecEnv"),
     ],
 )
@@ -70,5 +74,7 @@ def test_the_benchmarks_task_is_refused_by_the_walk() -> None:
 
 def test_gymnasium_finds_a_task_behind_the_older_name() -> None:
     gymnasium = pytest.importorskip("gymnasium")
-    made = gymnasium.make("afo_sim.environments:afo_sim/SeatedTracking-v0")
+    sys.modules.pop("afo_sim.environments", None)
+    with pytest.warns(FutureWarning, match="afo_sim.rl.environments"):
+        made = gymnasium.make("afo_sim.environments:afo_sim/SeatedTracking-v0")
     made.close()

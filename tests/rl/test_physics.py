@@ -14,6 +14,7 @@ import pytest
 pytest.importorskip("dm_control")
 
 import afo_sim as afo
+from afo_sim import rl
 from afo_sim.common import CallbackError, InputError
 from afo_sim.model import supply_and_timer as schedule
 from afo_sim.rl.dm import PhysicsError
@@ -36,7 +37,7 @@ def callbacks_are_given_back() -> Iterator[None]:
 
 @pytest.fixture
 def seated() -> Iterator[ScenarioPhysics]:
-    with afo.dm_control_physics("seated") as physics:
+    with rl.dm_control_physics("seated") as physics:
         yield physics
 
 
@@ -57,7 +58,7 @@ def test_every_bit_is_the_runs(name: str, sets: dict[str, str]) -> None:
         "muscle/dorsiflexor_1/force", "muscle/dorsiflexor_1/contraction", "cuff/shank/force",
         "valve/dorsiflexor_inlet/coil", "supply/pressure",
     ]  # fmt: skip
-    with afo.dm_control_physics(name, sets) as physics:
+    with rl.dm_control_physics(name, sets) as physics:
         for k in range(2000):
             assert physics.data.qpos[physics.built.index.ankle_qpos] == run["ankle/angle"][k], k
             if k % 100 == 7:  # reading changes nothing of what follows
@@ -95,7 +96,7 @@ def test_timing_given_as_inputs_gives_the_same_bits(seated: ScenarioPhysics) -> 
 
 def test_two_at_once_do_not_touch_each_other() -> None:
     alone = afo.run("seated", {"duration": "1 s"})["ankle/angle"]
-    first, second = afo.dm_control_physics("seated"), afo.dm_control_physics("seated", {"timestep": "1 ms"})
+    first, second = rl.dm_control_physics("seated"), rl.dm_control_physics("seated", {"timestep": "1 ms"})
     found = angles(first, 200)
     second.step(50)
     second.close()
@@ -107,7 +108,7 @@ def test_two_at_once_do_not_touch_each_other() -> None:
 
 
 def test_after_close_nothing_is_stepped() -> None:
-    physics = afo.dm_control_physics("seated")
+    physics = rl.dm_control_physics("seated")
     physics.free()
     for use in (physics.step, physics.reset, physics.state, lambda: physics.pressure("dorsiflexor")):
         with pytest.raises(CallbackError, match="closed"):
@@ -115,7 +116,7 @@ def test_after_close_nothing_is_stepped() -> None:
 
 
 def test_a_forgotten_physics_gives_the_callbacks_back() -> None:
-    physics = afo.dm_control_physics("seated")
+    physics = rl.dm_control_physics("seated")
     assert None not in installed()
     del physics
     gc.collect()
@@ -123,7 +124,7 @@ def test_a_forgotten_physics_gives_the_callbacks_back() -> None:
 
 
 def test_a_replaced_callback_is_told() -> None:
-    physics = afo.dm_control_physics("seated")
+    physics = rl.dm_control_physics("seated")
     mujoco.set_mjcb_act_bias(None)
     with pytest.raises(CallbackError, match="replaced"):
         physics.step()
@@ -138,7 +139,7 @@ def test_a_run_beside_a_physics_leaves_both_alone(seated: ScenarioPhysics) -> No
 
 
 def test_valves_by_name_fill_and_vent_the_chamber() -> None:
-    with afo.dm_control_physics("seated", timed=False) as physics:
+    with rl.dm_control_physics("seated", timed=False) as physics:
         physics.step(200)
         assert abs(physics.pressure("dorsiflexor")) < 100.0  # shut: only what the foot's settling does
         physics.set_valves(dorsiflexor="inlet")
@@ -167,12 +168,12 @@ def test_timed_again_follows_the_scenario(seated: ScenarioPhysics) -> None:
 
 def test_a_timer_goes_on_beyond_the_scenarios_duration() -> None:
     long = afo.run("seated", {"duration": "2 s"})
-    with afo.dm_control_physics("seated", {"duration": "1 s"}) as physics:
+    with rl.dm_control_physics("seated", {"duration": "1 s"}) as physics:
         assert angles(physics, 1000) == list(long["ankle/angle"])
 
 
 def test_walking_that_is_over_is_told() -> None:
-    with afo.dm_control_physics("walk-dropfoot-afo", WALKED) as physics:
+    with rl.dm_control_physics("walk-dropfoot-afo", WALKED) as physics:
         end = physics.built.scenario.n_step * physics.built.scenario.timestep
         physics.data.time = end
         with pytest.raises(InputError, match="recorded walking ends"):
@@ -209,7 +210,7 @@ def test_other_wrong_inputs_are_refused(seated: ScenarioPhysics) -> None:
     with pytest.raises(InputError, match="build another"):
         seated.reload_from_xml_string("<mujoco/>")
     with pytest.raises(InputError, match="callback"):
-        afo.dm_control_physics("seated", {"callback": "python"})
+        rl.dm_control_physics("seated", {"callback": "python"})
     seated.data.ctrl[seated.built.index.valves["dorsiflexor_inlet"]] = 0.5
     with pytest.raises(InputError, match=r"valve_dorsiflexor_inlet.*set_valves"):
         seated.step()
@@ -251,7 +252,7 @@ def test_the_drawn_model_has_its_shapes(seated: ScenarioPhysics) -> None:
 
 @pytest.mark.slow
 def test_python_ends_well_with_a_physics_left_open() -> None:
-    code = "import afo_sim as afo\np = afo.dm_control_physics('seated')\np.step(10)\nprint('done')"
+    code = "from afo_sim import rl\np = rl.dm_control_physics('seated')\np.step(10)\nprint('done')"
     ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert (ended.returncode, ended.stdout) == (0, "done\n"), ended.stderr
 
@@ -259,9 +260,8 @@ def test_python_ends_well_with_a_physics_left_open() -> None:
 @pytest.mark.slow
 def test_a_missing_dm_control_is_told_in_one_sentence() -> None:
     code = (
-        "import sys\nsys.modules['dm_control'] = None\nimport afo_sim as afo\n"
-        "assert callable(afo.dm_control_physics)\n"
-        "try:\n    afo.dm_control_physics('seated')\nexcept ImportError as error:\n    print(error)\n"
+        "import sys\nsys.modules['dm_control'] = None\nfrom afo_sim import rl\n"
+        "try:\n    rl.dm_control_physics('seated')\nexcept ImportError as error:\n    print(error)\n"
     )
     ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert ended.stdout.startswith("this needs the library dm_control"), ended.stderr
@@ -272,7 +272,7 @@ def test_a_pressure_goes_to_the_drive_and_a_described_controller_does_not_act() 
     """As in a Simulator, which gives the bits of a run."""
     pid = {"pid": {"angle": {"proportional_band": "1 deg", "reference": {"mean": "5 deg"}}}}
     sets = {"timer": None, "controller": pid, "drive": {"dorsiflexor": {"kind": "pwm"}}, "duration": "1 s"}
-    with afo.dm_control_physics("seated", sets) as physics, afo.Simulator("seated", sets) as simulator:
+    with rl.dm_control_physics("seated", sets) as physics, afo.Simulator("seated", sets) as simulator:
         physics.step(100)
         assert physics.pressure("dorsiflexor") == pytest.approx(0.0, abs=100.0)  # [Pa]: its valves are shut
         physics.set_valves(dorsiflexor=1.5e5)

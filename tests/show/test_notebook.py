@@ -87,8 +87,8 @@ RESULTS: dict[str, tuple[Callable[[], Any], int]] = {  # what makes it, and how 
     "stand": (bench, 3),
     "trial": (lambda: bench().trials[0], 1),
     "fit": (lambda: afo.fit(POINTS, hold_out="none"), 1),
-    "fit_run": (lambda: afo.fit_run("seated", log(), ["friction"], hold_out=0), 1),
-    "fit_torque": (lambda: afo.fit_torque(torques(), "arm", chamber="flexor", hold_out="pressure"), 1),
+    "fit_run": (lambda: afo.fit(log(), scenario="seated", free=["friction"], hold_out=0), 1),
+    "fit_torque": (lambda: afo.fit(torques(), orthosis="arm", chamber="flexor", hold_out="pressure"), 1),
 }  # fmt: skip
 
 

@@ -38,7 +38,7 @@ def test_command_writes_table_figure_numbers_and_an_orthosis_that_runs(
     bench: pathlib.Path, tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "fitted"
-    code, printed, complaint = call(capsys, "fit-torque", bench, "--orthosis", "s1", "--out", out)
+    code, printed, complaint = call(capsys, "fit", bench, "--orthosis", "s1", "--out", out)
     assert code == 0, complaint
     assert {path.name for path in out.iterdir()} == NAMES
     for expected in ("series_stiffness", "kN/m", "3", "angle left out in turn", "without offset", f"={out}"):
@@ -63,7 +63,7 @@ def test_command_predicts_a_file_that_it_does_not_fit(
     other = tmp_path / "other.csv"
     other.write_text("\n".join([lines[0], *(f"{line.rpartition(',')[0]},1.5" for line in lines[1:])]))
     options = ("--hold-out", "none", "--hold-out", other, "--out", tmp_path / "x")
-    code, _, complaint = call(capsys, "fit-torque", bench, "--orthosis", "s1", *options)
+    code, _, complaint = call(capsys, "fit", bench, "--orthosis", "s1", *options)
     assert code == 0, complaint
     told = json.loads((tmp_path / "x" / "fit_torque.json").read_text())
     measured = np.array(told["points"]["torque"])
@@ -86,7 +86,7 @@ def test_command_takes_an_orthosis_for_each_group(
     columns, data, out = knee_data(), tmp_path / "knees.csv", tmp_path / "out"
     rows = [row for row in zip(*columns.values(), strict=True) if row[0] in groups]
     data.write_text("\n".join(",".join(map(str, row)) for row in (columns, *rows)))
-    code, printed, complaint = call(capsys, "fit-torque", data, *options, "--hold-out", "group", "--out", out)
+    code, printed, complaint = call(capsys, "fit", data, *options, "--hold-out", "group", "--out", out)
     assert code == 0, complaint
     if len(groups) == 5:  # tests/lab asks the fit itself
         assert "not identifiable one by one: without offset" in " ".join(printed.split())
@@ -107,8 +107,8 @@ S1 = ("--orthosis", "s1")
             for options in (
                 ("--orthosis", "s3"),
                 ("--orthosis", "none"),
-                (*S1, "--fit", "stiffness"),
-                (*S1, "--fit", ""),
+                (*S1, "--free", "stiffness"),
+                (*S1, "--free", ""),
                 (*S1, "--hold-out", "pres"),
                 (*S1, "--chamber", "front"),
                 (*S1, "--torque", "whole"),
@@ -131,7 +131,7 @@ def test_command_refuses_with_exit_2_and_writes_nothing(
     if text is not None:
         bench = tmp_path / "x.csv"
         bench.write_text(text)
-    code, _, complaint = call(capsys, "fit-torque", bench, *options, "--out", tmp_path / "x")
+    code, _, complaint = call(capsys, "fit", bench, *options, "--out", tmp_path / "x")
     assert code == 2
     assert complaint.startswith("afo-sim: ") and complaint.strip().count("\n") == 0
     assert not (tmp_path / "x").exists()

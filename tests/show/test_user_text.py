@@ -170,7 +170,7 @@ def test_figure_of_a_fit(tmp_path: pathlib.Path, drawn: list[Figure]) -> None:
 def test_figure_of_a_log(short: Recording, tmp_path: pathlib.Path, drawn: list[Figure]) -> None:
     log = {"time [s]": short["time"], "angle [rad]": short["ankle/angle"]}
     sets, noise = {"duration": "0.2 s"}, {"angle": "1 deg"}
-    fit = afo_sim.fit_run("seated", log, sets=sets, noise=noise, hold_out=0)
+    fit = afo_sim.fit(log, scenario="seated", sets=sets, noise=noise, hold_out=0)
     problem = fit.problem
     channel = dataclasses.replace(problem.log.channels[0], title=NAME)
     renamed = dataclasses.replace(problem.log, channels=(channel,))

@@ -126,7 +126,7 @@ def test_one_command_and_one_report(
 ) -> None:
     out = tmp_path / "both"
     cycles = (f"gait.cycle={sides['right']}", f"gait.cycle={sides['left']}")
-    command = ("both", WALK, "--affected", "right", "--set", cycles[0], "--set-left", cycles[1], "--no-rrd")
+    command = ("both", WALK, "--affected", "right", "--set", cycles[0], "--left-set", cycles[1], "--no-rrd")
     for _ in range(2):  # the same legs are written again
         code, printed, complaint = call(capsys, *command, "--out", str(out), "--numbers")
         assert code == 0, complaint

@@ -175,7 +175,7 @@ def test_a_table_of_all_steps(found: Effects) -> None:
 def test_threads_change_nothing_nor_does_who_runs_the_walk_and_progress_is_reported() -> None:
     """By itself it walks with its step controlled."""
     seen: list[tuple[int, int]] = []
-    alone = afo.effects(WALK, FAST, threads=1, report=lambda done, total, what: seen.append((done, total)))
+    alone = afo.effects(WALK, FAST, threads=1, progress=lambda done, total, what: seen.append((done, total)))
     controlled = afo.run(WALK, FAST, step="controlled")
     assert alone.to_json() == afo.effects(WALK, FAST, recording=controlled).to_json()
     assert alone.timestep == pytest.approx(controlled.studies["time_step"]["step"])

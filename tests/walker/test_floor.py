@@ -21,7 +21,7 @@ from afo_sim.walker import (
     prepared,
     read_gait,
     strides_of,
-    walk,
+    walk_body,
 )
 from afo_sim.walker.body import BARE, FLOOR
 from afo_sim.walker.gait import start
@@ -77,7 +77,7 @@ def posed(walked: Walked, row: int) -> mujoco.MjData:
 
 @pytest.mark.parametrize("degrees", [-3.0, 1.0])
 def test_trunk_and_thigh_are_to_the_vertical_and_the_sole_to_the_floor(degrees: float) -> None:
-    walked = walk(on(slope=f"{degrees} deg"), read_gait("natural").vector, 8.0)
+    walked = walk_body(on(slope=f"{degrees} deg"), read_gait("natural").vector, 8.0)
     begins, pitches, slope = strides_of(walked, "right").begins[:-1], [], math.radians(degrees)
     for row in begins:
         data = posed(walked, row)
@@ -93,7 +93,10 @@ def test_trunk_and_thigh_are_to_the_vertical_and_the_sole_to_the_floor(degrees: 
 
 def test_no_slope_is_the_level_floor_to_the_bit() -> None:
     vector = read_gait("natural").vector
-    level, stated = walk(on(), vector, 3.0), walk(on(slope="0 deg", uneven="0 mm", seed=5), vector, 3.0)
+    level, stated = (
+        walk_body(on(), vector, 3.0),
+        walk_body(on(slope="0 deg", uneven="0 mm", seed=5), vector, 3.0),
+    )
     for column, values in level.columns.items():
         assert (values == stated[column]).all(), column
 
@@ -101,7 +104,7 @@ def test_no_slope_is_the_level_floor_to_the_bit() -> None:
 @pytest.mark.parametrize("engine", ["planar", "mujoco"])
 def test_clearance_is_over_the_local_floor(engine: Engine) -> None:
     """Beside the soles' points of the recorded coordinates, over a spline through the drawn heights."""
-    walked, off = walk(on(uneven="40 mm", seed=7), read_gait("natural").vector, 6.0, engine=engine), []
+    walked, off = walk_body(on(uneven="40 mm", seed=7), read_gait("natural").vector, 6.0, engine=engine), []
     drawn = np.random.default_rng(7).uniform(0.0, 0.04, 1021)
     floor = CubicHermiteSpline(np.arange(12.0), np.r_[0.0, 0.0, 0.0, drawn[:9]], np.zeros(12))
     for row in range(0, len(walked["time"]), 7):

@@ -7,7 +7,7 @@ import pathlib
 import numpy as np
 import pytest
 
-from afo_sim.walker import build_body, falls_of, norm_at, numbers, prepared, read_gait, sole_tilt, walk
+from afo_sim.walker import build_body, falls_of, norm_at, numbers, prepared, read_gait, sole_tilt, walk_body
 from afo_sim.walker.body import BARE
 from afo_sim.walker.likeness import TABLE, in_numbers
 from afo_sim.walker.measured import GAITS, _walk, held
@@ -132,7 +132,7 @@ def test_an_unadapted_weak_foot_answers_by_degrees() -> None:
     for scenario, share in doses:
         body = build_body(scenario, {"tibialis": share})
         falls.append(falls_of(body, gait.vector, starts=16))
-        ankles.append(numbers(walk(body, gait.vector, 12.0))["right/ankle_swing"])
+        ankles.append(numbers(walk_body(body, gait.vector, 12.0))["right/ankle_swing"])
     assert (np.diff(ankles[:4]) > 1.0).all() and ankles[5] - ankles[4] > 4.0
     for weaker, stronger in itertools.pairwise(falls[:4]):
         assert stronger.interval[0] <= weaker.interval[1]

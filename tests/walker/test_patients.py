@@ -25,7 +25,7 @@ from afo_sim.walker import (
     prepared,
     read_gait,
     strides_of,
-    walk,
+    walk_body,
 )
 from afo_sim.walker import patients as module
 from afo_sim.walker.bounds import LEAST, MOST
@@ -96,7 +96,7 @@ def test_a_patient_walks_as_by_hand(walked: Population) -> None:
                 bare = build_body(scenario, left)
                 stiffer = body.model.jnt_stiffness - bare.model.jnt_stiffness
                 assert stiffer[ankle] == pytest.approx(spring) and np.count_nonzero(stiffer) == 1
-            found = walk(body, NATURAL, 4.0)
+            found = walk_body(body, NATURAL, 4.0)
             mine = numbers(found)
             theirs = walked[case][k].numbers
             assert {n: theirs[n] for n in mine} == pytest.approx(mine, rel=1e-12, nan_ok=True)
@@ -125,7 +125,7 @@ def test_who_adapts_goes_on_after_a_kill(
         left[0] -= 1
         if left[0] < 0:
             raise KeyboardInterrupt
-        return walk(body, vector, 0.3, *of, **more)
+        return walk_body(body, vector, 0.3, *of, **more)
 
     monkeypatch.setattr(SEARCH, "walk", brief)
     monkeypatch.setattr(module, "DRAWN_WITH", 1)

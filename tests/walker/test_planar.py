@@ -10,7 +10,7 @@ from afo_sim import native
 from afo_sim.common import SimulationError
 from afo_sim.native import planar
 from afo_sim.physics import GAINS
-from afo_sim.walker import Body, Push, Walked, build_body, numbers, prepared, read_gait, walk
+from afo_sim.walker import Body, Push, Walked, build_body, numbers, prepared, read_gait, walk_body
 from afo_sim.walker.body import BARE
 from afo_sim.walker.gait import start
 
@@ -36,7 +36,9 @@ def body_of(sets: dict[str, object], step: str = "0.5 ms") -> Body:
 
 def both(body: Body, duration: float, *pushes: Push) -> tuple[Walked, Walked]:
     vector = read_gait("natural").vector
-    return walk(body, vector, duration, pushes), walk(body, vector, duration, pushes, engine="mujoco")
+    return walk_body(body, vector, duration, pushes), walk_body(
+        body, vector, duration, pushes, engine="mujoco"
+    )
 
 
 @pytest.mark.parametrize("name", BODIES)
@@ -126,4 +128,4 @@ def test_a_walk_that_is_no_number_is_an_error() -> None:
     gains[0, GAINS.index("soleus_force")] = np.nan
     for engine in ("planar", "mujoco"):
         with pytest.raises(SimulationError):
-            walk(body_of(BODIES["bare"]), dataclasses.replace(vector, gains=gains), 0.5, engine=engine)
+            walk_body(body_of(BODIES["bare"]), dataclasses.replace(vector, gains=gains), 0.5, engine=engine)

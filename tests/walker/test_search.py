@@ -28,10 +28,10 @@ from afo_sim.walker import (
     norm_at,
     prepared,
     read_gait,
-    respond,
     search,
     strengths_of,
     walk,
+    walk_body,
 )
 from afo_sim.walker.bounds import BOUNDS, LEAST, MOST
 from afo_sim.walker.gait import OFFSETS
@@ -106,14 +106,14 @@ def test_a_killed_search_goes_on_bit_by_bit(
         count[0] += 1
         if count[0] > walks:
             raise KeyboardInterrupt
-        return walk(*of, **more)
+        return walk_body(*of, **more)
 
     with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
-        patch.setattr(MODULE, "walk", counted)
+        patch.setattr(MODULE, "walk_body", counted)
         search([body], vector, CHEAP, FEW, threads=1, kept=kept, **SHORT)
     assert kept.exists() == (walks >= 16)
     count[0] = -1000
-    monkeypatch.setattr(MODULE, "walk", counted)
+    monkeypatch.setattr(MODULE, "walk_body", counted)
     assert_same(search([body], vector, CHEAP, FEW, threads=2, kept=kept, **SHORT), whole)
     again = 48 - walks // 16 * 16  # those of whole generations are not walked again
     assert count[0] + 1000 == again + 2 * MODULE.HELD_OUT  # of the end and of the beginning
@@ -127,7 +127,7 @@ def test_a_walk_that_ends_in_an_error_costs_more_than_one_that_falls_at_once(
     body: Body, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     natural, like = read_gait("natural").vector, dataclasses.replace(CHEAP, likeness=40.0)
-    limp = walk(body, dataclasses.replace(natural, gains=np.zeros_like(natural.gains)), 2.0)
+    limp = walk_body(body, dataclasses.replace(natural, gains=np.zeros_like(natural.gains)), 2.0)
     limp_cost, count = sum(like.of(limp, 2.0).values()), [0]
     assert limp.fell is not None and limp_cost > 2000.0
 
@@ -135,9 +135,9 @@ def test_a_walk_that_ends_in_an_error_costs_more_than_one_that_falls_at_once(
         count[0] += 1
         if count[0] <= 16:
             raise SimulationError("no number")
-        return walk(*of, **more)
+        return walk_body(*of, **more)
 
-    monkeypatch.setattr(MODULE, "walk", erring)
+    monkeypatch.setattr(MODULE, "walk_body", erring)
     found = search([body], natural, like, FEW, threads=1, **SHORT | {"generations": 1})
     assert found.history[0, 0] > limp_cost
 
@@ -163,7 +163,7 @@ def test_another_searchs_beginning_is_refused(body: Body, tmp_path: pathlib.Path
     kept, natural = tmp_path / "kept.json", read_gait("natural").vector
     short = SHORT | {"generations": 1, "kept": kept}
     search([body], natural, CHEAP, FEW, **short)
-    walk(body, natural, 0.1)  # leaves the gait's gains in the body's model, which is no other body
+    walk_body(body, natural, 0.1)  # leaves the gait's gains in the body's model, which is no other body
     search([body], natural, CHEAP, FEW, **short)
     weak = build_body(prepared("walk-healthy", {"timestep": "1 ms"}), {"left_soleus": 0.999})
     brisk = dataclasses.replace(natural, speed=1.01)
@@ -208,10 +208,10 @@ def test_a_search_stays_within_bounds_and_begins_there(body: Body) -> None:
 
     def seen(body: Body, vector: Any, *of: Any) -> Any:
         tried.append(free.pack(vector))
-        return walk(body, vector, *of)
+        return walk_body(body, vector, *of)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(MODULE, "walk", seen)
+        patch.setattr(MODULE, "walk_body", seen)
         found = search([body], begun, CHEAP, free, spread=0.5, threads=1, **SHORT)
     assert (found.vector.gains[0] == found.vector.gains[1])[[3, 4]].all()
     assert (np.array(tried) >= free.pack(LEAST)).all() and (np.array(tried) <= free.pack(MOST)).all()
@@ -245,15 +245,15 @@ def test_several_bodies_share_a_cost_and_one_of_those_drawn_walks_beside(
     assert one.parts != other.parts
     for name, value in both.parts.items():
         assert value == pytest.approx((one.parts[name] + other.parts[name]) / 2.0, rel=1e-12)
-    lasted = walk(weak, natural, 8.0).fell or 8.0
+    lasted = walk_body(weak, natural, 8.0).fell or 8.0
     assert drawn.parts == one.parts | {"weak": pytest.approx(60.0 * (1.0 - lasted / 8.0))}
     seen = []
 
     def walked(which: Body, *of: Any, **more: Any) -> Any:
         seen.append((which.weight, of[1]))
-        return walk(which, *of, **more)
+        return walk_body(which, *of, **more)
 
-    monkeypatch.setattr(MODULE, "walk", walked)
+    monkeypatch.setattr(MODULE, "walk_body", walked)
     several = [dataclasses.replace(body, weight=float(k)) for k in range(1, 9)]
     search([body], natural, CHEAP, FEW, drawn=several, threads=1, **SHORT)
     beside = [weight for weight, lasts in seen if lasts == 8.0]
@@ -261,14 +261,14 @@ def test_several_bodies_share_a_cost_and_one_of_those_drawn_walks_beside(
 
 
 def _walked_shortly(body: Body, vector: Any, _: float, *of: Any, **more: Any) -> Any:
-    return walk(body, vector, 0.3, *of, **more)
+    return walk_body(body, vector, 0.3, *of, **more)
 
 
 def test_who_adapts_goes_by_way_of_the_stronger_and_on_after_a_kill(
     body: Body, tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(
-        MODULE, "walk", lambda body, vector, _, *of, **more: walk(body, vector, 0.3, *of, **more)
+        MODULE, "walk_body", lambda body, vector, _, *of, **more: walk_body(body, vector, 0.3, *of, **more)
     )
     natural, told = read_gait("natural").vector, []
     stages: list[list[Body]] = [[body], [body, body]]
@@ -356,8 +356,8 @@ def test_the_norm_of_another_height_is_dynamically_similar(taller: float, speed:
         (lambda: prepared("walk-dropfoot-afo", {"start.dorsiflexor.fill_time": "0.1 s"}), "fill_time"),
         (lambda: prepared("walk-dropfoot-afo", {"load_moment": "1 N*m"}), "load_moment"),
         (lambda: prepared("walk-dropfoot-afo", {"gait.pace": [["3 s", 0]]}), "gait.pace"),
-        (lambda: respond("walk-dropfoot", duration=1.0), "4 to 600"),
-        (lambda: respond("walk-dropfoot", push=float("nan")), "push"),
+        (lambda: walk("walk-dropfoot", duration=1.0), "4 to 600"),
+        (lambda: walk("walk-dropfoot", push=float("nan")), "push"),
     ],
 )
 def test_wrong_input_is_a_sentence(call, words: str) -> None:  # type: ignore[no-untyped-def]

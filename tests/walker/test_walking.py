@@ -10,7 +10,7 @@ import pytest
 from afo_sim import native
 from afo_sim.common import GRAVITY
 from afo_sim.physics import GAINS, LEG_MUSCLES
-from afo_sim.walker import Push, build_body, prepared, read_gait, strides_of, walk
+from afo_sim.walker import Push, build_body, prepared, read_gait, strides_of, walk_body
 from afo_sim.walker.gait import start
 from afo_sim.walker.strides import swing_clearance
 from afo_sim.walker.walking import _Board, _fill
@@ -93,7 +93,7 @@ def test_bias_is_of_rates_half_a_step_on() -> None:
 
 def test_the_floor_carries_the_body_on_average() -> None:
     body = body_of()
-    walked = walk(body, read_gait("natural").vector, 8.0)
+    walked = walk_body(body, read_gait("natural").vector, 8.0)
     assert walked.fell is None
     down = walked["right/load"] > 20.0
     strikes = np.flatnonzero(down[1:] & ~down[:-1])
@@ -177,7 +177,9 @@ def test_looking_at_a_walk_does_not_change_it() -> None:
 def test_a_push_gives_its_impulse() -> None:
     body = body_of()
     vector = read_gait("natural").vector
-    plain, pushed = (walk(body, vector, 2.0, (Push(1.0, force),))["trunk/forward"] for force in (0.0, 20.0))
+    plain, pushed = (
+        walk_body(body, vector, 2.0, (Push(1.0, force),))["trunk/forward"] for force in (0.0, 20.0)
+    )
     assert (plain[:99] == pushed[:99]).all()
     gained = np.diff(pushed - plain)[109] / 0.01  # speed of the trunk after 0.1 s
     assert 0.3 < gained / (20.0 * 0.1 / (body.weight / GRAVITY)) < 3.0  # the legs take or add some of it
@@ -209,7 +211,7 @@ def test_a_muscle_of_half_its_fibres_makes_half_the_heat() -> None:
 
 def test_clearance_is_of_the_forefoot_not_of_the_heel() -> None:
     """A dorsiflexed foot in swing: its heel is lower than ball and toes."""
-    walked = walk(body_of(), read_gait("natural").vector, 6.0)
+    walked = walk_body(body_of(), read_gait("natural").vector, 6.0)
     strides = strides_of(walked, "right")
     found = swing_clearance(walked, strides, "right")
     speed = np.gradient(walked["right/foot"], walked["time"])
@@ -224,7 +226,7 @@ def test_a_controller_sees_the_switch_under_the_heel() -> None:
     """Valves by strikes of the heel alone: shut until a stride is known, then vented in stance."""
     phases = {"estimator": "foot_switch", "dorsiflexor": {"outlet": [[0.15, 0.45]]}}
     sets = {"timestep": "1 ms", "patient": "healthy", "phases": None, "controller": {"gait_phase": phases}}
-    walked = walk(build_body(prepared("walk-dropfoot-afo", sets)), read_gait("natural").vector, 4.0)
+    walked = walk_body(build_body(prepared("walk-dropfoot-afo", sets)), read_gait("natural").vector, 4.0)
     mass, pressed = walked["chamber/dorsiflexor/mass"], walked["right/load"] > 30.0
     second = np.flatnonzero(pressed[1:] & ~pressed[:-1])[1]  # the first is of the start
     assert np.ptp(mass[:second]) < 1e-9 and mass[-1] < 0.95 * mass[0]
@@ -251,7 +253,7 @@ def test_a_controller_sees_how_active_the_devices_tibialis_is() -> None:
         "start": None,
         "controller": {"emg": emg},
     }
-    walked = walk(build_body(prepared("walk-dropfoot-afo", sets)), read_gait("natural").vector, 3.0)
+    walked = walk_body(build_body(prepared("walk-dropfoot-afo", sets)), read_gait("natural").vector, 3.0)
     mass, active = walked["chamber/dorsiflexor/mass"], walked["right/tibialis/activation"]
     filled, first = int(np.argmax(mass > 1.05 * mass[0])), int(np.argmax(active > 0.3))
     assert 0 < first < filled < first + 10  # activation_time of the controller, and the valve's delay

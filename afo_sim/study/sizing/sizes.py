@@ -4,7 +4,7 @@ import os
 from collections.abc import Mapping, Sequence
 from typing import Any, get_args
 
-from afo_sim.common import InputError, unknown
+from afo_sim.common import InputError, takes_older, unknown
 from afo_sim.description import Pressure, Quantity, Scenario, TubeLength, load
 from afo_sim.study.pool import Report
 from afo_sim.study.sizing.limits import EXAMPLES, read_requirements, usual
@@ -23,14 +23,15 @@ _QUANTITIES: dict[str, Quantity] = {
 _MOST = 8  # parallel muscles that are tried
 
 
+@takes_older
 def size(
     kind: str,
     scenario: str | os.PathLike[str] | Scenario | Mapping[str, Any],
     sets: Mapping[str, Any] | None = None,
     *,
     limits: str | Sequence[str] | None = None,
-    threads: int | None = None,
-    report: Report | None = None,
+    threads: int = 0,
+    progress: Report | None = None,
     **options: Any,
 ) -> Sizing:
     """The smallest component of the catalogue, or the least pressure, that meets limits; from runs.
@@ -42,8 +43,8 @@ def size(
     sets : dotted keys and values laid over it
     limits : one or several, as "toe_clearance >= 10 mm", "fill_time <= 300 ms"; of walking by default the toe
         clearance that the scenario's own limits want, settled and in the first stride
-    threads : as many as processors by default
-    report : called with (done, in all, what)
+    threads : as many as processors if 0
+    progress : called with (done, in all, what)
     options : `cadence` [steps/min] of walking; of "pressure" `at="3 bar"`, whether this one suffices, and
         `between=("1 bar", "4 bar")`; of "valve" `chamber`, `side` ("inlet", "outlet" or "both") and
         `proportional=True`; of "tube" `length="2 m"`; of "supply" `hours` or `strides` without a pause; of
@@ -65,10 +66,10 @@ def size(
     >>> found.holds, found.best.meets
     (True, True)
     """
-    if threads is not None and (isinstance(threads, bool) or not isinstance(threads, int) or threads < 1):
-        problem, allowed = "is out of range", "1 or more; as many as processors by default"
+    if isinstance(threads, bool) or not isinstance(threads, int) or threads < 0:
+        problem, allowed = "is out of range", "0 or more; as many as processors if 0"
         raise InputError(problem, field="threads", value=threads, allowed=allowed)
-    return requested(kind, scenario, sets, limits=limits, **options).run(threads or 0, report)
+    return requested(kind, scenario, sets, limits=limits, **options).run(threads, progress)
 
 
 def requested(
