@@ -10,7 +10,7 @@ import numpy as np
 
 from afo_sim import native
 from afo_sim.common import AMBIENT_PRESSURE, InputError, nearest_name, takes, unknown
-from afo_sim.control import CONTROLLER_COLUMNS, TOLD
+from afo_sim.control import CONTROLLER_COLUMNS
 from afo_sim.metrics import SOLVED, LazyColumns
 from afo_sim.model import JOINTS, SINK, Index
 from afo_sim.simulation.frame import Column, Frame, edge_flow, volume_pressure

@@ -14,7 +14,15 @@ import numpy as np
 
 from afo_sim import native
 from afo_sim.common import AfoSimError, InputError, si, unknown
-from afo_sim.control import CONTROLLER_COLUMNS, Controller, TOLD, TookTooLong, Watch, check_required, checked, make
+from afo_sim.control import (
+    CONTROLLER_COLUMNS,
+    Controller,
+    TookTooLong,
+    Watch,
+    check_required,
+    checked,
+    make,
+)
 from afo_sim.control.required_inputs import required_inputs
 from afo_sim.description import Scenario
 from afo_sim.model import OFF, Built
