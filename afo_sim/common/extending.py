@@ -182,7 +182,12 @@ def _texts(thing: Any, seen: set[int]) -> Iterator[str]:
         parts = [part for item in thing.items() for part in item]
     elif isinstance(thing, tuple | list):
         parts = list(thing)
-    elif isinstance(thing, types.ModuleType | type) or callable(thing):
+    elif isinstance(thing, set | frozenset):  # whose order is another in each process
+        parts = sorted(map(repr, thing))
+    elif isinstance(thing, type):
+        seen.add(id(thing))
+        parts = [thing.__name__, *(each for each in vars(thing).values() if callable(each))]
+    elif isinstance(thing, types.ModuleType) or callable(thing):
         parts = [getattr(thing, "__name__", type(thing).__name__)]
     else:
         yield repr(thing)

@@ -146,6 +146,15 @@ def test_an_identity_is_that_of_what_is_computed() -> None:
         made.append(Law("one", space["f"], (AREA,)))
     one, moved, other = map(identity_of, made)
     assert one == moved != other
+    classes = []
+    for gain in ("2.0", "2.0", "3.0"):
+        space = {"__name__": "somewhere"}
+        exec(
+            f"class Held:\n    def __call__(self, seen):\n        return {gain} if 'a' in {{'a', 'b'}} else 0",
+            space,
+        )
+        classes.append(identity_of(space["Held"]))
+    assert classes[0] == classes[1] != classes[2]
     assert identity_of(Law("one", straight, (AREA, LOST))) != identity_of(Law("two", straight, (AREA, LOST)))
 
 
