@@ -150,7 +150,7 @@ def test_an_identity_is_that_of_what_is_computed() -> None:
     for gain in ("2.0", "2.0", "3.0"):
         space = {"__name__": "somewhere"}
         exec(
-            f"class Held:\n    def __call__(self, seen):\n        return {gain} if 'a' in {{'a', 'b'}} else 0",
+            f"class Held:\n    def __call__(self, x):\n        return {gain} if x in {{'a', 'b'}} else 0",
             space,
         )
         classes.append(identity_of(space["Held"]))
