@@ -54,8 +54,6 @@ class Cut:
 def leg_import_command(cut: Cut) -> None:
     """Cut a leg out of your own model, turn it, and write a folder that every scenario takes."""
     check_side(cut.side)
-    at = None if cut.zero is None else quantity("--zero", cut.zero, "rad")
-    stops = None if cut.range is None else tuple(quantity("--range", text, "rad") for text in cut.range)
     person: Keywords = {}
     for name, text, unit, low, high in (
         ("body_mass", cut.body_mass, "kg", 10.0, 300.0),
@@ -73,8 +71,8 @@ def leg_import_command(cut: Cut) -> None:
         imported = import_leg(
             cut.file,
             None if str(cut.out) == "-" else cut.out or default_folder(cut.file, cut.name, cut.side),
-            zero=at,
-            range=stops,  # type: ignore[arg-type]  # two, as the option has it
+            zero=cut.zero,
+            range=cut.range,
             **person,
             packages=tuple(cut.package or ()),
             **picked(cut, "shank", "foot", "ankle", "side", "forward", "toes", "name", "force"),
@@ -150,7 +148,6 @@ def attach_command(worn: _Attachment) -> None:
         raise InputError("is not possible here", field="--to", value=worn.to, allowed="plugin, without --mjb")
     out = worn.out or Path(f"{model.stem}_{name}{'.xml' if not worn.to else '_plugin'}")
     out = out / "model.xml" if worn.to else out
-    angle = None if worn.zero is None else quantity("--zero", worn.zero, "rad")
     ours = _is_written(model)
     if not ours and model.exists() and out.exists() and out.samefile(model):
         problem = "is the model that is read, and holds no orthosis of ours"
@@ -161,7 +158,7 @@ def attach_command(worn: _Attachment) -> None:
         names = ("joint", "proximal", "distal", "side", "sign", "forward", "supply", "timestep", "prefix")
         before: Mixed = read_attached(model) if ours else model
         packages = tuple(worn.package or ())
-        found = attach(before, worn.orthosis, zero=angle, packages=packages, **picked(worn, *names))
+        found = attach(before, worn.orthosis, zero=worn.zero, packages=packages, **picked(worn, *names))
         if worn.to:
             from afo_sim.export import export_attached
 

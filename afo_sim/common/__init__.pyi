@@ -17,7 +17,6 @@ from .compiling import compile_all as compile_all
 from .csv_table import RATIOS as RATIOS
 from .csv_table import Table as Table
 from .csv_table import number as number
-from .csv_table import quantity_at as quantity_at
 from .csv_table import read_facts as read_facts
 from .csv_table import read_header as read_header
 from .csv_table import read_table as read_table
@@ -38,7 +37,6 @@ from .errors import ControllerError as ControllerError
 from .errors import InputError as InputError
 from .errors import SimulationError as SimulationError
 from .errors import nearest_name as nearest_name
-from .errors import no_attribute as no_attribute
 from .errors import unknown as unknown
 from .extending import identities as identities
 from .extending import identity_of as identity_of
@@ -113,8 +111,10 @@ from .units import STANDARD_DENSITY as STANDARD_DENSITY
 from .units import Dimension as Dimension
 from .units import dimension as dimension
 from .units import format_quantity as format_quantity
+from .units import gauge as gauge
 from .units import in_unit as in_unit
 from .units import parse_quantity as parse_quantity
+from .units import quantity_at as quantity_at
 from .units import read_any_quantity as read_any_quantity
 from .units import si as si
 from .versions import code_fingerprint as code_fingerprint

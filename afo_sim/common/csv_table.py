@@ -15,7 +15,7 @@ from afo_sim.common.errors import InputError
 from afo_sim.common.magnitude import LARGEST, LEAST, plausible
 from afo_sim.common.reading import read_foreign
 from afo_sim.common.sealing import SEALED, check_text
-from afo_sim.common.units import parse_quantity
+from afo_sim.common.units import parse_quantity, quantity_at
 
 _TITLE = re.compile(r"\s*([^\[\]()]+?)\s*(?:[\[(]\s*([^\])]*?)\s*[\])])?\s*$")
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?$")
@@ -153,14 +153,6 @@ def number(file: pathlib.Path, line: int, name: str, cell: str) -> float:
     if value == 0.0 or LEAST <= abs(value) <= LARGEST:  # nearly all: by far the quickest
         return value
     return float(plausible(value, file=file, field=f"line {line}: {name}"))
-
-
-def quantity_at(field: str, text: Any, unit: str, **others: Any) -> float:
-    """A quantity in SI `unit`; what is wrong with it names the field, and what else is known of it."""
-    try:
-        return parse_quantity(text, unit)
-    except ValueError as error:
-        raise InputError(str(error), field=field, value=text, **others) from None
 
 
 def read_facts(table: Table, units: dict[str, str | None]) -> dict[str, Any]:

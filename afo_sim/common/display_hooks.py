@@ -9,7 +9,9 @@ import math
 import reprlib
 import threading
 from collections.abc import Callable, Mapping
-from typing import Any, Self, TypeVar
+from typing import TYPE_CHECKING, Any, Self, TypeVar
+
+from afo_sim.common.errors import no_attribute
 
 ROOM = 4500  # bytes of the texts that show one result
 K = TypeVar("K")
@@ -32,6 +34,14 @@ class Shown:
 
     def __repr__(self) -> str:
         return called(self, vars(self))
+
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any:
+            try:
+                return super().__getattr__(name)  # of pydantic
+            except AttributeError:
+                raise no_attribute(self, name) from None
 
     def _repr_html_(self) -> str | None:  # asked for by Jupyter
         found: str | None = shown().html(self)

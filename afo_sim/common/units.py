@@ -55,16 +55,28 @@ def parse_quantity(value: object, unit: str) -> float:
     return _plausible(_convert(value, unit, example), unit)
 
 
-def si(value: Any, unit: str, field: str, allowed: str = "") -> float:
-    """An argument in SI: a number as it is, a text or a number that knows its unit converted; InputError."""
-    own = getattr(value, "unit", None)
-    given = f"{float(value)!r} {own}" if isinstance(own, str) and own else value
-    if isinstance(given, Real) and not isinstance(given, bool):
-        return float(given)
+def quantity_at(field: str, text: Any, unit: str, **others: Any) -> float:
+    """A quantity in SI `unit`; what is wrong with it names the field, and what else is known of it."""
     try:
-        return parse_quantity(given, unit)
+        return parse_quantity(text, unit)
     except ValueError as error:
-        raise InputError(str(error), field=field, value=value, allowed=allowed) from None
+        raise InputError(str(error), field=field, value=text, **others) from None
+
+
+def si(value: Any, unit: str, field: str, allowed: str = "") -> float:
+    """An argument in SI: a number as it is, a text or a number that knows its unit converted."""
+    if own := getattr(value, "unit", ""):
+        value = f"{float(value)!r} {own}"
+    number = isinstance(value, Real) and not isinstance(value, bool)
+    return float(value) if number else quantity_at(field, value, unit, allowed=allowed)
+
+
+def gauge(value: Any, field: str = "pressure") -> float:
+    """A gauge pressure [Pa], a number or with its unit; a number that was meant in bar is refused."""
+    if isinstance(value, Real) and 0.0 < float(value) < LEAST_NUMBER:
+        problem = "is a number of Pa: was it meant in bar?"
+        raise InputError(problem, field=field, value=value, allowed='"4 bar"')
+    return si(value, "Pa", field)
 
 
 def format_quantity(value: float, unit: str) -> str | float:

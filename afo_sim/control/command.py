@@ -3,7 +3,7 @@
 import numbers
 from collections.abc import Iterable, Mapping
 
-from afo_sim.common import LEAST_NUMBER, InputError, nearest_name, si, unknown
+from afo_sim.common import InputError, gauge, nearest_name, si, unknown
 
 Command = str | float | tuple[float, float]  # a word, a gauge pressure [Pa] or with its unit, or two coils
 COILS = {"inlet": (1.0, 0.0), "outlet": (0.0, 1.0), "both": (1.0, 1.0), "shut": (0.0, 0.0)}
@@ -52,15 +52,12 @@ def _one_coil(chamber: str, command: object) -> InputError:
     return InputError(problem, field=chamber, value=command, allowed=allowed)
 
 
-def checked_pressure(pressure: float) -> float:
-    """A supply's gauge pressure [Pa]; InputError unless it is a number that is not negative."""
-    if not isinstance(pressure, numbers.Real) or not 0.0 <= pressure <= HIGHEST:
-        problem, allowed = "is not a valid supply pressure", "a number from 0 to 2e6 Pa, gauge"
-        raise InputError(problem, field="supply_pressure", value=pressure, allowed=allowed)
-    if 0.0 < pressure < LEAST_NUMBER:
-        problem = "is a number of Pa: was it meant in bar?"
-        raise InputError(problem, field="supply_pressure", value=pressure, allowed="4e5, which is 4 bar")
-    return float(pressure)
+def checked_pressure(pressure: float | str) -> float:
+    """A supply's gauge pressure [Pa]; InputError unless it is not negative."""
+    found = gauge(pressure, "supply_pressure")
+    if not 0.0 <= found <= HIGHEST:
+        raise InputError("is out of range", field="supply_pressure", value=pressure, allowed="0 to 20 bar")
+    return found
 
 
 def checked(

@@ -15,6 +15,7 @@ from afo_sim.common import (
     InputError,
     nearest_name,
     parse_quantity,
+    quantity_at,
 )
 from afo_sim.description.muscle import Muscle
 from afo_sim.physics import Braid
@@ -167,10 +168,7 @@ def _read(given: Mapping[str, str]) -> dict[str, float]:
 
 def _quantity(name: str, text: str) -> float:
     unit, allowed, low, high, closed = _RANGES[name]
-    try:
-        number = parse_quantity(text, unit)
-    except ValueError as error:
-        raise InputError(str(error), field=name, value=text, allowed=allowed) from None
+    number = quantity_at(name, text, unit, allowed=allowed)
     if name == "braid_angle" and number >= _NEUTRAL:
         problem = f"a braid of {math.degrees(_NEUTRAL):.1f} deg or more does not shorten when it is filled"
         raise InputError(problem, field=name, value=text, allowed=allowed)

@@ -8,7 +8,7 @@ import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from numbers import Real
-from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal, Self, TypeVar
+from typing import Any, ClassVar, Generic, Literal, Self, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, ValidationInfo, model_validator
 from pydantic_core import CoreSchema, InitErrorDetails, PydanticCustomError, core_schema
@@ -22,7 +22,6 @@ from afo_sim.common import (
     in_unit,
     magnitudes,
     nearest_name,
-    no_attribute,
     parse_quantity,
 )
 
@@ -243,14 +242,6 @@ class Described(Shown, BaseModel):
 
     def __str__(self) -> str:
         return repr(self)
-
-    if not TYPE_CHECKING:
-
-        def __getattr__(self, name: str) -> Any:
-            try:
-                return super().__getattr__(name)
-            except AttributeError:
-                raise no_attribute(self, name) from None
 
     read_key: ClassVar[Callable[["Described", str], Any]]  # filled by `schema`, which knows all fields
 

@@ -7,7 +7,7 @@ import warnings
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
-from afo_sim.common import InputError, check_writable, nearest_name, place_of, together, unknown
+from afo_sim.common import InputError, check_writable, nearest_name, place_of, si, together, unknown
 from afo_sim.export.elsewhere.writing import ELSEWHERE, write_elsewhere
 from afo_sim.export.formats import FORMATS, SHIPPED, Format, Order
 from afo_sim.simulation import Recording
@@ -28,7 +28,7 @@ def export(
     out: str | os.PathLike[str],
     to: str | None = None,
     *,
-    rate: float | None = None,
+    rate: float | str | None = None,
     columns: Iterable[str] = (),
     force: bool = False,
     sets: Mapping[str, object] | None = None,
@@ -47,6 +47,7 @@ def export(
         allowed = f"a run's folder; of a scenario: {', '.join(ELSEWHERE)}"
         raise InputError(f"does not go with {named}", field="scenario", value=str(recording), allowed=allowed)
     path, kind = _target(path, to)
+    rate = None if rate is None else si(rate, "Hz", "rate")
     if rate is not None and not kind.rows:
         problem = f"does not go with {kind.name}, which has no rows"
         raise InputError(problem, field="rate", value=f"{rate:g} Hz")

@@ -17,6 +17,7 @@ from afo_sim.common import (
     Shown,
     parse_quantity,
     quantity_at,
+    si,
     takes_older,
     unknown,
 )
@@ -277,7 +278,7 @@ def _one(argument: str, values: list[float]) -> float | None:
 def _number(argument: str, value: Amount) -> float:
     """An amount in SI; a load may be kilograms, a contraction per cent."""
     if not isinstance(value, str):
-        return float(value)
+        return si(value, UNITS[argument], argument)
     if argument == "contraction" and value.strip().endswith("%"):
         return 0.01 * quantity_at(argument, value.strip().removesuffix("%"), "")
     if argument == "load":

@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common import AMBIENT_PRESSURE, LEAST_NUMBER, InputError, si, unknown
+from afo_sim.common import AMBIENT_PRESSURE, InputError, gauge, si, unknown
 from afo_sim.description import Orthosis, Segment
 from afo_sim.legs.finding import Found
 from afo_sim.native import Hold
@@ -187,10 +187,7 @@ class Attached:
 
 def pressure_of(value: str | float, field: str) -> float:
     """A gauge pressure given as text with a unit, or as [Pa]; from vacuum's to 20 bar."""
-    if isinstance(value, int | float) and 0.0 < value < LEAST_NUMBER:
-        problem = "is a number of Pa: was it meant in bar?"
-        raise InputError(problem, field=field, value=value, allowed='"4 bar"')
-    return number_of(value, field, "Pa", (-AMBIENT_PRESSURE, 2e6), "-1 bar to 20 bar")
+    return number_of(gauge(value, field), field, "Pa", (-AMBIENT_PRESSURE, 2e6), "-1 bar to 20 bar")
 
 
 def number_of(value: str | float, field: str, unit: str, span: tuple[float, float], allowed: str) -> float:

@@ -17,7 +17,6 @@ from .contact import ground_of as ground_of
 from .design import Design as Design
 from .design import Source as Source
 from .design import design_of as design_of
-from .design import gauge as gauge
 from .design import scenario_of as scenario_of
 from .exact_xml import exact_xml as exact_xml
 from .exact_xml import started_xml as started_xml

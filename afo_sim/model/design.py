@@ -6,12 +6,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from afo_sim.common import (
-    LEAST_NUMBER,
     InputError,
     JsonDict,
     Shown,
     assets,
-    si,
+    gauge,
     unique,
     unknown,
 )
@@ -52,17 +51,7 @@ class Design(Shown):
 
 def design(source: Source, *, leg: str | None = None, pressure: float | str | None = None) -> Design:
     """Put an orthosis on a leg, and compute the facts of its muscles."""
-    return design_of(build(scenario_of(source, leg)), gauge(pressure))
-
-
-def gauge(pressure: float | str | None) -> float | None:
-    """A gauge pressure [Pa] as a number or with its unit; None stays."""
-    if pressure is None or isinstance(pressure, str):
-        return None if pressure is None else si(pressure, "Pa", "pressure")
-    if 0.0 < pressure < LEAST_NUMBER:
-        problem = "is a number of Pa: was it meant in bar?"
-        raise InputError(problem, field="pressure", value=pressure, allowed='"4 bar"')
-    return pressure
+    return design_of(build(scenario_of(source, leg)), None if pressure is None else gauge(pressure))
 
 
 def design_of(built: Built, pressure: float | None = None) -> Design:

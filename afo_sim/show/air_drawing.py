@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from afo_sim.common import Keywords
+from afo_sim.common import Keywords, gauge
 from afo_sim.description import AMBIENT
-from afo_sim.model import AirEdge, AirScheme, AirWay, Source, conductance, gauge, scenario_of
+from afo_sim.model import AirEdge, AirScheme, AirWay, Source, conductance, scenario_of
 from afo_sim.model.air_scheme import air_scheme
 from afo_sim.show.style import COLOURS, ORANGE, Axes, Figure, ink, plain, width_of, write_page
 from afo_sim.show.style import LINE as PAGE_LETTERS
@@ -235,7 +235,7 @@ def _told(way: AirWay) -> str:
 
 def scheme_of(source: Source, pressure: float | str | None = None) -> AirScheme:
     """The air path of an orthosis, or of a scenario's on its supply."""
-    scenario, pressure = scenario_of(source, None), gauge(pressure)
+    scenario, pressure = scenario_of(source, None), None if pressure is None else gauge(pressure)
     if pressure is not None:
         scenario = scenario.set({"supply.pressure": f"{pressure!r} Pa"})
     return air_scheme(scenario.orthosis, scenario.supply)

@@ -41,7 +41,6 @@ from .recording import limits_of as limits_of
 from .recording import read_recording as read_recording
 from .recording import recording_header as recording_header
 from .recording import recover_recording as recover_recording
-from .recording import verdict_of as verdict_of
 from .reference_walk import References as References
 from .reference_walk import not_compared as not_compared
 from .reference_walk import reference_of as reference_of

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common import InputError, in_unit, parse_quantity
+from afo_sim.common import InputError, in_unit, parse_quantity, quantity_at
 from afo_sim.metrics import rise_time
 
 GRACE = 1e-9  # [s], so that 4000 × 0.001 s counts as 4 s
@@ -159,11 +159,8 @@ def read_criterion(kind: str, limits: Any, unit: str) -> Criterion:
 
 def _limit(text: object, unit: str, field: str, difference: bool = False) -> Bound:
     """A limit in words and in `unit`; that of a `difference` has no unit with an offset, such as degC."""
-    try:
-        value = parse_quantity(text, unit)
-    except ValueError as error:
-        allowed = f'a text with a unit that converts to "{unit}"' if unit else "a number, without a unit"
-        raise InputError(str(error), field=field, value=text, allowed=allowed) from None
+    allowed = f'a text with a unit that converts to "{unit}"' if unit else "a number, without a unit"
+    value = quantity_at(field, text, unit, allowed=allowed)
     written = re.sub(r"^\s*[+-]?[\d.]+(?:[eE][+-]?\d+)?\s*", "", str(text)).strip() if unit else ""
     if difference and unit and parse_quantity(f"0 {written}", unit) != 0.0:
         raise InputError("is not a difference", field=field, value=text, allowed=f'a unit such as "{unit}"')

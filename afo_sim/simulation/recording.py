@@ -13,25 +13,14 @@ from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
-from afo_sim.common import (
-    Brief,
-    InputError,
-    Notice,
-    Shown,
-    as_stored,
-    installed,
-    nearest_name,
-    no_attribute,
-    shown,
-    si,
-    titles,
-)
+from afo_sim.common import Brief, InputError, Notice, Shown, as_stored, installed, nearest_name, shown, titles
 from afo_sim.description import USUAL_LIMITS, Limits, Scenario, as_found, load
 from afo_sim.metrics import Answer, Feed, Metric, Metrics, capped, seated_answers, undecided, with_draws
 from afo_sim.metrics.covered import counts
 from afo_sim.metrics.validity import RESTS_ON
 from afo_sim.metrics.verdict import verdict
 from afo_sim.simulation.columns import describe
+from afo_sim.simulation.criterion import seconds
 from afo_sim.simulation.files import ENDING, RERUN, model_of, read_header, read_run, read_undamaged, write_run
 
 if TYPE_CHECKING:
@@ -60,10 +49,7 @@ class Columns(Brief[str, np.ndarray]):
         """The first row at a time; a number is a row itself."""
         if bound is None or isinstance(bound, Integral):
             return bound
-        allowed = 'rows, 10:200, or times, "1 s":"2 s"'
-        if not isinstance(bound, str):
-            raise InputError("is no row", field="rows", value=bound, allowed=allowed)
-        return int(np.searchsorted(self["time"], si(bound, "s", "rows", allowed) - SLIGHTLY))
+        return int(np.searchsorted(self["time"], seconds(bound, "rows") - SLIGHTLY))
 
 
 class Strides(Brief[int, dict[str, Metric]]):
@@ -144,7 +130,7 @@ class Recording(Shown, Mapping[str, np.ndarray]):
 
         def __getattr__(self, name: str) -> Any:  # of what nobody has read yet
             if name not in vars(self).get("_later", ()):
-                raise no_attribute(self, name)
+                return super().__getattr__(name)
             found = _KINDS.get(name, lambda same: same)(vars(self)["_later"][name]())
             return vars(self).setdefault(name, found)
 
@@ -225,7 +211,21 @@ class Recording(Shown, Mapping[str, np.ndarray]):
     @property
     def verdict(self) -> tuple[Answer, ...]:
         """The answers that a walking run opens with, held against the scenario's limits; none of others."""
-        return verdict_of(self)
+        if not self.described.get("gait"):
+            return ()
+        limits = limits_of(self)
+        if not self.ok:
+            return undecided(limits, "the simulation stopped early")
+        over = self.described.get("reference") or "shoe"
+        gait = self.described["gait"]
+        own = gait.get("walker") == "patient" and gait.get("compensation", "kept") == "kept"
+        found = verdict(self.metrics, self.strides, limits, feed_of(self), over, own)
+        study = self.studies.get("uncertainty", {})
+        if study.get("trips"):
+            draws = study["draws"] - study["failed"]["count"]
+            touch = study["trips"]["touch"]["share"]
+            found = with_draws(found, touch, draws, limits.drawn_trips, study.get("kept", {}))
+        return capped(found, self.warnings)
 
     def to_pandas(self) -> "pandas.DataFrame":
         """The columns [SI] as a pandas DataFrame, each with its unit: "ankle/angle [rad]" (needs pandas).
@@ -278,8 +278,7 @@ class Recording(Shown, Mapping[str, np.ndarray]):
         """
         target = pathlib.Path(folder)
         drawn = (installed("rerun") if rrd is None else rrd) and len(self["time"]) > 0
-        hertz = None if rate is None else si(rate, "Hz", "rate")
-        picture = (lambda path: shown().write(self, path, hertz)) if drawn else None
+        picture = (lambda path: shown().write(self, path, rate)) if drawn else None
         stored = as_stored(self.described, place or (target.parent if target.suffix == ENDING else target))
         return write_run(replace(self, described=stored), target, picture)
 
@@ -316,8 +315,7 @@ class Recording(Shown, Mapping[str, np.ndarray]):
         >>> [file.name for file in short.export("short.csv", rate=100, columns=["ankle/*"])]
         ['short.csv', 'short_metrics.csv']
         """
-        hertz = None if rate is None else si(rate, "Hz", "rate")
-        return shown().export(self, out, to, hertz, columns, force)
+        return shown().export(self, out, to, rate, columns, force)
 
     def model(self) -> "mujoco.MjModel":
         """The model that ran, to the last bit: from the same state, the same inputs give the same steps.
@@ -436,25 +434,6 @@ def feed_of(recording: Recording) -> Feed | None:
         return Feed(f"the cartridge{name} of {1e3 * source.content:g} g {gas}")
     full = 1e-5 * (source.filling_pressure or 0.0)
     return Feed(f"the bottle{name} of {1e3 * source.volume:g} l at {full:g} bar")
-
-
-def verdict_of(recording: Recording) -> tuple[Answer, ...]:
-    """The answers of a walking run, with what bands tell; none of other runs, none known of a failed one."""
-    if not recording.described.get("gait"):
-        return ()
-    limits = limits_of(recording)
-    if not recording.ok:
-        return undecided(limits, "the simulation stopped early")
-    over = recording.described.get("reference") or "shoe"
-    gait = recording.described["gait"]
-    own = gait.get("walker") == "patient" and gait.get("compensation", "kept") == "kept"
-    found = verdict(recording.metrics, recording.strides, limits, feed_of(recording), over, own)
-    study = recording.studies.get("uncertainty", {})
-    if study.get("trips"):
-        draws = study["draws"] - study["failed"]["count"]
-        touch = study["trips"]["touch"]["share"]
-        found = with_draws(found, touch, draws, limits.drawn_trips, study.get("kept", {}))
-    return capped(found, recording.warnings)
 
 
 def answers_of(recording: Recording) -> tuple[Answer, ...]:

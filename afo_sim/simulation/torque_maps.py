@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common import InputError, Notice, si
+from afo_sim.common import InputError, Notice, gauge, si
 from afo_sim.description import Scenario, load
 from afo_sim.metrics import SIDES, Need, needs
 from afo_sim.metrics.strides import strides
@@ -94,7 +94,7 @@ def torque_map(
     if angles is None:
         low, high = described.orthosis.range_of_motion
         angles = low + np.radians(np.arange(int(np.degrees(high - low) + 1.0 + 1e-9)))
-    supply, gauge = described.supply.pressure, [si(one, "Pa", "pressures") for one in pressures]
+    supply, asked = described.supply.pressure, [gauge(one, "pressures") for one in pressures]
     angles = np.array([si(angle, "rad", "angles") for angle in angles])
     stops = built.model.joint(ANKLE).range
     least, most = np.degrees([angles.min(initial=np.inf), angles.max(initial=-np.inf)])
@@ -102,7 +102,7 @@ def torque_map(
     if not lower - 1e-6 <= least <= most <= upper + 1e-6:
         problem, value = f"goes beyond the {described.leg.joint}'s stops", f"{least:g} to {most:g} deg"
         raise InputError(problem, field="angles", value=value, allowed=f"{lower:g} deg to {upper:g} deg")
-    maps = static.torque_map(built, angles, np.array(sorted({*gauge, supply})))
+    maps = static.torque_map(built, angles, np.array(sorted({*asked, supply})))
     strongest = static.torque_map(built, stops, maps[0].pressures[-1:])
     sides = {one.chamber: np.sign(one.torque.sum()) for one in strongest}
     lacking: list[tuple[tuple[str, ...], Need, np.ndarray]] = []

@@ -11,7 +11,7 @@ from afo_sim.common import InputError, Notice, Shown, SimulationError, in_unit, 
 from afo_sim.description import Limits, Scenario, load
 from afo_sim.metrics import AGAINST, Metric, Status
 from afo_sim.model import as_run, with_person
-from afo_sim.simulation import Asked, Recording, as_taken, limits_of, run_at_step, verdict_of
+from afo_sim.simulation import Asked, Recording, as_taken, limits_of, run_at_step
 from afo_sim.study.effect import AIR, CLEARANCE, HEIGHTS, METRICS, NOTICED, PITCH, Effect, defined, number
 from afo_sim.study.effects_parameters import steps
 from afo_sim.study.engine import INFEASIBLE, OK, Outcome
@@ -244,7 +244,7 @@ def effects(
         outcome = iter(who.in_order(as_taken(description, walk), cases, asked, _DOING, progress))
     base = {name: walk.metrics[name] for name in METRICS if name in walk.metrics}
     tried = [_tried(step, next(outcome), base, walk) if step.status == "run" else step for step in offered]
-    aim = aim_of({answer.name: answer.status for answer in verdict_of(walk)})
+    aim = aim_of({answer.name: answer.status for answer in walk.verdict})
     ranked = rank(tried, {name: metric.value for name, metric in base.items()}, limits_of(walk), aim)
     return Effects(aim, base, tuple(ranked), as_run(as_taken(description, walk)).timestep)
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import tomli_w
 
-from afo_sim.common import InputError, JsonMapping, assets, parse_quantity, unknown, write_sealed
+from afo_sim.common import InputError, JsonMapping, assets, quantity_at, unknown, write_sealed
 from afo_sim.physics import GAINS
 from afo_sim.walker.bounds import BOUNDS
 from afo_sim.walker.gait import OFFSETS, Vector
@@ -39,11 +39,8 @@ def read_gait(name: str | os.PathLike[str]) -> Gait:
     for key in ("speed", "pose", "gains"):
         if key not in tables:
             raise InputError("is missing", file=file, field=key)
-    value = tables["speed"]
-    try:
-        speed = float(parse_quantity(str(value), "m/s"))
-    except ValueError as error:
-        raise InputError(str(error), file=file, field="speed", value=value, allowed='"1.25 m/s"') from None
+    value = str(tables["speed"])
+    speed = quantity_at("speed", value, "m/s", file=file, allowed='"1.25 m/s"')
     if not 0.3 <= speed <= 2.5:
         raise InputError("is out of range", file=file, field="speed", value=value, allowed="0.3 to 2.5 m/s")
     spans = {name: BOUNDS[name] for name in GAINS}

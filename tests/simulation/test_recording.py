@@ -103,8 +103,9 @@ def test_a_slice_has_the_rows_from_its_start_to_before_its_end(seated: Recording
     assert np.array_equal(seated["1 s":"3 s"]["2 s":]["time"], seated["2 s":"3 s"]["time"])
     assert not hasattr(seated[10:200], "metrics")
     for bound in (1.0, "1 m", "soon", [1]):
-        with pytest.raises(InputError, match="2 s"):
+        with pytest.raises(InputError) as wrong:
             seated[bound:]
+        assert wrong.value.field == "rows"
 
 
 def test_a_mistyped_attribute_is_told_the_nearest(seated: Recording) -> None:

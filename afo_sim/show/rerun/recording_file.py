@@ -73,7 +73,11 @@ def run_scene(source: Source, carriage: Callable[[Source], Carriage], colour_by:
 
 
 def write_rrd(
-    run: Recording | pathlib.Path, path: pathlib.Path, *, rate: float | None = None, colour_by: str = "force"
+    run: Recording | pathlib.Path,
+    path: pathlib.Path,
+    *,
+    rate: float | str | None = None,
+    colour_by: str = "force",
 ) -> None:
     """Write a run, with its layout, as a Rerun file."""
     source = from_recording(run) if isinstance(run, Recording) else from_folder(run)
@@ -81,7 +85,9 @@ def write_rrd(
     _write(path, source.name, [run_scene(source, walk_scene.carriage, colour_by)], rate)
 
 
-def write_comparison(folders: list[pathlib.Path], path: pathlib.Path, *, rate: float | None = None) -> None:
+def write_comparison(
+    folders: list[pathlib.Path], path: pathlib.Path, *, rate: float | str | None = None
+) -> None:
     """Write several runs side by side on one timeline: the first solid, the others as ghosts."""
     sources = [from_folder(folder) for folder in folders]
     for source in sources:
@@ -130,7 +136,7 @@ def contents(shown: list[RunScene]) -> Contents:
     )
 
 
-def _write(path: pathlib.Path, name: str, shown: list[RunScene], rate: float | None) -> None:
+def _write(path: pathlib.Path, name: str, shown: list[RunScene], rate: float | str | None) -> None:
     """Everything of some runs."""
     with recording(path, name, blueprint(contents(shown))) as stream:
         log_still(stream, shown)
@@ -157,7 +163,7 @@ def log_still(stream: rr.RecordingStream, shown: list[RunScene]) -> None:
             walk_scene.log_walker_styles(stream, run.walker)
 
 
-def _write_run(stream: rr.RecordingStream, run: RunScene, rate: float | None) -> None:
+def _write_run(stream: rr.RecordingStream, run: RunScene, rate: float | str | None) -> None:
     """Log all of one run that changes, block by block."""
     source, every = run.source, run.source.every(rate)
     finder = events.EventFinder(source)

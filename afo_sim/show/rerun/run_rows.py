@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import rerun as rr
 
-from afo_sim.common import Foreign, InputError
+from afo_sim.common import Foreign, InputError, si
 from afo_sim.description import Scenario, body_mass
 from afo_sim.metrics import SOLVED
 from afo_sim.model import as_run
@@ -72,9 +72,9 @@ class Source:
         parts = (c.split("/") for c in self.columns)
         return list(dict.fromkeys(p[1] for p in parts if p[0] == kind))
 
-    def every(self, rate: float | None) -> int:
+    def every(self, rate: float | str | None) -> int:
         """Rows from one sample to the next at a rate [Hz]; 1 keeps all."""
-        return 1 if rate is None else max(1, round(self.rate / rate))
+        return 1 if rate is None else max(1, round(self.rate / si(rate, "Hz", "rate")))
 
 
 def from_recording(recording: Recording) -> Source:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from scipy.special import ndtri
 
-from afo_sim.common import InputError, format_quantity, nearest_name, parse_quantity
+from afo_sim.common import InputError, format_quantity, nearest_name, quantity_at
 from afo_sim.description import Field, Muscle, Scenario, field_at, holder, leaves
 from afo_sim.description.reader import split_key
 from afo_sim.model import recorded_stride, stride_time_of
@@ -185,10 +185,7 @@ def _distribution(
         text = getattr(table, option)
         if text is None:
             return default
-        try:
-            return parse_quantity(text, unit)
-        except ValueError as error:
-            raise InputError(str(error), field=f"parameters.{name}.{option}", value=text) from None
+        return quantity_at(f"parameters.{name}.{option}", text, unit)
 
     relative = table.relative_within if table.relative_sd is None else table.relative_sd
     width = table.factor_sd_measured if measured else table.factor_sd
