@@ -59,7 +59,7 @@ class Program:
             os._exit(self._final_message(Stopped()))
         raise Stopped
 
-    def _swallowed(self, unraisable: sys.UnraisableHookArgs) -> None:
+    def _swallowed(self, unraisable: "sys.UnraisableHookArgs") -> None:
         """Send a signal again that came in a destructor or a callback, where nothing can be raised."""
         if isinstance(unraisable.exc_value, Stopped) and self.received:
             threading.Timer(0.01, signal.raise_signal, [self.received.pop()]).start()
