@@ -1,6 +1,7 @@
 """README, scripts and the wheel do what they say."""
 
 import contextlib
+import inspect
 import itertools
 import json
 import os
@@ -122,6 +123,69 @@ def test_help_and_documents_have_every_command_in_its_group() -> None:
         assert f"`{law}`" in PAGES["physics"]
 
 
+def test_the_names_that_are_promised_and_the_others_are_all_names() -> None:
+    import afo_sim
+
+    section = PAGES["python"].split("## What is promised\n")[1].split("\n## ")[0]
+    items, others = section.split("\nNot promised: ")
+    promised = [name for name in re.findall(r"`([A-Za-z_]+)`", items) if name not in ("scenario", "orthosis")]
+    experimental = re.findall(r"`([A-Za-z_]+)`", others.split("Their")[0])
+    assert sorted(promised + experimental) == sorted(afo_sim.__all__)
+    assert len(promised) <= 36
+
+
+# Of a command alone: files that it writes, how it prints, and which of its kinds is meant.
+OF_COMMANDS = {
+    "out",
+    "rrd",
+    "force",
+    "as_json",
+    "numbers",
+    "live",
+    "plain",
+    "change",
+    "spreads",
+    "bench",
+    "free",
+}
+OF_COMMANDS |= {
+    "patients",
+    "spring",
+    "draws",
+    "vary",
+    "uncertainty",
+    "package",
+    "to",
+    "mjb",
+    "worn",
+    "data",
+    "air",
+}
+OF_COMMANDS |= {"walker", "rate", "report", "extension"}
+
+
+def test_options_are_called_as_the_arguments_of_their_function() -> None:
+    from typer.main import get_command
+
+    import afo_sim
+    from afo_sim.cli import app
+    from afo_sim.study.sizing.result import KINDS
+
+    commands, seen = get_command(app).commands, set()  # type: ignore[attr-defined]
+    for name in ("run", "walk", "both", "torque-map", "size", "stand", "fit", "credibility", "attach"):
+        arguments = set(inspect.signature(getattr(afo_sim, name.replace("-", "_"))).parameters)
+        if name == "size":
+            arguments |= {"cadence", *(each for kind in KINDS.values() for each in kind.options)}
+        for option in commands[name].params:
+            several = {option.name, f"{option.name}s"}
+            long = {each.removeprefix("--").replace("-", "_") for each in option.opts}
+            if option.param_type_name == "option" and not several & OF_COMMANDS:
+                assert several & arguments, (name, option.name)
+                assert long & {option.name, (option.name or "").removesuffix("s"), "left_set"}, (name, long)
+                seen.add(option.name)
+    assert len(seen) > 40
+
+
 @nightly("what lands a change builds the wheel and runs it")
 @pytest.mark.slow
 def test_wheel_carries_its_products_and_runs_alone(tmp_path: pathlib.Path) -> None:
@@ -236,7 +300,7 @@ def test_options_that_the_documents_name_are_there() -> None:
     # of Slurm, of Dask, of pytest, and of scripts/
     foreign = {"--array", "--cpus-per-task", "--nthreads", "--nworkers", "--port", "--dist"}
     foreign |= {"--dashboard-address", "--host", "--protocol"}
-    foreign |= {"--check", "--cost", "--mjcf", "--parts", "--walkers", "--write"}
+    foreign |= {"--strict", "--check", "--cost", "--mjcf", "--parts", "--walkers", "--write"}
     known = options(get_command(app)) | {"--help"}
     assert not set(re.findall(r"(?<![\w-])--[a-z][a-z-]+", TEXT)) - known - foreign
 

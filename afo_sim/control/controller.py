@@ -4,6 +4,8 @@ import importlib
 from collections.abc import Mapping
 from typing import Protocol
 
+import numpy as np
+
 from afo_sim.control.command import Command
 from afo_sim.description import ControllerDescription, Scenario
 
@@ -22,7 +24,7 @@ class Observation(Protocol):
     def __getitem__(self, column: str) -> float:
         """The last sample of a column; InputError where there is no such column."""
 
-    def rows(self, column: str) -> "object":
+    def rows(self, column: str) -> np.ndarray:
         """All samples of a column since the last command (n,)."""
 
 
@@ -32,7 +34,7 @@ Told = Mapping[str, float]  # what a controller reports beside its commands, by 
 class Controller(Protocol):
     """What chooses the commands of the next control period. Any function of an observation is one."""
 
-    def __call__(self, seen: Observation) -> Mapping[str, Command]:
+    def __call__(self, seen: Observation, /) -> Mapping[str, Command]:
         """The commands by chamber."""
 
 
