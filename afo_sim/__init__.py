@@ -19,7 +19,7 @@ from typing import Any
 
 import lazy_loader
 
-from afo_sim.common import RENAMED, RETIRED, missing_extra, older, show_with
+from afo_sim.common import RENAMED, RETIRED, missing_extra, older, show_with, takes_older
 
 # A name is imported when it is first asked for: MuJoCo and numba take a second, `afo-sim --help` must not.
 _resolve, _, __all__ = lazy_loader.attach_stub(__name__, __file__)
@@ -44,6 +44,8 @@ def __getattr__(name: str) -> Any:
         from afo_sim.common import register_installed
 
         register_installed()
+    if any(entry.startswith(f"{name}(") for entry in RENAMED):
+        globals()[name] = found = takes_older(found)
     return found
 
 

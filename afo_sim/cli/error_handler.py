@@ -17,16 +17,7 @@ from pathlib import Path
 import typer
 from typer.core import TyperGroup
 
-from afo_sim.common import (
-    RENAMED,
-    RETIRED,
-    AfoSimError,
-    Foreign,
-    InputError,
-    check_encoding,
-    notice,
-    safe_children,
-)
+from afo_sim.common import RETIRED, AfoSimError, Foreign, InputError, check_encoding, newer, safe_children
 
 _BUG, _INTERRUPTED = 70, 130  # exit codes; those of input are AfoSimError's
 _PACKAGES = ("afo-sim", "mujoco", "numpy", "numba", "scipy", "pyarrow", "rerun-sdk", "matplotlib", "typer")
@@ -57,15 +48,7 @@ class Commands(TyperGroup):
 
     def resolve_command(self, ctx: Foreign, args: list[str]) -> Foreign:
         """The command and the rest of the line; of older words what they are now, and one line each."""
-        asked, words = f"{ctx.command_path} {args[0]}", list[str]()
-        for number, word in enumerate(args):
-            option, equals, value = word.partition("=")
-            name = f"{asked} {option}" if number else asked
-            if name in RENAMED:
-                print(f"warning: {notice(name, RENAMED[name])}", file=sys.stderr)
-                word = RENAMED[name].removeprefix("afo-sim ") + equals + value
-            words.append(word)
-        return super().resolve_command(ctx, words)
+        return super().resolve_command(ctx, newer(ctx.command_path, args))
 
     def get_command(self, ctx: Foreign, name: str) -> Foreign:
         """A command by its name; of one that is no more, an error that says what to use."""

@@ -81,7 +81,7 @@ from .reading import read_text as read_text
 from .reading import unpack as unpack
 from .retired import RENAMED as RENAMED
 from .retired import RETIRED as RETIRED
-from .retired import notice as notice
+from .retired import newer as newer
 from .retired import older as older
 from .retired import refuse_retired as refuse_retired
 from .retired import takes_older as takes_older

@@ -2,6 +2,7 @@
 
 import functools
 import importlib
+import sys
 import warnings
 from collections.abc import Callable
 from typing import NoReturn, ParamSpec, TypeVar, cast
@@ -60,6 +61,19 @@ def older(name: str) -> Mixed:
     module, _, attribute = ANSWERS.get(name, RENAMED[name]).partition(":")
     found = importlib.import_module(module)
     return getattr(found, attribute) if attribute else found
+
+
+def newer(program: str, args: list[str]) -> list[str]:
+    """A command and what follows it, as they are called now; a line on stderr of each older word."""
+    asked, words = f"{program} {args[0]}", list[str]()
+    for number, word in enumerate(args):
+        option, equals, value = word.partition("=")
+        name = f"{asked} {option}" if number else asked
+        if name in RENAMED:
+            print(f"warning: {notice(name, RENAMED[name])}", file=sys.stderr)
+            word = RENAMED[name].removeprefix(f"{program} ") + equals + value
+        words.append(word)
+    return words
 
 
 def notice(name: str, now: str) -> str:

@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
-from typing import Any, Protocol
+from typing import Any, Protocol, overload
 
 import numpy as np
 
@@ -12,7 +12,10 @@ from afo_sim.common import InputError, si
 from afo_sim.physics import LAWS, AtRest, Braid, LawVolume, muscle_volume, row, rubber_force, tension
 
 _Amount = float | str | Sequence[Any] | np.ndarray  # an SI number, a text as "3 bar", an array of them
-_Found = Any  # a float of plain numbers, an array of arrays
+_One = float | str
+_OneOr = _One | None
+_Or = _Amount | None
+_Found = Any  # a float of plain numbers, an array where one of them is an array: the overloads say so
 
 
 class _Muscle(Protocol):
@@ -45,6 +48,16 @@ class RestCurves:
     them it is extrapolated. Below zero contraction the braid's stiffness carries.
     """
 
+    @overload
+    def force(  # type: ignore[overload-overlap]
+        self: _Muscle, pressure: _One, *, contraction: _OneOr = None, length: _OneOr = None,
+        series_stiffness: _One = ..., offset: _One = ...,
+    ) -> float: ...  # fmt: skip
+    @overload
+    def force(
+        self: _Muscle, pressure: _Amount, *, contraction: _Or = None, length: _Or = None,
+        series_stiffness: _Amount = ..., offset: _Amount = ...,
+    ) -> np.ndarray: ...  # fmt: skip
     def force(
         self: _Muscle, pressure: _Amount, *, contraction: _Amount | None = None,
         length: _Amount | None = None, series_stiffness: _Amount = math.inf, offset: _Amount = 0.0,
@@ -98,6 +111,10 @@ class RestCurves:
 
         return _over(pull, kappa, _si("pressure", pressure, "Pa"), stiffness, gained)
 
+    @overload
+    def contraction(self: _Muscle, pressure: _One, *, force: _One) -> float: ...  # type: ignore[overload-overlap]
+    @overload
+    def contraction(self: _Muscle, pressure: _Amount, *, force: _Amount) -> np.ndarray: ...
     def contraction(self: _Muscle, pressure: _Amount, *, force: _Amount) -> _Found:
         """Contraction ratio at which a force is carried: where a hung weight comes to rest.
 
@@ -124,9 +141,13 @@ class RestCurves:
         gauge, pull = _si("pressure", pressure, "Pa"), _si("force", force, "N")
         return _over(lambda gauge, pull: bare.contraction(gauge, pull, lock), gauge, pull)
 
+    @overload
+    def pressure(self: _Muscle, force: _One, *, contraction: _OneOr = ..., length: _OneOr = ...) -> float: ...  # type: ignore[overload-overlap]
+    @overload
     def pressure(
-        self: _Muscle, force: _Amount, *, contraction: _Amount | None = None, length: _Amount | None = None
-    ) -> _Found:
+        self: _Muscle, force: _Amount, *, contraction: _Or = ..., length: _Or = ...
+    ) -> np.ndarray: ...
+    def pressure(self: _Muscle, force: _Amount, *, contraction: _Or = None, length: _Or = None) -> _Found:
         """Lowest pressure that carries a force.
 
         Parameters
@@ -153,12 +174,16 @@ class RestCurves:
         pull, kappa = _si("force", force, "N"), _contraction(self, contraction, length)
         return _over(lambda pull, kappa: bare.pressure(pull, kappa, highest), pull, kappa)
 
+    @overload
     def volume(
-        self: _Muscle,
-        *,
-        contraction: _Amount | None = None,
-        length: _Amount | None = None,
-        pressure: _Amount = 3e5,
+        self: _Muscle, *, contraction: _OneOr = ..., length: _OneOr = ..., pressure: _One = ...
+    ) -> float: ...  # type: ignore[overload-overlap]
+    @overload
+    def volume(
+        self: _Muscle, *, contraction: _Or = ..., length: _Or = ..., pressure: _Amount = ...
+    ) -> np.ndarray: ...
+    def volume(
+        self: _Muscle, *, contraction: _Or = None, length: _Or = None, pressure: _Amount = 3e5
     ) -> _Found:
         """Volume of air in the muscle: its law's, or the ideal braid's where that is not plausible.
 

@@ -4,7 +4,7 @@ import os
 from collections.abc import Mapping, Sequence
 from typing import overload
 
-from afo_sim.common import Given, InputError, JsonMapping, Keywords, Mixed, TableLike, takes_older
+from afo_sim.common import Given, InputError, JsonMapping, Keywords, Mixed, TableLike
 from afo_sim.description import Orthosis, Scenario
 from afo_sim.lab.law_result import StaticFit, fit_laws
 from afo_sim.lab.run_fit import FitRun, fit_run
@@ -37,7 +37,6 @@ def fit(
     hold_out: str | TableLike = ..., chamber: str | None = ..., torque: str | None = ...,
     rates: Mapping[str, object] | None = ..., progress: Progress | None = ...,
 ) -> TorqueFit: ...  # fmt: skip
-@takes_older
 def fit(
     data: TableLike, *, law: str | None = None, scenario: Given = None, orthosis: Given = None,
     free: Sequence[str] | None = None, hold_out: Mixed = None, test: TableLike = None,

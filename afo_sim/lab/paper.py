@@ -11,7 +11,7 @@ import functools
 from collections import Counter
 from dataclasses import dataclass
 
-from afo_sim.common import JsonDict, Shown, assets, takes_older, unknown
+from afo_sim.common import JsonDict, Shown, assets, unknown
 from afo_sim.lab import paper_values
 from afo_sim.lab.validation import brief, published
 from afo_sim.lab.validation_row import Report, Row, counted
@@ -80,7 +80,6 @@ class Paper(Shown):
         return [claim for claim in self.claims if claim.kind == kind]
 
 
-@takes_older
 def paper(name: str, progress: Report = None) -> Paper:
     """One of the four papers beside the simulator.
 

@@ -18,7 +18,6 @@ from afo_sim.common import (
     parse_quantity,
     quantity_at,
     si,
-    takes_older,
     unknown,
 )
 from afo_sim.description import Muscle
@@ -76,7 +75,6 @@ class Stand(Shown):
         return table_of(self.trials)
 
 
-@takes_older
 def stand(
     test: str,
     muscle: AnyMuscle | Sequence[AnyMuscle],

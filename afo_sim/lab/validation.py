@@ -3,7 +3,7 @@
 from collections import Counter
 from collections.abc import Sequence
 
-from afo_sim.common import Shown, takes_older
+from afo_sim.common import Shown
 from afo_sim.lab.paper_values import rows_of, validated
 from afo_sim.lab.validation_row import Report, Row, counted
 
@@ -19,7 +19,6 @@ class Validation(Shown, list[Row]):
         return f"<Validation: {verdict(self)}>"
 
 
-@takes_older
 def validate(progress: Report = None) -> Validation:
     """Compare what was published with what is simulated.
 

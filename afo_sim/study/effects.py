@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal, Self
 
-from afo_sim.common import InputError, Notice, Shown, SimulationError, in_unit, takes_older, titles
+from afo_sim.common import InputError, Notice, Shown, SimulationError, in_unit, titles
 from afo_sim.description import Limits, Scenario, load
 from afo_sim.metrics import AGAINST, Metric, Status
 from afo_sim.model import as_run, with_person
@@ -183,7 +183,6 @@ class Effects(Shown):
         return f"<Effects for {self.aim!r}, {run} steps run: {steps}>"
 
 
-@takes_older
 def effects(
     scenario: str | os.PathLike[str] | Scenario | Mapping[str, Any],
     sets: Mapping[str, Any] | None = None,

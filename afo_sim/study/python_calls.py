@@ -7,7 +7,7 @@ import tempfile
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from afo_sim.common import InputError, takes_older
+from afo_sim.common import InputError
 from afo_sim.description import load
 from afo_sim.metrics import OwnMetric
 from afo_sim.simulation import Recording
@@ -80,7 +80,6 @@ def sweep(
         return runner.sweep(plan, folder, threads=threads)
 
 
-@takes_older
 def optimise(
     scenario: Any,
     parameters: Mapping[str, Any],

@@ -4,7 +4,7 @@ import os
 from collections.abc import Mapping, Sequence
 from typing import Any, get_args
 
-from afo_sim.common import InputError, takes_older, unknown
+from afo_sim.common import InputError, unknown
 from afo_sim.description import Pressure, Quantity, Scenario, TubeLength, load
 from afo_sim.study.pool import Report
 from afo_sim.study.sizing.limits import EXAMPLES, read_requirements, usual
@@ -23,7 +23,6 @@ _QUANTITIES: dict[str, Quantity] = {
 _MOST = 8  # parallel muscles that are tried
 
 
-@takes_older
 def size(
     kind: str,
     scenario: str | os.PathLike[str] | Scenario | Mapping[str, Any],
