@@ -36,6 +36,7 @@ from .errors import CallbackError as CallbackError
 from .errors import ControllerError as ControllerError
 from .errors import InputError as InputError
 from .errors import SimulationError as SimulationError
+from .errors import likeness as likeness
 from .errors import nearest_name as nearest_name
 from .errors import unknown as unknown
 from .extending import identities as identities

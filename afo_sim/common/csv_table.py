@@ -1,7 +1,6 @@
 """CSV files that people bring: a table with units in its titles, below lines "# key: value"."""
 
 import csv
-import difflib
 import io
 import math
 import os
@@ -11,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from afo_sim.common.errors import InputError
+from afo_sim.common.errors import InputError, likeness, nearest_name
 from afo_sim.common.magnitude import LARGEST, LEAST, plausible
 from afo_sim.common.reading import read_foreign
 from afo_sim.common.sealing import SEALED, check_text
@@ -22,6 +21,7 @@ _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?$")
 _SHOWN = re.compile(r"[+-]?\d*[.,]?\d+(?:[eE][+-]?\d+)?")  # a number in a spreadsheet
 _SEPARATOR = re.compile(r'"?sep=.?"?[,;\t]*', re.IGNORECASE)  # a spreadsheet's first line
 _MARKS, _PADDING = (",", ";", "\t"), ",;\t "  # between cells; what follows the last one
+_MISTYPED = 0.75  # likeness from which on a header line is no comment
 _LARGEST_CSV = 2**26  # bytes; an hour of 15 columns at 100 Hz is less
 RATIOS = {"-": 1.0, "1": 1.0, "%": 0.01}  # units of what has no dimension
 
@@ -160,15 +160,15 @@ def read_facts(table: Table, units: dict[str, str | None]) -> dict[str, Any]:
     facts: dict[str, Any] = {}
     for key, text in table.facts.items():
         if key not in units:
-            nearest = difflib.get_close_matches(key, list(units), n=1, cutoff=0.75)
-            if nearest:
+            nearest = nearest_name(key, units)
+            if nearest and likeness(key, nearest) > _MISTYPED:
                 raise InputError(
                     "is an unknown header line",
                     file=table.file,
                     field=key,
                     value=text,
                     allowed=", ".join(units),
-                    nearest=nearest[0],
+                    nearest=nearest,
                 )
             continue  # a comment
         unit = units[key]

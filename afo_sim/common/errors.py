@@ -1,10 +1,12 @@
 """What can go wrong, in words for the person who can mend it."""
 
-import difflib
+import operator
+import re
 from collections.abc import Callable, Iterable
 from typing import Any
 
 Rename = Callable[[str], str]
+_LONGEST = 100  # letters of a name that is compared with others
 
 
 class AfoSimError(Exception):
@@ -120,9 +122,62 @@ def unknown(
 
 
 def nearest_name(name: str, names: Iterable[str]) -> str | None:
-    """The valid name that looks most like `name`, or None."""
-    found = difflib.get_close_matches(name, list(names), n=1, cutoff=0.5)
-    return found[0] if found else None
+    """The valid name that `name` most likely means, or None where none is near."""
+    found = {other: likeness(name, other) for other in names}
+    best = max(found, key=lambda other: found[other], default=None)
+    return best if best is not None and found[best] > 0.0 else None
+
+
+def likeness(name: str, other: str) -> float:
+    """How alike a mistyped name and a valid one are: 1 but for case and separators, 0 where they are not.
+
+    Of what is not the same word in both, one letter or a third of all may be wrong. A name may also be some
+    of the other's words in any order, by their beginnings or with a letter wrong; numbers are all alike.
+    """
+    if max(len(name), len(other)) > _LONGEST:
+        return float(name == other)
+    words, others = (re.findall(r"[^\W_]+", each.lower()) for each in (name, other))
+    length = max(sum(map(len, words)), sum(map(len, others)), 1)
+    if "".join(words) == "".join(others):
+        return 1.0
+    own, valid = ("".join(w for w in a if w not in b) for a, b in ((words, others), (others, words)))
+    differing = max(len(own), len(valid))
+    most = max(differing // 3, int(differing > 1))
+    if (wrong := _mistypings(own, valid, most)) <= most:
+        return 1.0 - (wrong + 0.1) / length
+    if len(own) > 1 and 3 * len(own) >= len(valid) and valid.startswith(own):
+        return 0.6 * len(own) / length
+    few, many = sorted((words, others), key=lambda each: sum(map(len, each)))
+    found = [max(_meant(word, each) for each in many) for word in few]
+    telling = all(found) and any(len(word) > 1 and not word.isdigit() for word in few)
+    share = sum(map(operator.mul, found, map(len, few))) / length
+    return 0.6 * share if telling else 0.0
+
+
+def _meant(word: str, other: str) -> float:
+    """How far a word stands for another: 1 of the same, less of its beginning, one letter wrong, a number."""
+    begun = len(word) > 3 and other.startswith(word)
+    mistyped = len(word) > 4 and _mistypings(word, other, 1) < 2
+    number = word.isdigit() and other.isdigit()
+    return 1.0 if word == other else 0.5 * (begun or mistyped) or 0.4 * number
+
+
+def _mistypings(name: str, other: str, most: int) -> int:
+    """Letters left out, added, exchanged, or swapped with the next (Damerau 1964); above `most` of more."""
+    if abs(len(name) - len(other)) > most:
+        return most + 1
+    last: list[int] = []
+    row = [*range(len(other) + 1)]
+    for i, letter in enumerate(name):
+        before, last, row = last, row, [i + 1]
+        for j, its in enumerate(other):
+            least = min(last[j + 1] + 1, row[j] + 1, last[j] + (letter != its))
+            if i and j and (letter, its) == (other[j - 1], name[i - 1]):
+                least = min(least, before[j - 1] + 1)
+            row.append(least)
+        if min(*last, *row) > most:
+            return most + 1
+    return row[-1]
 
 
 def no_attribute(thing: object, name: str) -> AttributeError:

@@ -5,7 +5,6 @@ second of each start. Here they are read when somebody asks what a field means.
 """
 
 import ast
-import difflib
 import functools
 import inspect
 import itertools
@@ -20,7 +19,7 @@ from typing import Annotated, Any, Literal, get_args, get_origin
 
 from pydantic import BaseModel
 
-from afo_sim.common import InputError
+from afo_sim.common import InputError, likeness
 from afo_sim.description.air.regulator import Regulator
 from afo_sim.description.air.source import Source
 from afo_sim.description.air.tube import Tube
@@ -46,7 +45,6 @@ SETS: dict[Any, Mapping[str, Any]] = {LawSet: LAWS, FrictionSet: FRICTIONS}  # t
 ALSO = {"from_ankle": "from_joint"}
 ALSO_OF_LEG = ALSO | {"proximal": "shank", "distal": "foot", "hinge": "ankle"}
 _RANGES = ("pressure_range", "contraction_range")  # of a law's table, beside its parameters
-_MISSPELT = 0.6  # likeness from which on a name counts as a misspelt one
 
 
 @dataclass(frozen=True)
@@ -247,18 +245,13 @@ def nearest_key(
     path: Path, known: Iterable[Leaf], beside: Iterable[str] = (), root: object = None
 ) -> str | None:
     """The key that an unknown one most likely means, on whatever level."""
-
-    def likeness(name: str) -> float:
-        match = difflib.SequenceMatcher(None, path[-1], name)
-        return match.ratio() if match.real_quick_ratio() > 0.5 * _MISSPELT else 0.0  # a long key takes long
-
-    found = [(likeness(name) + 0.05, True, 0, name) for name in beside]
+    found = [(likeness(path[-1], name), 0.05, True, 0, name) for name in beside]
     for leaf in known:
         shared = sum(part in leaf.path for part in path[:-1])  # "orthosis.conductance" means an orthosis'
         there = holder(root, leaf.path) is not None
-        found.append((likeness(leaf.path[-1]) + 0.01 * shared, there, -len(leaf.path), leaf.key))
-    best = max(found, key=lambda entry: entry[:3], default=(0.0, False, 0, ""))
-    return best[3] if best[0] >= _MISSPELT else None
+        found.append((likeness(path[-1], leaf.path[-1]), 0.01 * shared, there, -len(leaf.path), leaf.key))
+    near = [entry for entry in found if entry[0] > 0.0]
+    return max(near, key=lambda entry: (entry[0] + entry[1], *entry[2:4]))[4] if near else None
 
 
 def child_of(node: Any, name: str) -> Any:

@@ -431,7 +431,7 @@ def test_columns_in_memory_are_the_file(tmp_path: pathlib.Path) -> None:
         ({"law": "tondu_lopez_2000", "fixed": {"kk": 1.0}}, "fixed", "is not a parameter of any law"),
         ({"law": "tondu_lopez_2000", "fixed": {"braid_angle": "0 deg"}}, "fixed.braid_angle", "out of range"),
         ({"law": "tondu_lopez_2000", "fixed": {"braid_angle": "25"}}, "fixed.braid_angle", "has no unit"),
-        ({"facts": {"boar": "2 cm"}}, "facts", "did you mean 'bore'"),
+        ({"facts": {"bor": "2 cm"}}, "facts", "did you mean 'bore'"),
         ({"facts": {"bore": "2 s"}}, "facts.bore", "does not convert"),
         ({"facts": {"bore": "0 mm"}}, "facts.bore", "0.05 to 20 cm"),
         ({"like": "s1_215"}, "like", "s1_215mm"),
