@@ -133,7 +133,7 @@ def show_folder(folder: Path, out: Path | None, metrics: list[str], best: int) -
         print(remark)
     target = out or folder / FIGURES
     with common.progress("drawing"):
-        paths = write_figures(found, target, found.objectives)
+        paths = write_figures(found, target)
     print(f"figures in {target}: {', '.join(path.name for path in paths) or 'none'}")
 
 

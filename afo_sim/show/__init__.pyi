@@ -20,7 +20,6 @@ from .numbers import of_walker as of_walker
 from .numbers import printed as printed
 from .numbers import undefined as undefined
 from .numbers import unseen as unseen
-from .panels import legend as legend
 from .paper_page import write_paper as write_paper
 from .report import write_report as write_report
 from .report_figures import WIDTH as WIDTH
@@ -34,10 +33,8 @@ from .stand_files import target as target
 from .stand_files import write_replays as write_replays
 from .stand_files import write_stand_files as write_stand_files
 from .style import BLUE as BLUE
-from .style import COLOURS as COLOURS
 from .style import GREY as GREY
 from .style import NORM as NORM
-from .style import ORANGE as ORANGE
 from .style import RED as RED
 from .style import RUN_STYLES as RUN_STYLES
 from .style import RUNS as RUNS
@@ -45,15 +42,10 @@ from .style import STYLE as STYLE
 from .style import write_figure as write_figure
 from .sweep_figures import FIGURES as FIGURES
 from .sweep_figures import drawings as drawings
-from .sweep_figures import show as show
 from .sweep_tables import tables as tables
 from .torque_bench import write_torque_figure as write_torque_figure
 from .torque_map_figure import draw as draw
-from .verdict_texts import INDENT as INDENT
-from .verdict_texts import badge as badge
-from .verdict_texts import limit as limit
 from .video import write_video as write_video
-from .walk_panels import INTERNAL as INTERNAL
 from .walker_doses import doses_of as doses_of
 from .walker_doses import draw_doses as draw_doses
 from .walker_page import write_pictures as write_pictures

@@ -9,9 +9,8 @@ import numpy as np
 
 from afo_sim.common import Foreign, JsonDict, check_writable, together
 from afo_sim.show.style import BLUE, RED, Axes, Figure, plain, wrapped, write_figure
-from afo_sim.study import Better, Findings, Indices, Results, chosen, pareto_front, scale, spread, varied
+from afo_sim.study import Better, Findings, Indices, Results, pareto_front, scale, spread, varied
 from afo_sim.study.analysis import Effect, levels_of
-from afo_sim.study.findings import findings
 
 FIGURES = "figures"  # the folder in a sweep's own
 _IN_ONE = 3  # metrics in one figure
@@ -26,26 +25,12 @@ _MOST_NUMBERS = 64  # cells of a heat map up to which the value is written into 
 _FULL, _PALE = BLUE, "#a9cfe8"
 
 
-def show(
-    results: Results,
-    out_dir: pathlib.Path,
-    metrics: Sequence[str] | None = None,
-    objectives: Mapping[str, Better] | None = None,
-) -> list[pathlib.Path]:
-    """Write the figures of a sweep as PNG, each whole or not at all."""
-    found = findings(results, chosen(results, list(metrics or ())))
-    asked = [f"{name}:{end}" for name, end in (objectives or {}).items()]
-    return write_figures(found, out_dir, chosen(results, asked) if asked else found.objectives)
-
-
-def write_figures(
-    findings: Findings, folder: pathlib.Path, objectives: Mapping[str, Better]
-) -> list[pathlib.Path]:
-    """Write every figure that the findings have something for; parameters as in `show`."""
+def write_figures(found: Findings, folder: pathlib.Path) -> list[pathlib.Path]:
+    """Write every figure that the findings have something for as PNG, each whole or not at all."""
     check_writable(folder)
     names = []
     with together(folder) as scratch:
-        for name, size, fill in [*drawings(findings), *fronts(findings.results, objectives)]:
+        for name, size, fill in [*drawings(found), *fronts(found.results, found.objectives)]:
             names.append(f"{name}.png")
             write_figure(scratch / names[-1], size, fill)
     return [folder / name for name in names]

@@ -61,11 +61,49 @@ MISTYPED = {
         "max_toe_clearance": "toe_clearance", "skin_presure": "cuff_skin_pressure",
     },
 }  # fmt: skip
-UNRELATED = (
-    "bar baz banana xyz hello world python abc data main thing house river guitar window yellow monday "
-    "elephant quantum keyboard coffee blanket engine server cloud kernel camera pencil foobar qwerty lorem "
-    "ipsum zebra violin market cottage sugar thunder carpet ?? mountain"
-).split()
+UNRELATED = [
+    "bar",
+    "baz",
+    "banana",
+    "xyz",
+    "hello",
+    "world",
+    "python",
+    "abc",
+    "data",
+    "main",
+    "thing",
+    "house",
+    "river",
+    "guitar",
+    "window",
+    "yellow",
+    "monday",
+    "elephant",
+    "quantum",
+    "keyboard",
+    "coffee",
+    "blanket",
+    "engine",
+    "server",
+    "cloud",
+    "kernel",
+    "camera",
+    "pencil",
+    "foobar",
+    "qwerty",
+    "lorem",
+    "ipsum",
+    "zebra",
+    "violin",
+    "market",
+    "cottage",
+    "sugar",
+    "thunder",
+    "carpet",
+    "??",
+    "mountain",
+]
 
 
 @pytest.mark.parametrize(

@@ -20,11 +20,15 @@ from afo_sim.cli.sweep import show_folder
 from afo_sim.common import InputError
 from afo_sim.show import style
 from afo_sim.show import sweep_figures as figures
-from afo_sim.study import analysis, read, scales
+from afo_sim.study import Results, analysis, read, scales
 from afo_sim.study.findings import EXACT, effects_of, findings, indices
 
 PI = {"x1": (-np.pi, np.pi), "x2": (-np.pi, np.pi), "x3": (-np.pi, np.pi)}
 FILES = {"distributions.png", "main_effects.png", "maps.png", "pareto.png"}
+
+
+def drawn(results: Results, folder: pathlib.Path, metrics: list[str]) -> list[pathlib.Path]:
+    return figures.write_figures(findings(results, scales.chosen(results, metrics)), folder)
 
 
 def bare(columns: dict[str, np.ndarray]) -> dict[str, tuple[np.ndarray, str]]:
@@ -483,13 +487,13 @@ def test_words_failures_constants_and_one_parameter_are_drawn(tmp_path: pathlib.
     y |= {"never": (np.full(16, np.nan), "s"), "depth": (-1e-3 * pressure, "mm")}
     failed = {1: ("unstable", "NaN"), 2: ("error", "out of memory"), 3: ("unstable", "NaN")}
     results = read(write_sweep(tmp_path / "a", design, x, y, failed=failed))
-    paths = figures.show(results, tmp_path / "f", list(y))
+    paths = drawn(results, tmp_path / "f", list(y))
     assert {path.name for path in paths} == FILES
     assert all(shade(path) > 0.005 for path in paths)
     assert "no case has a value of never" in findings(results, dict.fromkeys(y, "lowest")).remarks
     one = {"pressure": x["pressure"]}
     alone = read(write_sweep(tmp_path / "b", design, one, {"force": y["force"]}))
-    assert {p.name for p in figures.show(alone, tmp_path / "g")} == {"distributions.png", "main_effects.png"}
+    assert {p.name for p in drawn(alone, tmp_path / "g", [])} == {"distributions.png", "main_effects.png"}
 
 
 @pytest.mark.slow
@@ -525,12 +529,10 @@ def test_four_metrics_take_two_figures(tmp_path: pathlib.Path, monkeypatch: pyte
     x = design_of(40)
     y = {name: (np.random.default_rng(k).random(40), "s") for k, name in enumerate("abcd")}
     results = read(write_sweep(tmp_path, "random", x, y))
-    names = {path.name for path in figures.show(results, tmp_path / "f", list("abcd"))}
+    names = {path.name for path in drawn(results, tmp_path / "f", list("abcd"))}
     assert names == FILES | {"distributions_2.png", "main_effects_2.png", "maps_2.png"}
-    only = figures.show(results, tmp_path / "g", ["a"], {"b": "lowest", "c": "highest"})
-    assert {path.name for path in only} == FILES
     with pytest.raises(InputError, match="no such metric"):
-        figures.show(results, tmp_path / "h", ["a"], {"z": "lowest"})
+        drawn(results, tmp_path / "h", ["z"])
 
 
 def test_every_case_failed(tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -173,18 +173,10 @@ def log_limits(stream: rr.RecordingStream, sources: list[Source], ends: Columns)
     """Log the lines' limits: the device's range of motion, and the floor."""
     for device in [source for source in sources if source.named("muscle")][:1]:
         limits = np.degrees(device.scenario.orthosis.range_of_motion)
-        _level(stream, "angle/range", "range of motion", colours.RANGE, limits, ends)
+        levels = np.tile(limits, (2, 1))
+        log_line(stream, "angle/range", ends, levels, "range of motion", colours.RANGE, 1.0)
     if any(source.walks for source in sources):
-        _level(stream, "clearance/floor", "floor", colours.FLOOR, np.zeros(1), ends)
-
-
-def _level(
-    stream: rr.RecordingStream, entity: str, name: str, colour: list[int], levels: np.ndarray, ends: Columns
-) -> None:
-    count = len(levels)
-    style = rr.SeriesLines(names=[name] * count, colors=[colour] * count, widths=[1.0] * count)
-    stream.log(entity, style, static=True)
-    send(stream, entity, ends, rr.Scalars.columns(scalars=np.tile(levels, (2, 1))))
+        log_line(stream, "clearance/floor", ends, np.zeros(2), "floor", colours.FLOOR, 1.0)
 
 
 def log_line(
@@ -196,8 +188,10 @@ def log_line(
     colour: list[int],
     width: float = _USUAL,
 ) -> None:
-    """One line with its name, colour and width."""
-    stream.log(entity, rr.SeriesLines(names=[name], colors=[colour], widths=[width]), static=True)
+    """One line, or as many alike as there are columns, with their name, colour and width."""
+    count = 1 if values.ndim == 1 else values.shape[1]
+    style = rr.SeriesLines(names=[name] * count, colors=[colour] * count, widths=[width] * count)
+    stream.log(entity, style, static=True)
     send(stream, entity, rows, rr.Scalars.columns(scalars=values))
 
 

@@ -36,7 +36,7 @@ def write_design(design: Design, path: pathlib.Path) -> None:
     right = rrb.Vertical(*plots[:3], rrb.Tabs(text, plots[3], active_tab=0))
     layout = closed(rrb.Horizontal(view, right, column_shares=[3, 4]), ANGLE, play_state="paused")
     with recording(path, name, layout) as stream:
-        scene.log_axes(stream)
+        stream.log("world", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
         scene.log_shapes(stream, stage)
         block = _swept(design)
         scene.log_poses(stream, stage, block)

@@ -153,7 +153,7 @@ def _write(path: pathlib.Path, name: str, shown: list[RunScene], rate: float | s
 
 def log_still(stream: rr.RecordingStream, shown: list[RunScene]) -> None:
     """Log once all that does not change over some runs."""
-    scene.log_axes(stream)
+    stream.log("world", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
     if not any(run.walker for run in shown):
         scene.log_floor(stream, (0.45, 0.3, 0.002), (0.05, 0.0, 0.0))
     for run in shown:

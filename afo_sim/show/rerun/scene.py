@@ -85,11 +85,6 @@ def stage(source: Source, root: str = "world", opacity: float = 1.0, colour_by: 
     return Stage(model, groups, root, opacity, colour_by, mountings, tuple(sorted(walking)))
 
 
-def log_axes(stream: rr.RecordingStream) -> None:
-    """Log the upward axis, once."""
-    stream.log("world", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
-
-
 def log_floor(stream: rr.RecordingStream, half: Sequence[float], centre: Sequence[float]) -> None:
     """A floor, once: half its size, and its middle [m]."""
     floor = rr.Boxes3D(half_sizes=[half], centers=[centre], colors=[[62, 66, 72]], fill_mode="solid")

@@ -39,7 +39,7 @@ def write_response(response: Response, path: pathlib.Path) -> None:
     left = rrb.Vertical(view, rrb.TextDocumentView(origin="/summary", name="in words"), row_shares=[3, 2])
     body = rrb.Horizontal(left, rrb.Vertical(*plots), column_shares=[4, 3])
     with recording(path, name, closed(body, play_state="playing")) as stream:
-        scene.log_axes(stream)
+        stream.log("world", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
         for place, case in enumerate(response.cases.values()):
             _log_walker(stream, case, place)
             for k, (column, factor) in enumerate(_PLOTS.values()):
