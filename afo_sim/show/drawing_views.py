@@ -91,8 +91,7 @@ class Pose:
             turning += [body] if above in turning else []
         found: dict[str, list[np.ndarray]] = {"limb": [], "part": [], "foot": []}
         for geom in range(self.model.ngeom):
-            name = self.model.geom(geom).name
-            if self.model.geom_type[geom] in FLAT or name.endswith(_ENDS):
+            if self.model.geom_type[geom] in FLAT or self.model.geom(geom).name.endswith(_ENDS):
                 continue
             shape = self.outline(geom)
             found["limb" if geom in limb else "part"].append(shape)

@@ -136,8 +136,7 @@ def _rows(figure: Figure, fit: FitRun) -> None:
         for label, run, values, look in runs if fit.values else [("run", fit.before, {}, last)]:
             simulated = channel.simulated(run, time - values.get("time_offset", 0.0))
             left.plot(time, simulated / channel.scale, label=label, zorder=2, **look)
-            off = (simulated - channel.values) / channel.scale
-            right.plot(time, off, zorder=2, **look | {"lw": 0.8})
+            right.plot(time, (simulated - channel.values) / channel.scale, zorder=2, **look | {"lw": 0.8})
         if fit.forecast is not None:
             missed = differences(fit.problem, *fit.forecast)[channel.title][~seen] / channel.scale
             label = f"fitted to the first {100.0 * (1.0 - fit.problem.hold_out):.0f} % alone"

@@ -42,8 +42,7 @@ def draw_gait(cycle: GaitCycle, path: pathlib.Path, imported: Imported | None = 
             axes = figure.subplot_mosaic([["leg", "leg"], *rows], height_ratios=[1.5, 1.0, 1.0, 1.0])
             _leg(axes["leg"], cycle, _FOOT, alone)
         else:
-            heights = [3.5, 2.3, 5.1, table]
-            trial, leg, strides, checks = figure.subfigures(4, 1, height_ratios=heights)
+            trial, leg, strides, checks = figure.subfigures(4, 1, height_ratios=[3.5, 2.3, 5.1, table])
             gait_panels.draw_checks(checks, imported.checks, _SMALL)
             foot = gait_panels.foot_ends(imported, _FOOT)
             gait_panels.draw_trial(trial, imported)

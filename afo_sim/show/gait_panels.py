@@ -72,8 +72,7 @@ def draw_points(axis: Axes, imported: Imported) -> None:
     if k is None:
         axis.text(0.5, 0.5, "no instant shows\nthe whole leg", transform=axis.transAxes, ha="center")
         return
-    ankle = imported.frame.plane(leg.points["ankle"].path[k])
-    about = np.array([ankle[0], 0.0])
+    about = np.array([imported.frame.plane(leg.points["ankle"].path[k])[0], 0.0])
     places = {role: imported.frame.over_floor(point.path[k]) - about for role, point in leg.points.items()}
     for start, end in _LINKS:
         if start in places and end in places:

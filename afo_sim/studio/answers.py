@@ -268,10 +268,9 @@ class Answers:
             found = best_design(plan, optimise(plan, pathlib.Path(folder), threads=1, report=told))
         kept_all = "all limits are kept" if found.feasible else "no design was found that keeps all limits"
         numbers = ", ".join(f"{words(name).label} {value}" for name, value in found.metrics.items())
-        text = f"{numbers[:1].upper()}{numbers[1:]}; {kept_all}"
         return {
             "kind": "found",
-            "text": text,
+            "text": f"{numbers[:1].upper()}{numbers[1:]}; {kept_all}",
             "sets": {k: shown(k, v) for k, v in found.summary["sets"].items()},
         }
 

@@ -51,8 +51,7 @@ class FolderKind:
         path, allowed = folder / self.manifest, "`changed=restart`, which throws the folder's results away"
         manifest = told_in(path, allowed)
         if manifest is None:
-            problem = f"there is no {self.name} here ({self.manifest} is missing)"
-            raise InputError(problem, file=folder)
+            raise InputError(f"there is no {self.name} here ({self.manifest} is missing)", file=folder)
         parts = self.parts.items()
         if not (isinstance(manifest, dict) and all(isinstance(manifest.get(k), kind) for k, kind in parts)):
             raise InputError("is damaged: it lacks a part", file=path, allowed=allowed)
@@ -112,8 +111,7 @@ class FolderKind:
         if changed == "refuse":  # results of other code may be mixed, if asked for
             old = before.get("versions")
             old = old if isinstance(old, dict) else {}
-            new = now["versions"].items()
-            changes = [f"{k} {old.get(k)} → {v}" for k, v in new if old.get(k) != v]
+            changes = [f"{k} {old.get(k)} → {v}" for k, v in now["versions"].items() if old.get(k) != v]
             own, other = now.get("registered", {}), before.get("registered", {})
             changes += [f"{k} registered" for k in own | other if own.get(k) != other.get(k)]
             which = f" ({', '.join(changes)})" if changes else ""

@@ -114,8 +114,7 @@ class ParameterReader:
             files = {word: path for word, path in resolved.items() if path != word}
         keys = tuple(field.key for field in self.fields)
         whole = self.field.kind == "integer"
-        description = self.field.description
-        return Parameter(self.name, keys, self.field.unit, spread, whole, description, files)
+        return Parameter(self.name, keys, self.field.unit, spread, whole, self.field.description, files)
 
     def _fields(self, scenario: Scenario) -> list[Field]:
         keys, table = self.table.keys or (), self.table

@@ -168,8 +168,7 @@ def read(folder: str | os.PathLike[str]) -> Results:
             roles[facts["role"]][field.name] = facts.get("unit", "")
         if facts.get("role") == "parameter":
             keys[field.name] = facts.get("key", field.name)
-    unfinished = paths[0] != whole
-    return Results(folder, table, roles["parameter"], roles["metric"], keys, sweep, unfinished)
+    return Results(folder, table, roles["parameter"], roles["metric"], keys, sweep, paths[0] != whole)
 
 
 def _units(units: dict[str, str], name: str) -> dict[str, str]:

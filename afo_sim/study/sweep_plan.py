@@ -181,8 +181,7 @@ def planned(file: pathlib.Path, written: SweepFile) -> Plan:
         base = load("scenario", scenario, sets)
     except InputError as error:
         mine = error.field in sets or (error.file is None and error.field)
-        field = f"set.{error.field}" if mine else "scenario"
-        raise _elsewhere(error, file, field) from None
+        raise _elsewhere(error, file, f"set.{error.field}" if mine else "scenario") from None
     if written.design == _UNCERTAINTY:
         spreads, cases = str(written.spreads), written.cases or 0
         parameters, notes = joint_parameters(file, spreads, base, cases, written.seed)

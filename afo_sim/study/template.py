@@ -24,8 +24,7 @@ def new_study(
     """Write a commented sweep or search that runs as it is."""
     for used, where in (uses or {}).items():
         if used != "scenario":
-            problem = f"does not go with a new {kind}"
-            raise InputError(problem, field=used, value=where, allowed="`scenario`")
+            raise InputError(f"does not go with a new {kind}", field=used, value=where, allowed="`scenario`")
     target = target_of(kind, name, pathlib.Path(out))
     if like:
         if uses:

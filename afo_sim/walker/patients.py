@@ -258,11 +258,10 @@ def _let_adapt(
     for at, (case, k) in enumerate(missing):
         begun = known[worn[WITHOUT], k].vector if case != WITHOUT else first
         place = kept and kept / worn[case].replace("*", "").replace("/", " ") / f"{k + 1}.json"
-        drawn = [body for _, body in who.unlike(case, k, 1000 * how["seed"] + k + 1)]
         found = search(
             [who.body(case, k)],
             begun,
-            drawn=drawn,
+            drawn=[body for _, body in who.unlike(case, k, 1000 * how["seed"] + k + 1)],
             kept=place,
             progress=lambda n, of, _: report(f"patients adapt, {case}", (at + n / of) / len(missing)),  # noqa: B023
             **asked,

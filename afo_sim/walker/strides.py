@@ -131,8 +131,7 @@ def numbers(walked: Walked) -> dict[str, float]:
 
 def _of_leg(walked: Walked, strides: Strides, side: str) -> dict[str, float]:
     if not len(strides.duration):
-        names = (*(f"{a}_{e}" for a in ANGLES for e in ("max", "min")), *_OF_LEG)
-        return dict.fromkeys(names, math.nan)
+        return dict.fromkeys((*(f"{a}_{e}" for a in ANGLES for e in ("max", "min")), *_OF_LEG), math.nan)
     drop = math.degrees(sole_tilt(walked.body, side) - floor_of(walked.body.scenario).slope)
     found = shape({name: strides.mean(name) for name in strides.curves}, float(strides.duration.mean()), drop)
     load, power = strides.curves["load"], strides.curves["power"]

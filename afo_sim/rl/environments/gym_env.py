@@ -66,8 +66,7 @@ class OrthosisEnv(Forkable, gymnasium.Env[np.ndarray, np.ndarray]):
         self, task: str | Setting = "seated_tracking", sets: Sets = None, render_mode: str | None = None
     ):
         if render_mode is not None and render_mode not in RENDER_MODES:
-            problem = "there is no such mode"
-            raise unknown(render_mode, RENDER_MODES, field="render_mode", problem=problem)
+            raise unknown(render_mode, RENDER_MODES, field="render_mode", problem="there is no such mode")
         self.render_mode = render_mode
         self.setting = task if isinstance(task, Setting) else setting_of(task, sets)
         self._of = self.setting.again[1]

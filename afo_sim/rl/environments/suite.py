@@ -102,8 +102,7 @@ class OrthosisTask(control.Task):
 
     def action_spec(self, physics: TaskPhysics) -> specs.BoundedArray:
         """One number from −1 to 1 for each chamber."""
-        name = "\t".join(self.setting.chambers)
-        return specs.BoundedArray(self._shape, float, -1.0, 1.0, name=name)
+        return specs.BoundedArray(self._shape, float, -1.0, 1.0, name="\t".join(self.setting.chambers))
 
     def observation_spec(self, physics: TaskPhysics) -> Foreign:
         """Names and ranges; units stand in `units`."""

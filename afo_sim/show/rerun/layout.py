@@ -43,9 +43,8 @@ class Contents:
 
 def blueprint(contents: Contents) -> rrb.Blueprint:
     """The layout: leg on the left; plots, lanes and text on the right."""
-    body = _walking(contents) if contents.carriage else _sitting(contents)
     return closed(
-        body,
+        _walking(contents) if contents.carriage else _sitting(contents),
         play_state="paused",
         loop_mode="selection",
         time_selection=AbsoluteTimeRange(min=0, max=round(contents.loop * 1e9)),

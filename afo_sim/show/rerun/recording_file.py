@@ -49,8 +49,7 @@ def recording(path: pathlib.Path, name: str, blueprint: Foreign) -> Iterator[rr.
         file.seek(max(path.stat().st_size - 64, 0))
         complete = _END in file.read()
     if not complete:
-        full = shutil.disk_usage(path.parent).free < _SCARCE
-        code = errno.ENOSPC if full else errno.EIO
+        code = errno.ENOSPC if shutil.disk_usage(path.parent).free < _SCARCE else errno.EIO
         raise OSError(code, "Rerun could not write it to its end", str(path))
 
 
@@ -92,8 +91,7 @@ def write_comparison(
     sources = [from_folder(folder) for folder in folders]
     for source in sources:
         require_rows(source)
-    walking = any(source.walks for source in sources)
-    root = f"{walk_scene.CARRIAGE}/runs" if walking else "world/runs"
+    root = f"{walk_scene.CARRIAGE}/runs" if any(source.walks for source in sources) else "world/runs"
     shown: list[RunScene] = []
     names = [re.sub(r"[^\w.-]", "_", folder.resolve().name) for folder in folders]
     labels = [n if names.count(n) == 1 else f"{n}_{k + 1}" for k, n in enumerate(names)]
@@ -116,7 +114,6 @@ def contents(shown: list[RunScene]) -> Contents:
     leg = shown[0].source.scenario.leg
     plots = curves.plots_of([line for run in shown for line in run.lines])
     told = {plot: [(line.name, line.colour) for line in lines] for plot, lines in plots.items()}
-    sources = [(run.label or run.source.name, run.source) for run in shown]
     return Contents(
         valves=lanes,
         loop=shown[0].source.cycle,
@@ -132,7 +129,7 @@ def contents(shown: list[RunScene]) -> Contents:
         # of compared runs, `runs` tells names and colours once for all
         plots={plot: "" if len(shown) > 1 else colours.in_words(lines) for plot, lines in told.items()},
         runs=colours.in_words((run.label, colours.of_run(k)) for k, run in enumerate(shown) if run.label),
-        answer=bool(texts.answer(sources)),
+        answer=bool(texts.answer([(run.label or run.source.name, run.source) for run in shown])),
     )
 
 

@@ -188,7 +188,6 @@ def best_design(search: SearchPlan, summary: Mapping[str, Any]) -> BestDesign:
         kept[text] = one["short"] == 0.0
     metrics = {one["metric"]: Metric(number(one["level"]), one["unit"]) for one in limits}
     metrics |= {goal["metric"]: Metric(number(goal["value"]), goal["unit"])}
-    starts = tuple(Metric(number(start["objective"]), goal["unit"]) for start in summary["starts"])
     return BestDesign(
         parameters=parameters,
         objective=goal["metric"],
@@ -197,7 +196,7 @@ def best_design(search: SearchPlan, summary: Mapping[str, Any]) -> BestDesign:
         limits=kept,
         feasible=summary["feasible"],
         converged=summary["converged"],
-        starts=starts,
+        starts=tuple(Metric(number(start["objective"]), goal["unit"]) for start in summary["starts"]),
         scenario=load("scenario", search.designs.scenario, summary["sets"]),
         summary=dict(summary),
     )

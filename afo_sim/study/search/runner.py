@@ -76,14 +76,13 @@ def open_search(search: SearchPlan, folder: pathlib.Path, changed: Changed = "re
         return {"metrics": units | beside, "seconds_per_case": seconds}
 
     manifest = store.SEARCH.open(folder, changed, plan, search.fingerprint(), first)
-    aim = search.aim(manifest["metrics"], sampled=True)
     return Opened(
         search=search,
         folder=folder,
         scenario=manifest["scenario"],
         units=manifest["metrics"],
         patients=patients,
-        problem=search.problem(aim, patients),
+        problem=search.problem(search.aim(manifest["metrics"], sampled=True), patients),
         seconds=float(manifest["seconds_per_case"]),
         best=told_in(folder / store.BEST, store.RESTART),
         mixed=bool(manifest.get("mixed")),

@@ -142,8 +142,7 @@ def _read(name: str, value: Any, scenario: Scenario) -> Any:
     if isinstance(value, str):
         fewest, _, most = value.partition("-")
         if not (fewest.isdecimal() and (most or fewest).isdecimal()):
-            problem = "is not a whole number"
-            raise InputError(problem, field=name, value=value, allowed='as "3" or "1-4"')
+            raise InputError("is not a whole number", field=name, value=value, allowed='as "3" or "1-4"')
         ends = [int(fewest), int(most or fewest)]
     whole = len(ends) == 2 and all(isinstance(n, int) and not isinstance(n, bool) for n in ends)
     if not (whole and 1 <= ends[0] <= ends[1] <= _MOST):

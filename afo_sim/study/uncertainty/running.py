@@ -214,8 +214,7 @@ def _trips(found: Found, recording: Recording) -> dict[str, Any]:
     if not all(name in found.outcomes[int(np.argmax(found.ok))].curves for name in _FOREFOOT):
         return {}
     columns, time = recording.columns, recording["time"]
-    mass = person_of(recording.scenario).body_mass
-    whole = strides(columns, float(time[1] - time[0]), mass)
+    whole = strides(columns, float(time[1] - time[0]), person_of(recording.scenario).body_mass)
     stride = (settled(columns, whole) or whole)[-1]  # of the plain run, whose metrics are those shown
     first, *_, last = stride.phase[stride.passing]
     passing = (first <= CYCLE) & (last >= CYCLE)
