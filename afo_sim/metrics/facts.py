@@ -11,7 +11,7 @@ from typing import Protocol
 
 import numpy as np
 
-from afo_sim.common import STANDARD_DENSITY, nearest_name
+from afo_sim.common import STANDARD_DENSITY, Mixed, nearest_name
 from afo_sim.metrics.metric import METRICS, Metric, Of, all_measured, functions_of, reporting
 from afo_sim.metrics.strides import Stride, settled, strides
 
@@ -32,6 +32,9 @@ class LazyColumns(Columns):
         if found is None:
             found = self._found[name] = self._read(name)
         return found
+
+    def get(self, name: str, default: Mixed = None) -> Mixed:  # without a nearest name
+        return self[name] if name in self._found else default
 
     def __contains__(self, name: object) -> bool:
         return name in self._found
