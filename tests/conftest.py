@@ -13,6 +13,7 @@ from campaign import SEED, of_other_days
 import afo_sim
 from afo_sim.common import assets, extending
 from afo_sim.common.versions import CORE
+from afo_sim.control import function
 from afo_sim.simulation import Recording, own_column
 
 os.environ["COLUMNS"] = "200"  # tables as on a wide terminal, wherever the tests run
@@ -39,7 +40,7 @@ def antagonist() -> Recording:
 @pytest.hookimpl(trylast=True)
 def pytest_runtest_teardown() -> None:
     """Nothing stays registered after the test that registered it."""
-    for kept in (extending.ADDED, assets.OWN, own_column.OWN):
+    for kept in (extending.ADDED, assets.OWN, function.OWN, own_column.OWN):
         kept.clear()
     metrics = sys.modules.get("afo_sim.metrics.own_metric")
     if metrics is not None and metrics.OWN:

@@ -186,7 +186,9 @@ def _texts(thing: Any, seen: set[int]) -> Iterator[str]:
         parts = sorted(map(repr, thing))
     elif isinstance(thing, type):
         seen.add(id(thing))
-        parts = [thing.__name__, *(each for each in vars(thing).values() if callable(each))]
+        kinds = types.FunctionType | int | float | str | tuple
+        named = vars(thing) | {"__module__": None, "__firstlineno__": None}  # which are of a file
+        parts = [thing.__name__, *(each for each in named.values() if isinstance(each, kinds))]
     elif isinstance(thing, types.ModuleType) or callable(thing):
         parts = [getattr(thing, "__name__", type(thing).__name__)]
     else:

@@ -6,6 +6,7 @@ from .controller import CONTROLLER_COLUMNS as CONTROLLER_COLUMNS
 from .controller import Controller as Controller
 from .controller import Observation as Observation
 from .controller import make as make
+from .function import OwnController as OwnController
 from .gait_phase import FootSwitch as FootSwitch
 from .phase_estimate import PhaseEstimate as PhaseEstimate
 from .required_inputs import check_required as check_required

@@ -208,7 +208,8 @@ def type_below(annotation: Any, name: str, law: str = "") -> Any:
     if many == "one":
         known = fields_of(kind, law)
         return known[name].annotation if name in known else of_chambers(kind)
-    return None
+    inner = core(annotation)[0]  # perhaps numbers by name
+    return get_args(inner)[1] if get_origin(inner) is dict else None
 
 
 def table_at(kind: Any, path: Path) -> Any:
@@ -317,7 +318,7 @@ def names_in(annotation: Any, value: Any, whole: Any) -> list[str]:
     if many == "named":
         return table_names(annotation, value or ())
     if many != "one":
-        return []
+        return [*value] if isinstance(value, Mapping) else []
     own = whole.orthosis.chamber if isinstance(whole, Scenario) else getattr(value, "chambers", ())
     return [*fields_of(kind, _law_of(value)), *(own if of_chambers(kind) is not None else ())]
 

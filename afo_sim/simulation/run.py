@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from afo_sim.common import InputError, Notice, register, shown, unique
-from afo_sim.control import Controller, make
+from afo_sim.control import Controller, OwnController, make
 from afo_sim.description import Scenario, load
 from afo_sim.metrics import (
     SOLVED,
@@ -129,7 +129,8 @@ def run(
         if controller is None:
             return run_scenario(at, policy=policy, progress=progress, start=start)
         own = at is description  # at another step, which nobody has asked for, nothing is raised
-        return run_controlled(at, controller, rate, time_limit, progress=progress, keeps=True, raises=own)
+        made = controller.fresh(at) if isinstance(controller, OwnController) else controller
+        return run_controlled(at, made, rate, time_limit, progress=progress, keeps=True, raises=own)
 
     halvings = HALVINGS if step == "controlled" and forgets(controller, policy) else None
     recording = controlled(description, simulated, halvings)

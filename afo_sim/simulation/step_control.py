@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from typing import Any, Literal, cast, get_args
 
 from afo_sim.common import InputError, Lazy, Notice, in_unit, unknown
+from afo_sim.control import OwnController
 from afo_sim.description import Scenario
 from afo_sim.metrics import Metric, Metrics, failures
 from afo_sim.model import as_run, with_person
@@ -195,4 +196,5 @@ def check_step(step: str) -> None:
 def forgets(controller: object, policy: object) -> bool:
     """Whether a controller can run again at another step: one that may remember the first run can not."""
     plain = inspect.isfunction(controller) and not controller.__closure__
-    return policy is None and (controller is None or plain or hasattr(controller, "reset"))
+    again = plain or isinstance(controller, OwnController) or hasattr(controller, "reset")
+    return policy is None and (controller is None or again)

@@ -84,6 +84,8 @@ def test_gymnasium_finds_a_task_behind_the_older_name() -> None:
 @pytest.mark.parametrize("name", ["SeatedTracking-v0", "DropfootWalk-v2"])
 def test_gymnasium_makes_a_task_without_another_import(name: str) -> None:
     pytest.importorskip("gymnasium")
-    code = f"import gymnasium; print(gymnasium.make('afo_sim.rl.environments:afo_sim/{name}').unwrapped.spec.id)"
+    code = (
+        f"import gymnasium; print(gymnasium.make('afo_sim.rl.environments:afo_sim/{name}').unwrapped.spec.id)"
+    )
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert found.stdout.strip() == f"afo_sim/{name}", found.stderr

@@ -8,6 +8,8 @@ time after which it repeats [s].
 from collections.abc import Collection
 from typing import Annotated, Any, Literal
 
+from pydantic import Field
+
 from afo_sim.common import nearest_name
 from afo_sim.description.control.feedback import Pid
 from afo_sim.description.control.switching import ClockTimer, GaitPhase, StateMachine, Threshold, in_si
@@ -134,11 +136,15 @@ class ControllerDescription(Described):
     """Pressure by the load under the toes."""
     emg: Emg | None = None
     """Pressure by muscle activation."""
+    function: str | None = None
+    """Name of a controller of your own, which is registered."""
+    parameters: dict[str, Annotated[float, Quantity("")]] = Field(default_factory=dict)
+    """Numbers that it is called with, by name."""
 
     @classmethod
     def kinds(cls) -> list[str]:
         """Every kind of controller: each is a field."""
-        return [name for name in cls.model_fields if name not in ("rate", "provenance")]
+        return [name for name in cls.model_fields if name not in ("rate", "provenance", "parameters")]
 
     @property
     def kind(self) -> str:
@@ -177,5 +183,7 @@ class ControllerDescription(Described):
         there = self._there
         if len(there) != 1:
             said = "has no kind" if not there else f"has several kinds: {', '.join(there)}"
-            tables = ", ".join(f"[controller.{kind}]" for kind in self.kinds())
-            raise refusal(said, f"one of the tables {tables}", there[-1] if there else "")
+            tables = ", ".join(f"[controller.{kind}]" for kind in self.kinds() if kind != "function")
+            raise refusal(said, f'function = "…", or one of the tables {tables}', there[-1] if there else "")
+        if self.parameters and self.function is None:
+            raise refusal(f"are not those of {there[0]}", "with function alone", "parameters")
