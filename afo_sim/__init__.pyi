@@ -4,8 +4,6 @@ from .common.errors import SimulationError as SimulationError
 from .common.extending import register as register
 from .control.function import controller as controller
 from .description.muscle import Muscle as Muscle
-from .description.reader import Muscle as Muscle
-from .description.reader import Scenario as Scenario
 from .description.reader import load as load
 from .description.scenario import Scenario as Scenario
 from .lab.credibility import credibility as credibility

@@ -14,6 +14,7 @@ import afo_sim
 from afo_sim.common import assets, extending
 from afo_sim.common.versions import CORE
 from afo_sim.control import function
+from afo_sim.physics import FIRST_USER_ID, FRICTIONS, LAWS
 from afo_sim.simulation import Recording, own_column
 
 os.environ["COLUMNS"] = "200"  # tables as on a wide terminal, wherever the tests run
@@ -42,13 +43,16 @@ def pytest_runtest_teardown() -> None:
     """Nothing stays registered after the test that registered it."""
     for kept in (extending.ADDED, assets.OWN, function.OWN, own_column.OWN):
         kept.clear()
+    for table in (LAWS, FRICTIONS):
+        for name in [name for name, entry in table.items() if entry.native_id >= FIRST_USER_ID]:
+            del table[name]
     metrics = sys.modules.get("afo_sim.metrics.own_metric")
     if metrics is not None and metrics.OWN:
         from afo_sim.metrics import REPORTED, WORDS
         from afo_sim.metrics.metric_words import METRICS
 
-        for function in [f for f, (row, *_) in REPORTED.items() if row.name in metrics.OWN]:
-            del REPORTED[function]
+        for reports in [f for f, (row, *_) in REPORTED.items() if row.name in metrics.OWN]:
+            del REPORTED[reports]
         for name in metrics.OWN:
             del METRICS[name], WORDS[name]
         metrics.OWN.clear()

@@ -19,7 +19,6 @@ import numpy as np
 import pytest
 from campaign import SEED, nightly, size
 from exported_library import NAME, Failed, Simulation, loaded, opened
-from registered import forgotten
 
 import afo_sim
 from afo_sim import native
@@ -198,11 +197,10 @@ def test_a_law_of_a_users_own_is_played_without_the_package(export: Export, tmp_
     export("seated", "c")  # skips where there is no library
     area = LawParameter("area", "A", "m^2", 0.0, 0.01, "that the pressure pulls on", (1e-3, 3e-3))
     sets = {"duration": "1 s", f"{OWN_LAW}.law": "exported", f"{OWN_LAW}.laws.exported.area": "20 cm^2"}
-    with forgotten():
-        afo_sim.register(Law("exported", lambda kappa, p, area: p * area * (1.0 - 3.0 * kappa), (area,)))
-        recording = afo_sim.run("seated", sets, step="fixed").whole()
-        for to in ("plugin", "c"):
-            write_elsewhere("seated", to, tmp_path / to, sets)
+    afo_sim.register(Law("exported", lambda kappa, p, area: p * area * (1.0 - 3.0 * kappa), (area,)))
+    recording = afo_sim.run("seated", sets, step="fixed")
+    for to in ("plugin", "c"):
+        write_elsewhere("seated", to, tmp_path / to, sets)
     assert np.ptp(recording["ankle/angle"]) > 0.1 and not np.array_equal(
         recording["ankle/angle"], afo_sim.run("seated", {"duration": "1 s"}, step="fixed")["ankle/angle"]
     )

@@ -5,13 +5,11 @@ import pathlib
 import pickle
 import subprocess
 import sys
-from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
-from registered import forgotten
 
 import afo_sim as afo
 from afo_sim.common import extending, identity_of, packed
@@ -32,12 +30,6 @@ def grown(pressure: float, area: float) -> float:
 def straight(contraction: float, pressure: float, area: float, lost: float) -> float:
     """A force that falls in a straight line; it calls a function that nobody marked."""
     return grown(pressure, area) * (1.0 - lost * contraction)
-
-
-@pytest.fixture(autouse=True)
-def forgets() -> Iterator[None]:
-    with forgotten():
-        yield
 
 
 def bare(contraction: float, pressure: float, *coefficients: float) -> float:

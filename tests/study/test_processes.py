@@ -14,7 +14,6 @@ from typing import Any
 
 import pytest
 from installed import needs
-from registered import forgotten
 from sweep_runs import exact
 
 from afo_sim.common import InputError, register
@@ -51,11 +50,10 @@ def straight(contraction: float, pressure: float, area: float) -> float:
 
 
 @pytest.fixture
-def user_law() -> Iterator[str]:
+def user_law() -> str:
     area = LawParameter("area", "A", "m^2", 0.0, 0.01, "that the pressure pulls on", (1e-3, 3e-3))
-    with forgotten():
-        register(Law("straight_2026", straight, (area,)))
-        yield "straight_2026"
+    register(Law("straight_2026", straight, (area,)))
+    return "straight_2026"
 
 
 @pytest.fixture(scope="module")
