@@ -105,6 +105,9 @@ class _New:
     name: Annotated[str, Argument(help="of the new file or folder")]
     out: Annotated[Path, Option(help="folder to write to")] = Path()
     like: Annotated[str, Option(help="the shipped one whose numbers it starts with")] = ""
+    whole: Annotated[bool, Option("--all", help="every option with its meaning, not the main ones alone")] = (
+        False
+    )
     muscle: _Used = None
     valve: _Used = None
     orthosis: _Used = None
@@ -125,7 +128,7 @@ class _New:
 @common.app.command()
 @common.one_group
 def new(new_one: _New) -> None:
-    """Write a commented file of your own that runs at once: every key, what it means, what is allowed."""
+    """Write a commented file of your own that runs at once: its main keys; --all for every one."""
     if new_one.kind not in _NEW_KINDS:
         raise unknown(new_one.kind, _NEW_KINDS, field="KIND", problem="is not a valid kind")
     parts = ("muscle", "valve", "orthosis", "leg", "patient", "shoe", "limits", "scenario")
@@ -135,15 +138,16 @@ def new(new_one: _New) -> None:
     if braid and new_one.kind != "muscle":
         problem = f"does not go with a new {new_one.kind}"
         raise InputError(problem, field=next(iter(braid)), allowed="a new muscle")
+    where: Any = {"like": new_one.like, "uses": uses, "whole": new_one.whole}
     with common.progress("writing"):
         if new_one.kind in ("sweep", "search"):
             from afo_sim.study import new_study
 
-            file = new_study(new_one.kind, new_one.name, new_one.out, like=new_one.like, uses=uses)
+            file = new_study(new_one.kind, new_one.name, new_one.out, **where)
         else:
             from afo_sim.description.new import new as write
 
-            file = write(new_one.kind, new_one.name, new_one.out, like=new_one.like, uses=uses, braid=braid)
+            file = write(new_one.kind, new_one.name, new_one.out, braid=braid, **where)
     print(f"written to {file}")
     if braid:
         from afo_sim.description import load, new_braid_facts

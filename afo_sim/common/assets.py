@@ -79,9 +79,9 @@ def find(kind: str, name: str, beside: pathlib.Path | None = None) -> pathlib.Pa
     )
 
 
-def template(kind: str) -> pathlib.Path:
-    """The commented file that a new product of a kind starts from."""
-    path = folder("models") / "templates" / f"{kind}.toml"
+def template(kind: str, *, whole: bool = True) -> pathlib.Path:
+    """The commented file that a new product of a kind starts from, with every option or the main ones."""
+    path = folder("models") / "templates" / ("" if whole else "short") / f"{kind}.toml"
     _warn_of_change(path)
     return path
 

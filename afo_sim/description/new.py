@@ -1,4 +1,4 @@
-"""Files to start from: a new description of any kind, complete and commented, that runs as it is."""
+"""Files to start from: a new description of any kind, commented, that runs as it is."""
 
 import os
 import pathlib
@@ -34,9 +34,9 @@ _NAME = r"[A-Za-z0-9][\w.-]*"
 
 def new(
     kind: str, name: str, out: str | os.PathLike[str] = ".", *, like: str = "",
-    uses: Mapping[str, str] | None = None, braid: Mapping[str, str] | None = None,
+    uses: Mapping[str, str] | None = None, braid: Mapping[str, str] | None = None, whole: bool = False,
 ) -> pathlib.Path:  # fmt: skip
-    """Write a commented description that runs as it is: every key, or a shipped one's own."""
+    """Write a commented description that runs as it is: its main keys, all, or a shipped one's own."""
     uses = uses or {}
     target = target_of(kind, name, pathlib.Path(out))
     if braid:
@@ -46,11 +46,12 @@ def new(
             raise InputError(f"does not go with a new {kind}", field=first, allowed="a new muscle")
         if like:
             raise InputError("does not go with `like`, whose braid it would have", field=first)
-    base = base_of(kind, like or _BRAID) if like or braid else assets.template(kind)
+    refuse_both(whole, like, braid)
+    base = base_of(kind, like or _BRAID) if like or braid else assets.template(kind, whole=whole)
     before = assets.read_toml(base)
     text = without_digests(base.read_text(encoding="utf-8"))
     if like or braid:
-        text = f"# Every key of a {kind}, and what it means: afo-sim new {kind} NAME.\n{text}"
+        text = f"# Every key of a {kind}, and what it means: afo-sim new {kind} NAME --all.\n{text}"
     if kind == "scenario":
         text = _prepared(text, assets.find("orthosis", before["orthosis"], base), uses)
     values = tomlkit.parse(text)
@@ -81,6 +82,15 @@ def new(
     check_writable(target.parent)
     _write(target, tomlkit.dumps(values), kind, files)
     return target
+
+
+def refuse_both(whole: bool, like: str, braid: object = None) -> None:
+    """Refuse every option of a file that is another's."""
+    if whole and (like or braid):
+        what = "`like`" if like else "a braid's numbers"
+        raise InputError(
+            f"does not go with {what}, whose file it would be", field="whole", allowed="one of them"
+        )
 
 
 def base_of(kind: str, like: str) -> pathlib.Path:

@@ -14,7 +14,8 @@ from afo_sim.common import InputError, assets
 from afo_sim.description import fields_of, load, of_chambers, tables
 from afo_sim.description.air.source import MAY_HAVE, NEEDED, OF_ONE_KIND
 from afo_sim.description.new import new, reference
-from afo_sim.description.schema import KINDS, SPECS, Leaf, allowed, is_table, unit_of
+from afo_sim.description.schema import KINDS, SPECS, Leaf, allowed, is_table, type_below, unit_of
+from afo_sim.description.tree import FILES
 from afo_sim.study import new_study
 from afo_sim.study import sweep_plan as sweeps
 from afo_sim.study.parameter_table import ParameterTable
@@ -38,7 +39,7 @@ def every_field(kind: Any) -> dict[str, list[Leaf]]:
 
 @pytest.mark.parametrize("kind", SPECS)
 def test_template_holds_every_field_as_it_is_allowed_and_is_good(kind: str, tmp_path: pathlib.Path) -> None:
-    file = new(kind, "mine", tmp_path)
+    file = new(kind, "mine", tmp_path, whole=True)
     text = file.read_text()
     written = set(re.findall(r"^(?:# )?\[?([\w.]+)(?:\]| = )", text, re.MULTILINE))
     parts = {part for key in written for part in key.split(".")}
@@ -57,7 +58,7 @@ def test_template_holds_every_field_as_it_is_allowed_and_is_good(kind: str, tmp_
 @pytest.mark.parametrize("kind", SPECS)
 def test_template_is_valid_with_each_comment_undone(kind: str, tmp_path: pathlib.Path) -> None:
     """A commented key that is taken in is read as a value of its field."""
-    lines = new(kind, "mine", tmp_path).read_text().splitlines()
+    lines = new(kind, "mine", tmp_path, whole=True).read_text().splitlines()
     if kind == "valve":  # each of the two needs the other
         lines = [line for line in lines if not line.startswith("# hold_")]
     if kind == "source":  # refuses the keys of other kinds than the bottle that it begins with
@@ -73,6 +74,48 @@ def test_template_is_valid_with_each_comment_undone(kind: str, tmp_path: pathlib
     for key, value in table.items():
         if not isinstance(value, dict) and key not in alone:
             load(kind, tmp_path / ("mine.toml" if kind == "scenario" else f"mine/{kind}.toml"), {key: value})
+
+
+def without_sources(node: Any) -> Any:
+    """A description without its name, and with the kinds of its numbers' sources alone."""
+    if isinstance(node, dict):
+        return {key: without_sources(value) for key, value in node.items() if key not in ("name", "source")}
+    return [without_sources(item) for item in node] if isinstance(node, list | tuple) else node
+
+
+@pytest.mark.parametrize("kind", SPECS)
+def test_the_short_form_is_the_same_thing(kind: str, tmp_path: pathlib.Path) -> None:
+    """In 60 lines; each value with its kind; each comment behind a key as the field is allowed."""
+    file = new(kind, "mine", tmp_path / "short")
+    lines = file.read_text().splitlines()
+    assert len(lines) <= 60
+    assert f"afo-sim new {kind} NAME --all" in lines[-1] and "afo-sim keys" in lines[-1]
+    whole = new(kind, "mine", tmp_path / "whole", whole=True)
+    short, full = (without_sources(load(kind, f).model_dump(mode="json")) for f in (file, whole))
+    copied = dict.fromkeys(FILES.get(kind, ()))  # beside each
+    assert short | copied == full | copied
+    assert check_file(file)[0] == ("kind", kind)
+    table: tuple[str, ...] = ()
+    for line in lines:
+        if opened := re.match(r"(?:# )?\[([\w.]+)\]", line):
+            table = tuple(opened[1].split("."))
+        told = re.match(r"(?:# )?([\w.]+) = .*  # .*?: (.+)$", line)
+        if told and "afo-sim" not in line:
+            at: Any = SPECS[kind]
+            for name in (*table, *told[1].split(".")):
+                at = type_below(at, name, table[-1] if table else "")
+            assert line.endswith(f": {allowed(at)}"), line
+
+
+def test_every_option_does_not_go_with_anothers_file(tmp_path: pathlib.Path) -> None:
+    for more in (
+        {"like": "dmsp_20"},
+        {"braid": {"bore": "10 mm", "braid_angle": "25 deg", "length": "20 cm"}},
+    ):
+        with pytest.raises(InputError) as refused:
+            new("muscle", "mine", tmp_path, whole=True, **more)  # type: ignore[arg-type]
+        assert refused.value.field == "whole"
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_own_orthosis_with_own_muscle_in_four_commands(
@@ -224,12 +267,14 @@ def test_sweep_and_search_hold_every_option() -> None:
 
 
 @pytest.mark.parametrize("scenario", ["seated", "walk-dropfoot-afo"])
-def test_sweep_and_search_are_good(scenario: str, tmp_path: pathlib.Path) -> None:
-    sweep = sweeps.read(new_study("sweep", "mine", tmp_path, uses={"scenario": scenario}))
+@pytest.mark.parametrize("whole", [False, True])
+def test_sweep_and_search_are_good(scenario: str, whole: bool, tmp_path: pathlib.Path) -> None:
+    sweep = sweeps.read(new_study("sweep", "mine", tmp_path, uses={"scenario": scenario}, whole=whole))
     assert (sweep.scenario, [p.keys for p in sweep.parameters]) == (scenario, [("supply.pressure",)])
-    search = searches.read(new_study("search", "mine2", tmp_path, uses={"scenario": scenario}))
+    search = searches.read(new_study("search", "mine2", tmp_path, uses={"scenario": scenario}, whole=whole))
     assert search.designs.scenario == scenario
     for name in ("mine", "mine2"):
+        assert whole or len((tmp_path / f"{name}.toml").read_text().splitlines()) <= 60
         assert check_file(tmp_path / f"{name}.toml")[0][1] in ("sweep", "search")
 
 
