@@ -38,6 +38,7 @@ from .errors import InputError as InputError
 from .errors import SimulationError as SimulationError
 from .errors import likeness as likeness
 from .errors import nearest_name as nearest_name
+from .errors import refuse as refuse
 from .errors import unknown as unknown
 from .extending import identities as identities
 from .extending import identity_of as identity_of

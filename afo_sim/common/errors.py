@@ -75,8 +75,9 @@ class InputError(AfoSimError):
         return found
 
     def __str__(self) -> str:
-        """Every problem on a line of its own."""
-        return "\n".join([super().__str__(), *map(str, self.others)])
+        """Every problem on a line of its own, the first with how many more follow."""
+        more = f" ({len(self.others)} more below)" if self.others else ""
+        return "\n".join([super().__str__() + more, *map(str, self.others)])
 
 
 class SimulationError(AfoSimError):
@@ -109,6 +110,13 @@ class CallbackError(AfoSimError):
     """The muscle callbacks cannot be installed, or are not the ones that ran."""
 
     exit_code = 3
+
+
+def refuse(problems: Iterable[InputError]) -> None:
+    """Raise the first problem, with the others beside it; nothing where there is none."""
+    if found := list(problems):
+        found[0].others = tuple(found[1:])
+        raise found[0]
 
 
 def unknown(

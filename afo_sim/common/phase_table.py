@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from afo_sim.common.csv_table import read_table
-from afo_sim.common.errors import InputError, nearest_name
+from afo_sim.common.errors import InputError, nearest_name, refuse
 from afo_sim.common.magnitude import plausible
 from afo_sim.common.sealing import write_sealed
 
@@ -37,15 +37,16 @@ def read_phase_table(path: pathlib.Path, columns: Sequence[str]) -> PhaseTable:
     """Read a file that has just these columns, in any order."""
     text = read_table(path, ", ".join(columns))
     names = list(text.titles)
+    problems = []
     for name in columns:
         if name not in names:
             near = nearest_name(name, [other for other in names if other not in columns])
             problem = "this column is missing" + (f" (there is {near!r})" if near else "")
-            raise InputError(problem, file=path, field=name, allowed=", ".join(columns))
-    for name in names:
+            problems.append(InputError(problem, file=path, field=name, allowed=", ".join(columns)))
+    for name in dict.fromkeys(names):
         if name not in columns or names.count(name) > 1:
             problem = "is not a column of this format" if name not in columns else "is there twice"
-            raise InputError(problem, file=path, field=name, allowed=", ".join(columns))
+            problems.append(InputError(problem, file=path, field=name, allowed=", ".join(columns)))
     values = np.empty((len(text.rows), len(names)))
     for k, (line, cells) in enumerate(text.rows):
         for column, cell in enumerate(cells):
@@ -53,7 +54,8 @@ def read_phase_table(path: pathlib.Path, columns: Sequence[str]) -> PhaseTable:
                 values[k, column] = float(cell) if cell else np.nan
             except ValueError:
                 problem = f"is not a number (line {line})"
-                raise InputError(problem, file=path, field=names[column], value=cell) from None
+                problems.append(InputError(problem, file=path, field=names[column], value=cell))
+    refuse(problems)
     found = {name: values[:, names.index(name)] for name in columns}
     gated = {name: plausible(each, file=path, field=name, missing=True) for name, each in found.items()}
     return PhaseTable(path, text.facts, gated)

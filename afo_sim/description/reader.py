@@ -12,7 +12,7 @@ from typing import Any, Generic, Literal, TypeVar, overload
 import numpy as np
 from pydantic import BaseModel, ValidationError
 
-from afo_sim.common import InputError, Shown, assets, nearest_name, takes, unknown
+from afo_sim.common import InputError, Shown, assets, nearest_name, refuse, takes, unknown
 from afo_sim.description import schema
 from afo_sim.description.air.regulator import Regulator
 from afo_sim.description.air.source import Source as GasSource
@@ -170,9 +170,10 @@ def read(kind: str, source: _Source, sets: _Sets = None) -> Reading[Any]:
     try:
         description = _described(tree, base)
     except ValidationError as error:
-        raise _first(_problems(tree, error)) from None
-    if tree.unfound:
-        raise _first(list(tree.unfound.values()))
+        problems = _problems(tree, error)
+    else:
+        problems = list(tree.unfound.values())
+    refuse(problems)
     return Reading(description, tree)
 
 
@@ -205,8 +206,7 @@ def expand(kind: str, source: _Source) -> dict[str, Any]:
     """A description as one dict with every name followed, which `load` takes without reading a file."""
     tree = _tree(kind, source)
     tree.follow_all()
-    if tree.unfound:
-        raise _first(list(tree.unfound.values()))
+    refuse(tree.unfound.values())
     return copy.deepcopy(tree.root)
 
 
@@ -231,13 +231,6 @@ def _tree(kind: str, source: Any) -> Tree:
     if kind == "scenario":
         tree.root.setdefault("limits", USUAL_LIMITS)
     return tree
-
-
-def _first(problems: list[InputError]) -> InputError:
-    """The first of several problems, which holds the others."""
-    first = problems[0]
-    first.others = tuple(problems[1:])
-    return first
 
 
 def _problems(tree: Tree, error: ValidationError) -> list[InputError]:

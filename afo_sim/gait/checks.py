@@ -1,11 +1,12 @@
 """Checks of a gait cycle: wrong units, signs, axes and gaps are refused in the file's own words."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import NoReturn, get_args
 
 import numpy as np
 
-from afo_sim.common import InputError, Notice
+from afo_sim.common import InputError, Notice, refuse
 from afo_sim.gait.cycle import COLUMNS, NUMBERS, OPTIONAL, GaitCycle, Walker
 from afo_sim.gait.flat_foot import USUAL
 
@@ -59,15 +60,18 @@ class _Examination:
     file: object
 
     def run(self) -> None:
-        self._header()
+        refuse(self._header())
         self._phase()
-        for column, (name, _) in COLUMNS.items():
-            bad = ~np.isfinite(getattr(self.cycle, name))
-            if column != "cop_x_m" and np.any(bad):
-                self._refuse(column, self._empty(bad), "a number in each row")
+        empty = {column: ~np.isfinite(getattr(self.cycle, name)) for column, (name, _) in COLUMNS.items()}
+        asked = "a number in each row"
+        refuse(
+            self._wrong(column, self._empty(bad), asked)
+            for column, bad in empty.items()
+            if column != "cop_x_m" and np.any(bad)
+        )
         self._radians()
         self._axes()
-        self._limits()
+        refuse(self._limits())
         self._pressure_gaps()
         self._stance()
         self._travel()
@@ -88,25 +92,28 @@ class _Examination:
         return np.asarray((phase >= USUAL[0]) & (phase <= USUAL[1]))
 
     def _refuse(self, column: str, seen: str, expected: str) -> NoReturn:
-        raise InputError(seen, file=self.file, field=column, allowed=expected)
+        raise self._wrong(column, seen, expected)
+
+    def _wrong(self, column: str, seen: str, expected: str) -> InputError:
+        return InputError(seen, file=self.file, field=column, allowed=expected)
 
     def _column(self, column: str) -> np.ndarray:
         """A column in the file's own unit and sign."""
         name, factor = COLUMNS[column]
         return np.asarray(getattr(self.cycle, name) / factor)
 
-    def _header(self) -> None:
+    def _header(self) -> Iterator[InputError]:
         cycle = self.cycle
         for key, choices in (("side", ("right", "left")), ("walker", (None, *get_args(Walker)))):
             if getattr(cycle, key) not in choices:
                 problem, allowed = f"is not a valid {key}", ", ".join(filter(None, choices))
                 value = getattr(cycle, key)
-                raise InputError(problem, file=self.file, field=key, value=value, allowed=allowed)
+                yield InputError(problem, file=self.file, field=key, value=value, allowed=allowed)
         for key, (low, high) in {**RANGES, **_OPTIONAL_RANGES}.items():
             value = getattr(cycle, {**NUMBERS, **OPTIONAL}[key])
             if value is not None and not low <= value <= high:
                 allowed, shown = f"{low:g} to {high:g}", f"{value:.4g}"
-                raise InputError("is out of range", file=self.file, field=key, value=shown, allowed=allowed)
+                yield InputError("is out of range", file=self.file, field=key, value=shown, allowed=allowed)
 
     def _phase(self) -> None:
         phase = self.cycle.phase
@@ -153,13 +160,13 @@ class _Examination:
             seen = f"travels {way_z:.3g} m and ankle_x_m {way_x:.3g} m: swapped axes?"
             self._refuse("ankle_z_m", seen, "x forward, a stride's length; z up, returning after the stride")
 
-    def _limits(self) -> None:
+    def _limits(self) -> Iterator[InputError]:
         for column, (low, high, guess) in _LIMITS.items():
             values = self._column(column)
             values = values[np.isfinite(values)]
             if len(values) and not (low <= values.min() and values.max() <= high):
                 seen = f"goes from {values.min():.4g} to {values.max():.4g} (perhaps {guess})"
-                self._refuse(column, seen, f"{low:g} to {high:g}")
+                yield self._wrong(column, seen, f"{low:g} to {high:g}")
 
     def _stance(self) -> None:
         phase, force = self.cycle.phase, self.cycle.grf_z

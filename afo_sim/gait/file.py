@@ -2,7 +2,7 @@
 
 import pathlib
 
-from afo_sim.common import InputError, Keywords, read_header, read_phase_table, write_phase_table
+from afo_sim.common import InputError, Keywords, read_header, read_phase_table, refuse, write_phase_table
 from afo_sim.gait.checks import examine
 from afo_sim.gait.cycle import COLUMNS, NUMBERS, OPTIONAL, GaitCycle
 
@@ -16,9 +16,15 @@ def read(path: str | pathlib.Path) -> GaitCycle:
     if read_header(file).get("kind") == "norm":
         raise InputError("is a norm to compare with", file=file, allowed="one stride of a person")
     table = read_phase_table(file, tuple(COLUMNS))
-    facts: Keywords = {name: table.text(key) for key, name in _TEXTS.items()}
-    facts |= {name: table.number(key) for key, name in NUMBERS.items()}
-    facts |= {name: table.number(key) for key, name in OPTIONAL.items() if key in table.header}
+    facts: Keywords = {}
+    problems = []
+    there = {key: name for key, name in OPTIONAL.items() if key in table.header}
+    for key, name in {**_TEXTS, **NUMBERS, **there}.items():
+        try:
+            facts[name] = table.text(key) if key in _TEXTS else table.number(key)
+        except InputError as error:
+            problems.append(error)
+    refuse(problems)
     facts |= {name: table.columns[column] * factor for column, (name, factor) in COLUMNS.items()}
     facts[_WALKER] = table.header.get(_WALKER)
     known = {**_TEXTS, **NUMBERS, **OPTIONAL, _WALKER: _WALKER}

@@ -8,7 +8,7 @@ from typing import Literal
 import mujoco
 import numpy as np
 
-from afo_sim.common import InputError, Json, Mixed, Notice
+from afo_sim.common import InputError, Json, Mixed, Notice, refuse
 
 JointKind = Literal["hinge", "slide", "ball", "free"]
 # Of a part on a joint [kg], [kg·m²]: MuJoCo takes less than 1e-15 for none, and these move nothing else.
@@ -212,11 +212,3 @@ def check_finite(tree: Tree) -> None:
         for field, value in numbers
         if np.asarray(value).dtype.kind == "f" and not np.isfinite(value).all()
     )
-
-
-def refuse(problems: Iterable[InputError]) -> None:
-    """Raise the first problem, with the others beside it; nothing where there is none."""
-    found = list(problems)
-    if found:
-        found[0].others = tuple(found[1:])
-        raise found[0]

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from afo_sim.common import Foreign, InputError, JsonDict, Keywords, Notice, nearest_name
+from afo_sim.common import Foreign, InputError, JsonDict, Keywords, Notice, nearest_name, refuse
 from afo_sim.legs import tree, urdf_files
 
 LARGE_MESH = 5.0  # [m] no link of a body or a device is that long …
@@ -38,13 +38,13 @@ def read_urdf(
     root = urdf_files.robot_element(file)
     root.set("name", root.get("name") or file.stem)
     odd = urdf_files.without_odd_shapes(root)
-    tree.refuse(urdf_files.text_problems(root, file))
+    refuse(urdf_files.text_problems(root, file))
     urdf_files.split_commas(root)
     capsules = urdf_files.take_capsules(root)
     robot = _parsed(root, file)
     if not robot.links:
         raise InputError("has no <link>", file=file)
-    tree.refuse((*_joint_problems(robot, file), *_tree_problems(robot, file)))
+    refuse((*_joint_problems(robot, file), *_tree_problems(robot, file)))
     reading = _Reading(file, packages, robot, capsules, contact)
     parts = reading.parts()
     rules = [(joint.name, joint.mimic) for joint in robot.joints if joint.mimic is not None]

@@ -1,5 +1,6 @@
 """Tables of a study's TOML file, [parameters.NAME] → Parameter, and the rows of a list design's CSV."""
 
+import copy
 import functools
 import keyword
 import math
@@ -10,7 +11,16 @@ from typing import Any, Literal, Self
 from pydantic import BaseModel, ConfigDict, StrictBool, StrictInt, StrictStr, ValidationError, model_validator
 from pydantic import Field as Option
 
-from afo_sim.common import RATIOS, InputError, nearest_name, number, parse_quantity, read_table, split_title
+from afo_sim.common import (
+    RATIOS,
+    InputError,
+    nearest_name,
+    number,
+    parse_quantity,
+    read_table,
+    refuse,
+    split_title,
+)
 from afo_sim.description import PROBLEMS, Field, Scenario, field_at, refusal, refused_name
 from afo_sim.description.schema import child_of
 from afo_sim.metrics import words
@@ -28,6 +38,7 @@ _WAYS = {
 _ANY_WAY = "from and to, values, distribution, or from_seed = true"
 _BOUNDS = {"ge": "at least", "gt": "more than", "le": "at most", "lt": "less than"}
 _EXAMPLE = "pressure [bar],patient"
+_STRANGE = "is an unknown key"
 
 
 class StrictTable(BaseModel):
@@ -45,25 +56,43 @@ class StrictTable(BaseModel):
             raise refusal("is not a table", f"a table with {', '.join(known)}")
         for key in table:
             if key not in known:
-                raise refused_name("is an unknown key", str(key), known, str(key))
+                raise refused_name(_STRANGE, str(key), known, str(key))
         return table
 
     @classmethod
     def read(cls, file: pathlib.Path, table: Any) -> Self:
-        """What a file states; the first thing that is wrong is an InputError."""
-        try:
-            return cls.model_validate(table)
-        except ValidationError as error:
-            first = error.errors(include_url=False)[0]
-        facts = first.get("ctx", {})
-        bound = ", ".join(f"{words} {facts[name]:g}" for name, words in _BOUNDS.items() if name in facts)
-        path = [str(part) for part in first["loc"]] + ([facts["key"]] if facts.get("key") else [])
-        value = functools.reduce(child_of, path, table)
-        problems = PROBLEMS | {"dict_type": "is not a table", "too_short": "is empty"}
-        allowed = str(facts.get("allowed", "") or facts.get("expected", "") or bound)
-        near, value = facts.get("nearest") or None, None if isinstance(value, dict) else value
-        told: dict[str, Any] = {"file": file, "field": ".".join(path), "value": value}
-        raise InputError(problems.get(first["type"], first["msg"]), allowed=allowed, nearest=near, **told)
+        """What a file states; all that is wrong is an InputError and its `others`."""
+        found, rest = list[InputError](), copy.deepcopy(dict(table))
+        while True:
+            try:
+                read = cls.model_validate(rest)
+                break
+            except ValidationError as error:
+                entries = error.errors(include_url=False)
+            found += [_told(file, rest, entry) for entry in entries]
+            strange = [
+                (entry["loc"], entry["ctx"]["key"]) for entry in entries if entry.get("ctx", {}).get("key")
+            ]
+            if not strange:
+                break
+            found = [each for each in found if each.problem == _STRANGE]  # the others are told again
+            for path, key in strange:  # hides what else is wrong with its table
+                del functools.reduce(child_of, map(str, path), rest)[key]
+        refuse(found)
+        return read
+
+
+def _told(file: pathlib.Path, table: Any, entry: Any) -> InputError:
+    facts = entry.get("ctx", {})
+    bound = ", ".join(f"{words} {facts[name]:g}" for name, words in _BOUNDS.items() if name in facts)
+    path = [str(part) for part in entry["loc"]] + ([facts["key"]] if facts.get("key") else [])
+    value = functools.reduce(child_of, path, table)
+    problem = (PROBLEMS | {"dict_type": "is not a table", "too_short": "is empty"}).get(
+        entry["type"], entry["msg"]
+    )
+    told: dict[str, Any] = {"file": file, "field": ".".join(path), "nearest": facts.get("nearest") or None}
+    told["allowed"] = str(facts.get("allowed", "") or facts.get("expected", "") or bound)
+    return InputError(problem, value=None if isinstance(value, dict) else value, **told)
 
 
 class ParameterTable(StrictTable):

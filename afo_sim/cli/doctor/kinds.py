@@ -2,8 +2,9 @@
 
 import importlib
 import pathlib
+from collections.abc import Iterator
 
-from afo_sim.common import InputError, JsonMapping, assets
+from afo_sim.common import InputError, JsonMapping, assets, nearest_name, refuse
 
 Findings = list[tuple[str, str]]
 _HERE = "afo_sim.cli.doctor"
@@ -75,7 +76,12 @@ def _check_description(path: pathlib.Path, kind: str) -> Findings:
     from afo_sim.description import load
 
     check = f"{_OF_DESCRIPTION.get(kind, 'parts')}:{kind}"
-    findings = [("kind", kind), *_checked(check, load(kind, str(path)))]
+    try:
+        found, problems = load(kind, str(path)), []
+    except InputError as error:
+        problems = [error, *error.others]
+    refuse([*problems, *_lacking(path, kind)])
+    findings = [("kind", kind), *_checked(check, found)]
     if kind in ("orthosis", "leg"):
         # neither runs alone: put it into a shipped scenario
         from afo_sim.model import scenario_of
@@ -84,6 +90,19 @@ def _check_description(path: pathlib.Path, kind: str) -> Findings:
         whole = scenario_of(path) if kind == "orthosis" else load("scenario", "seated", own)
         findings += _checked("scenarios:scenario", whole)
     return findings
+
+
+def _lacking(path: pathlib.Path, kind: str) -> Iterator[InputError]:
+    """The files beside a description that it names, and that are not there."""
+    from afo_sim.description.tree import FILES
+
+    table = assets.read_toml(path)
+    for key in FILES.get(kind, ()):
+        name = table.get(key)
+        if isinstance(name, str) and not pathlib.Path(path.parent / assets.file_beside(name, path)).is_file():
+            there = [each.name for each in path.parent.iterdir() if each.suffix in _OF_SUFFIX]
+            near = nearest_name(name, there)
+            yield InputError("there is no such file", file=path, field=key, value=name, nearest=near)
 
 
 def _kind_of(path: pathlib.Path, table: JsonMapping) -> str:
