@@ -1,4 +1,7 @@
-"""physics → MuJoCo's actuator callbacks: parameter slots, compiled functions, and their installation."""
+"""physics → MuJoCo's actuator callbacks: parameter slots, compiled functions, and their installation.
+
+`Any` is in kernels mjModel and mjData (m, d) or an address of doubles; elsewhere what numba and LLVM compile.
+"""
 
 import lazy_loader
 

@@ -16,15 +16,7 @@ from afo_sim.native.air_block import block
 from afo_sim.native.callbacks import force_of, rate_of
 from afo_sim.native.error_codes import FINE
 from afo_sim.native.muscle import sole_pad_force
-from afo_sim.native.slots import (
-    GRIP_ACT,
-    LEG_MUSCLE_DATA,
-    LEG_MUSCLE_ROW,
-    REFLEX_ROW,
-    Kind,
-    kind_of,
-    places,
-)
+from afo_sim.native.slots import GRIP_ACT, LEG_MUSCLE_DATA, LEG_MUSCLE_ROW, REFLEX_ROW, Kind, kind_of, places
 from afo_sim.native.walker import floor_at, held_by_floor, leg_muscle_dyn, rate_now, reflexes_of, toe_moment
 from afo_sim.physics import SOLE_PADS, register_jitable
 

@@ -6,16 +6,7 @@ from collections.abc import Iterator
 import mujoco
 import numpy as np
 
-from afo_sim.native.planar import (
-    DOFS,
-    SEGMENTS,
-    Head,
-    OtherPlan,
-    PathPlan,
-    PointPlan,
-    SegmentPlan,
-    before,
-)
+from afo_sim.native.planar import DOFS, SEGMENTS, Head, OtherPlan, PathPlan, PointPlan, SegmentPlan, before
 from afo_sim.native.slots import KIND, MUSCLE_ROW, Kind
 
 SITE = int(mujoco.mjtWrap.mjWRAP_SITE)
