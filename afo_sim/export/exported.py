@@ -63,7 +63,7 @@ def export(
         try:
             order = Order(recording, rate, patterns, report, path.parent)
             notes = tuple(kind.write(order, scratch / path.name) or ())
-        except Exception as error:
+        except Exception as error:  # which goes on, with its place
             if kind.name not in SHIPPED:  # of the user's code
                 error.add_note(f"in the format {kind.name}, {place_of(error, kind.write)}")
             raise
