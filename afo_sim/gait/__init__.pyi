@@ -32,7 +32,6 @@ from .flat_foot import USUAL as USUAL
 from .flat_foot import WITHIN as WITHIN
 from .flat_foot import flat_part as flat_part
 from .fourier import Wave as Wave
-from .norm import is_norm as is_norm
 from .norm import off_norm as off_norm
 from .variants import Chain as Chain
 from .variants import scaled as scaled

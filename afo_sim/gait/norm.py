@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from afo_sim.common import find_gait, read_header, read_phase_table
+from afo_sim.common import find_gait, read_phase_table
 from afo_sim.gait.cycle import DEGREE, GaitCycle
 
 _SHIPPED = "norm_adult"
@@ -46,11 +46,6 @@ def off_norm(cycle: GaitCycle) -> np.ndarray:
     norm, angle = read(), cycle.ankle_angle
     low, high = (norm.at(name, cycle.phase) for name in ("ankle_low", "ankle_high"))
     return np.asarray(angle - np.clip(angle, low, high))
-
-
-def is_norm(path: pathlib.Path) -> bool:
-    """Whether a gait file is a norm, by the header line `# kind: norm`."""
-    return read_header(path).get("kind") == "norm"
 
 
 @functools.cache  # a path is read once in a process

@@ -50,9 +50,10 @@ def _checked(check: str, given: object) -> Findings:
 
 def check_gait(path: pathlib.Path) -> Findings:
     """Findings of a gait cycle's CSV, or a norm's."""
+    from afo_sim.common import read_header
     from afo_sim.gait import file, findings, norm
 
-    if norm.is_norm(path):
+    if read_header(path).get("kind") == "norm":
         return [("kind", "gait norm"), ("rows", str(len(norm.read(path).phase)))]
     return [("kind", "gait cycle"), *findings(file.read(path))]
 
