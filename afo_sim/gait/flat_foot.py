@@ -49,16 +49,12 @@ def flat_part(
     _, first, stop = min(cores)
     if not _steady(turned[first:stop], raised[first:stop]):
         return usual
-    while grown := _grown(turned, raised, first, stop):
-        first, stop = grown
-    return FlatFoot(float(where[first]), float(where[stop - 1]), steady=True)
-
-
-def _grown(turned: np.ndarray, raised: np.ndarray, first: int, stop: int) -> tuple[int, int] | None:
-    """One sample more, on the side where the foot is the steadier; None where it is on neither."""
-    wider = [(k, m) for k, m in ((first - 1, stop), (first, stop + 1)) if k >= 0 and m <= len(turned)]
-    wider = [(k, m) for k, m in wider if _steady(turned[k:m], raised[k:m])]
-    return min(wider, key=lambda part: _unrest(turned[slice(*part)], raised[slice(*part)]), default=None)
+    while True:  # a sample more, on the side where the foot is the steadier
+        wider = [(k, m) for k, m in ((first - 1, stop), (first, stop + 1)) if k >= 0 and m <= len(turned)]
+        wider = [(k, m) for k, m in wider if _steady(turned[k:m], raised[k:m])]
+        if not wider:
+            return FlatFoot(float(where[first]), float(where[stop - 1]), steady=True)
+        first, stop = min(wider, key=lambda part: _unrest(turned[slice(*part)], raised[slice(*part)]))
 
 
 def _unrest(turned: np.ndarray, raised: np.ndarray) -> float:
