@@ -98,9 +98,8 @@ def foot_force(
         side, (start, end) = motion.side, motion.time[[0, -1]]
         among = ", ".join(plate.name for plate in chosen)
         if not foreign and strongest > _SURE:
-            seen = (
-                f"no contact on a plate ({among}) lasts {_SHORTEST:g} s, though it reaches {strongest:.4g} N"
-            )
+            seen = f"no contact on a plate ({among}) lasts {_SHORTEST:g} s, "
+            seen += f"though it reaches {strongest:.4g} N"
             allowed = "steps on plates, no spikes: is a channel damaged?"
             raise InputError(seen, field="plate", allowed=allowed)
         if not foreign:

@@ -241,9 +241,8 @@ def _ankle(
     if missing:
         problem = f"the ankle's place cannot be had from joint angles alone; missing: {', '.join(missing)}"
         allowed = "the scaled model (`model`), or a .trc with an ankle marker, or body positions with "
-        allowed += (
-            f"talus_{side[0]}_X and _Y, or pelvis_tx and pelvis_ty with `thigh`, `shank`, `ankle_height`"
-        )
+        allowed += f"talus_{side[0]}_X and _Y, or pelvis_tx and pelvis_ty with `thigh`, `shank`, "
+        allowed += "`ankle_height`"
         raise InputError(problem, file=table.file, allowed=allowed)
     assert choices.thigh is not None and choices.shank is not None
     forward, up = choices.hip or _HIP

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from afo_sim.common import InputError, Notice
+from afo_sim.common import InputError, Notice, unknown
 from afo_sim.gait_lab.noted import Noted, note
 from afo_sim.gait_lab.readers.markers import Markers
 from afo_sim.gait_lab.readers.signals import stretches
@@ -15,7 +15,7 @@ from afo_sim.gait_lab.trial.joint_centres import without
 from afo_sim.gait_lab.trial.landmarks import NEEDED, Landmarks, find_landmarks, first
 from afo_sim.gait_lab.trial.leg_points import LegPoint, LegPoints, mean_place
 from afo_sim.gait_lab.trial.placed_roles import place_roles
-from afo_sim.gait_lab.trial.roles import Names, Roles, find_roles, mapped_roles, missing_roles, named_points
+from afo_sim.gait_lab.trial.roles import Names, Roles, find_roles, mapped_roles, missing_roles
 
 _QUIET = 0.05  # speed below which a marker stands still; sway is slower by half (assumed) [m/s]
 _LONG = 0.5  # shortest quiet part [s]
@@ -55,7 +55,10 @@ def legs_from_markers(
     roles = _roles(markers, choices, standing)
     landmarks = find_landmarks(markers, roles, choices.up)
     ways = {side: {role: landmarks.ways(side, role) for role in ROLES} for side in SIDES}
-    for role, names in named_points(markers, choices).items():  # what a person named is the only way
+    for role, names in choices.markers.items():  # what a person named is the only way
+        for name in (name for name in names if name not in markers.positions):
+            problem = f"there is no such marker in {markers.file}"
+            raise unknown(name, markers.positions, field=f"marker.{role}", problem=problem)
         source = f"{'midpoint of ' if len(names) > 1 else ''}{' and '.join(names)}"
         ways[choices.side][role] = [LegPoint(markers.point(names), source, way="as chosen")]
     clusters = _clusters(markers, landmarks, markers, ways)

@@ -50,7 +50,11 @@ def doubts(
     found = [*walker_doubts(cycle), *compensated, *gait.closing_doubts(cycle), *_zero(zero), *_flat(cycle)]
     found += [*_ankle_height(cycle, points), *_knee(cycle)]
     found += _pressure(cycle, *_outline(points, motion))
-    found += [*_forward_force(cycle), *_moment_peak(cycle)]
+    if np.isfinite(cycle.grf_x).all() and np.abs(cycle.grf_x).max() <= _FORWARD:
+        text = "the ground's force has no part forward or backward: a plate that measures upward force "
+        text += "alone? The ankle moment lacks that force times {height_cm:.0f} cm"
+        found.append(Notice("no-shear-force", text, height_cm=100.0 * cycle.ankle_height))
+    found += _moment_peak(cycle)
     _require_ankle(cycle, points)
     if reference is not None:
         found += _against_reference(cycle, reference)
@@ -87,10 +91,8 @@ def walker_doubts(cycle: gait.GaitCycle) -> list[Notice]:
 def _zero(zero: float) -> list[Notice]:
     degrees = float(np.degrees(np.arctan2(np.sin(zero), np.cos(zero))))
     if abs(degrees) > _ZERO[1]:
-        problem = (
-            f"the foot's line lies {degrees:+.0f} deg from the floor while the foot is flat: heel and toe "
-        )
-        problem += "are exchanged, or the ankle angle has another convention"
+        problem = f"the foot's line lies {degrees:+.0f} deg from the floor while the foot is flat: heel and "
+        problem += "toe are exchanged, or the ankle angle has another convention"
         allowed = f"a line from heel to toe within {_ZERO[1]:.0f} deg of the sole"
         raise InputError(problem, field="marker.heel", allowed=allowed)
     if abs(degrees) <= _ZERO[0]:
@@ -129,9 +131,8 @@ def _require_ankle(cycle: gait.GaitCycle, points: LegPoints) -> None:
     way = points.points["ankle"].path - points.points["heel"].path
     seen = np.linalg.norm(way[np.all(np.isfinite(way), axis=1)], axis=1)
     if len(seen) and np.median(seen) < _ONE_POINT:
-        problem = (
-            f"the ankle lies {1e3 * np.median(seen):.0f} mm from the heel: is one marker taken for both?"
-        )
+        problem = f"the ankle lies {1e3 * np.median(seen):.0f} mm from the heel: "
+        problem += "is one marker taken for both?"
         allowed = f"an ankle {1e3 * _ONE_POINT:.0f} mm or more from the heel's marker"
         raise InputError(problem, field="marker.ankle", allowed=allowed)
     low = _ANKLE_HEIGHT[0] * _shank(points) / _ADULT_SHANK
@@ -195,14 +196,6 @@ def _pressure(cycle: gait.GaitCycle, last: float, first: float) -> list[Notice]:
     return [Notice("pressure-off-foot", text, percent=100.0 * share, most_cm=100.0 * most, end=end)]
 
 
-def _forward_force(cycle: gait.GaitCycle) -> list[Notice]:
-    if not np.isfinite(cycle.grf_x).all() or np.abs(cycle.grf_x).max() > _FORWARD:
-        return []
-    text = "the ground's force has no part forward or backward: a plate that measures upward force alone? "
-    text += "The ankle moment lacks that force times {height_cm:.0f} cm"
-    return [Notice("no-shear-force", text, height_cm=100.0 * cycle.ankle_height)]
-
-
 def _moment_peak(cycle: gait.GaitCycle) -> list[Notice]:
     moment = -cycle.ankle_moment[np.isfinite(cycle.ankle_moment)]
     if not len(moment) or _PEAK[0] <= moment.max() <= _PEAK[1]:
@@ -211,11 +204,9 @@ def _moment_peak(cycle: gait.GaitCycle) -> list[Notice]:
         problem = f"the ankle moment is never plantarflexor: its peak is {moment.max() + 0.0:.2f} N·m/kg"
         allowed = "a centre of pressure ahead of the ankle in late stance: plates and motion of one trial, "
         raise InputError(problem, field="plate", allowed=f"{allowed}in the same axes and units")
-    cause = (
-        "a weak push-off, or too large a mass" if moment.max() < _PEAK[0] else "the ankle's place, the mass?"
-    )
     text = "the plantarflexor moment peaks at {peak:.2f} N·m/kg, outside {low:g} to {high:g}: {cause}"
     peak = float(moment.max())
+    cause = "a weak push-off, or too large a mass" if peak < _PEAK[0] else "the ankle's place, the mass?"
     return [Notice("moment-peak", text, peak=peak, low=_PEAK[0], high=_PEAK[1], cause=cause)]
 
 

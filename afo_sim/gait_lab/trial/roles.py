@@ -14,7 +14,7 @@ import tomli_w
 from afo_sim.common import InputError, Notice, read_toml, unknown, write_sealed
 from afo_sim.gait_lab.noted import Noted, note
 from afo_sim.gait_lab.readers.markers import Markers
-from afo_sim.gait_lab.trial.choices import SIDES, Choices
+from afo_sim.gait_lab.trial.choices import SIDES
 from afo_sim.gait_lab.trial.marker_sets import GENERAL, LANDMARKS, SETS, MarkerSet
 
 _Reading = tuple[str, str]  # side, or "" for none; the rest of the name
@@ -98,16 +98,6 @@ def candidates(names: Sequence[str], side: str, landmarks: Iterable[str]) -> lis
         if max(ratios, default=0.0) >= _LIKENESS:
             likely.append((-max(ratios), name))
     return [name for _, name in sorted(likely, key=lambda entry: entry[0])[:_CANDIDATES]]
-
-
-def named_points(markers: Markers, choices: Choices) -> dict[str, tuple[str, ...]]:
-    """The points of the leg that a person named."""
-    for role, names in choices.markers.items():
-        for name in names:
-            if name not in markers.positions:
-                problem = f"there is no such marker in {markers.file}"
-                raise unknown(name, markers.positions, field=f"marker.{role}", problem=problem)
-    return dict(choices.markers)
 
 
 def missing_roles(

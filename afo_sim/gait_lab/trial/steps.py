@@ -37,9 +37,8 @@ def find_steps(
         left_out = with_code(trial.notices, "plate-left-out")[:4]
         why = "; ".join(left_out) or "no file holds ground forces"
         file = None if left_out else ", ".join(file.name for file in trial.files)
-        allowed = (
-            "columns such as ground_force_vx, _vy, _px in a .mot, or a C3D whose plates are of types 1 to 4"
-        )
+        allowed = "columns such as ground_force_vx, _vy, _px in a .mot, or a C3D "
+        allowed += "whose plates are of types 1 to 4"
         problem = f"{why}; without ground forces no ankle moment is known"
         raise InputError(problem, file=file, allowed=allowed)
 
@@ -122,9 +121,8 @@ def open_ends(strides: Sequence[RecordedStride]) -> list[Notice]:
         angles = {n: float(abs(np.degrees(v))) for n, v in ends.items() if n.endswith("_angle")}
         name = max(angles, key=angles.__getitem__, default="")
         if name and angles[name] > _OPEN:
-            text = (
-                "the closed stride's ends differ by {apart:.1f} deg at the {joint}: bring a longer recording"
-            )
+            text = "the closed stride's ends differ by {apart:.1f} deg at the {joint}: "
+            text += "bring a longer recording"
             joint = name.removesuffix("_angle")
             found.append(Notice("ends-open", text, subject=stride.side, apart=angles[name], joint=joint))
     return found
