@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 from typer import Argument, Option
 
 from afo_sim.cli import common
-from afo_sim.common import Foreign, InputError, assets, nearest_name, unknown
+from afo_sim.common import Foreign, InputError, Keywords, assets, nearest_name, unknown
 
 if TYPE_CHECKING:
     from afo_sim.model import Fit, Ratio
@@ -138,7 +138,7 @@ def new(new_one: _New) -> None:
     if braid and new_one.kind != "muscle":
         problem = f"does not go with a new {new_one.kind}"
         raise InputError(problem, field=next(iter(braid)), allowed="a new muscle")
-    where: Any = {"like": new_one.like, "uses": uses, "whole": new_one.whole}
+    where: Keywords = {"like": new_one.like, "uses": uses, "whole": new_one.whole}
     with common.progress("writing"):
         if new_one.kind in ("sweep", "search"):
             from afo_sim.study import new_study

@@ -15,6 +15,7 @@ from .answer import SKIN as SKIN
 from .answer import Answer as Answer
 from .answer import Feed as Feed
 from .answer import Status as Status
+from .answer import at_most as at_most
 from .beside_strides import COMPARED as COMPARED
 from .beside_strides import LESS as LESS
 from .beside_strides import TOUCHES as TOUCHES
@@ -104,7 +105,6 @@ from .verdict import REFERENCES as REFERENCES
 from .verdict import closing as closing
 from .verdict import needless as needless
 from .verdict import seated_answers as seated_answers
-from .verdict import status_of as status_of
 from .verdict import undecided as undecided
 from .walkers import walkers_metrics as walkers_metrics
 from .walking import WalkMetrics as WalkMetrics

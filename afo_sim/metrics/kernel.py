@@ -103,7 +103,7 @@ def has(b: Doubles, row: int) -> bool:
 
 
 @functools.lru_cache(maxsize=64)
-def _layout(reads: frozenset[int], names: tuple[str, ...]) -> tuple[tuple[str, ...], np.ndarray]:
+def layout(reads: frozenset[int], names: tuple[str, ...]) -> tuple[tuple[str, ...], np.ndarray]:
     """Columns that are read for rows of a block, and how such a block begins."""
     rows, wanted = [*ROWS.values()][:-2], {row for row in reads if row < R.chambers}
     for kind, each in (("chambers", chambers(names)), ("valves", valves(names))):
@@ -118,11 +118,6 @@ def _layout(reads: frozenset[int], names: tuple[str, ...]) -> tuple[tuple[str, .
     head = np.concatenate((head, [len(healthy.phase)], healthy.phase, healthy.ankle_angle))
     head[S.rows] = len(head)
     return tuple(found.values()), head
-
-
-def columns_read(function: Function, names: tuple[str, ...]) -> tuple[str, ...]:
-    """The columns that a kernel reads, of those that a recording has."""
-    return _layout(READS[function], names)[0]
 
 
 class Plan(NamedTuple):
@@ -153,7 +148,7 @@ def block(
     columns: Mapping[str, np.ndarray], near: slice, reads: frozenset[int], given: Sequence[float]
 ) -> np.ndarray:
     """Rows of a recording that kernels read, as they take them; `given` : numbers behind their count."""
-    found, head = _layout(reads, tuple(columns))
+    found, head = layout(reads, tuple(columns))
     values = [columns[column][near] for column in found]
     count = len(values[0])
     before = len(head) + N_COMPUTED * (count + BEYOND)

@@ -19,10 +19,10 @@ from afo_sim.metrics.kernel import (
     S,
     base,
     block,
-    columns_read,
     compiled,
     has,
     kernel,
+    layout,
     plan,
     told,
 )  # fmt: skip
@@ -185,7 +185,7 @@ class Stride:
         found = {name: value for name, value in zip(planned.names, numbers, strict=True) if value != SILENT}
         if math.isnan(b[base(b, N_COMPUTED) + int(b[S.count]) :].sum()):  # rows that are lost tell nothing
             for function in filter(READS.__contains__, functions):
-                if any(np.isnan(self[column]).any() for column in columns_read(function, names)):
+                if any(np.isnan(self[column]).any() for column in layout(READS[function], names)[0]):
                     found |= dict.fromkeys(found.keys() & plan((function,), names).names, math.nan)
         for function in planned.others:
             found.update(function(self))

@@ -117,11 +117,6 @@ def needless(metrics: Numbers, limits: Limits) -> bool:
     return bool(heights) and min(heights) >= clean(1e3 * limits.toe_clearance[0])
 
 
-def status_of(name: str, value: float, limits: Limits) -> Status | None:
-    """The status of a metric of push-off [the registry's unit]; None of other metrics."""
-    return at_most(value, getattr(limits, AGAINST[name])) if name in AGAINST else None
-
-
 # --- help
 
 

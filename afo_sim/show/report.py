@@ -16,10 +16,10 @@ from afo_sim.metrics import (
     GROUPS,
     REPORTED,
     Metric,
+    at_most,
     closing,
     number,
     reference_metrics,
-    status_of,
     unit,
     words,
     worth,
@@ -88,7 +88,9 @@ def _cell(name: str, metric: Metric | None, run: RunView) -> str:
     """A metric's value, with its status where the scenario has a limit for it, and its numerical error."""
     if metric is None:
         return "–"
-    shown = status_of(name, metric.value, limits_of(run.recording)) if name in AGAINST else None
+    shown = None
+    if name in AGAINST:  # a metric of push-off
+        shown = at_most(metric.value, getattr(limits_of(run.recording), AGAINST[name]))
     error = found_step_errors(run.recording).get(name)
     checked = "" if error is None else f" ± {abs(error.error):.1g}"
     return readable(name, metric) + (f" ({shown})" if shown else "") + checked
