@@ -9,23 +9,35 @@ import argparse
 import dataclasses
 import pathlib
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 
 from afo_sim.common import write_text
 from afo_sim.lab import ledger
-from afo_sim.lab.ledger import Device
+from afo_sim.lab.ledger import Device, LedgerRow
 from afo_sim.lab.ledger_predictions import muscle
+from afo_sim.metrics import Coverage, coverages
 
 ROOT = pathlib.Path(__file__).parents[1]
 # no part of a force at rest
 MOVING = {"damping", "mass", "dead_volume", "braid_stiffness", "return_stiffness"}
 
 
+def coverage_of(rows: Iterable[LedgerRow]) -> dict[str, Coverage]:
+    """How many values of each kind lie in their bands, on how many benches, and how many were worn."""
+    told = [row for row in rows if row.inside is not None]
+    found = {}
+    for kind in coverages():
+        own = [row for row in told if row.kind == kind]
+        benches, worn = {row.bench for row in own}, [row for row in own if row.worn]
+        found[kind] = Coverage(kind, len(own), sum(bool(row.inside) for row in own), len(benches), len(worn))
+    return found
+
+
 def write() -> None:
     """Write the counts that go with answers, and the lines of the page."""
     rows = ledger.ledger()
     told = ["# How many measured values of the ledger lay in the band of 90 % that was predicted for them."]
-    for kind, counts in ledger.coverage_of(rows).items():
+    for kind, counts in coverage_of(rows).items():
         fields = {key: x for key, x in dataclasses.asdict(counts).items() if key != "kind"}
         told += [f'\n["{kind}"]', *(f"{key} = {x}" for key, x in fields.items())]
     write_text(ROOT / "models" / "coverage.toml", "\n".join(told) + "\n")

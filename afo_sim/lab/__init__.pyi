@@ -47,7 +47,6 @@ from .torque_problem import Group as Group
 from .torque_solution import Profile as Profile
 from .torque_solution import profile as profile
 from .validation import summary as summary
-from .validation import validate as validate
 from .validation_knee import FEMUR_ANCHOR as FEMUR_ANCHOR
 from .validation_knee import FITTINGS as FITTINGS
 from .validation_knee import PIN as PIN

@@ -17,7 +17,7 @@ What is not published is drawn from a stated range, never chosen. The rules, wri
 
 import functools
 import pathlib
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, TypeVar
 
@@ -31,7 +31,6 @@ from afo_sim.description import PROBLEMS, load
 from afo_sim.lab.identifiability import rms
 from afo_sim.lab.ledger_predictions import PREDICTIONS, contracted, si
 from afo_sim.lab.validation_row import Report, counted
-from afo_sim.metrics import Coverage, coverages
 
 DRAWS, SEED = 64, 20070302
 LEVELS = (0.05, 0.5, 0.95)
@@ -218,17 +217,6 @@ def rows_of(device: Device) -> list[LedgerRow]:
         value, error = (si(text) / si(f"1 {unit}") if text else None for text in (each.value, each.error))
         what = device.bench, device.kind, device.worn
         found.append(LedgerRow(device.device, each.quantity, unit, band, value, error, source, *what))
-    return found
-
-
-def coverage_of(rows: Iterable[LedgerRow]) -> dict[str, Coverage]:
-    """How many values of each kind lie in their bands, on how many benches, and how many were worn."""
-    told = [row for row in rows if row.inside is not None]
-    found = {}
-    for kind in coverages():
-        own = [row for row in told if row.kind == kind]
-        benches, worn = {row.bench for row in own}, [row for row in own if row.worn]
-        found[kind] = Coverage(kind, len(own), sum(bool(row.inside) for row in own), len(benches), len(worn))
     return found
 
 

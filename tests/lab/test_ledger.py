@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from campaign import nightly
 from command import call
-from documents import PAGES
+from documents import PAGES, script
 
 from afo_sim import InputError
 from afo_sim.lab import ledger as lab
@@ -95,7 +95,7 @@ def test_counts_of_each_kind() -> None:
         LedgerRow("b", "q", "N", BAND, None, bench="B", kind="muscle force"),  # nothing measured
         LedgerRow("b", "q", "N", None, 90.0, bench="B", kind="muscle force"),  # nothing predicted
     ]
-    found = lab.coverage_of(rows)["muscle force"]
+    found = script("ledger").coverage_of(rows)["muscle force"]
     assert (found.values, found.inside, found.benches, found.worn) == (2, 1, 1, 1)
 
 
@@ -278,7 +278,7 @@ def test_a_wrong_file_is_refused_by_its_key(tmp_path: pathlib.Path, change: Any,
 def test_the_page_shows_the_summary() -> None:
     shown = PAGES["accuracy"].partition("<!-- ledger begins -->\n")[2].partition("<!-- ledger ends -->")[0]
     rows = lab.ledger()
-    assert lab.coverage_of(rows) == coverages()
+    assert script("ledger").coverage_of(rows) == coverages()
     assert shown == "".join(f"- {line}.\n" for line in lab.summary(rows))
     assert len({r.bench for r in rows if r.verdict != "cannot tell"}) >= 10
 
