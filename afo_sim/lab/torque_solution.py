@@ -5,16 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import chi2, t
 
-from afo_sim.lab.solution import (
-    FitParameter,
-    HeldOut,
-    Progress,
-    Refit,
-    Solution,
-    believed,
-    left_out,
-    of_readings,
-)
+from afo_sim.lab import solution as least
 from afo_sim.lab.torque_problem import TorqueProblem, errors
 
 ROUNDS = 4  # in which two channels' sizes of error are found
@@ -24,7 +15,7 @@ GRID = 33  # values of each of the two
 HALVES = 2.0  # of their 95 % intervals to either side
 
 
-def solve(problem: TorqueProblem, start: np.ndarray | None = None) -> Solution:
+def solve(problem: TorqueProblem, start: np.ndarray | None = None) -> least.Solution:
     """The least squares of a problem; two channels are each in units of their own error."""
     both = np.isfinite(problem.column("cuff")).any()
     problem = replace(problem, spread=dict.fromkeys(problem.spread, 1.0))
@@ -34,10 +25,10 @@ def solve(problem: TorqueProblem, start: np.ndarray | None = None) -> Solution:
     for _ in range(ROUNDS if both else 0):
         problem = problem.scaled(errors(problem, problem.values(best.x)))
         best = problem.search(best.x)
-    return believed(problem, best)
+    return least.believed(problem, best)
 
 
-def from_start(start: np.ndarray) -> Refit:
+def from_start(start: np.ndarray) -> least.Refit:
     """A fit to some of the readings, as `held_out` asks for it."""
     return lambda rest: solve(rest, start).values
 
@@ -53,7 +44,7 @@ class Alternative:
 
 
 def alternatives(
-    solution: Solution, held: dict[str, HeldOut], report: Progress = lambda text: None
+    solution: least.Solution, held: dict[str, least.HeldOut], report: least.Progress = lambda text: None
 ) -> tuple[str, tuple[Alternative, ...]]:
     """Fits without each parameter that has a neutral value, and the kind of part that judged them."""
     problem = solution.problem
@@ -70,7 +61,7 @@ def alternatives(
         free = tuple(p for p in problem.free if p is not parameter)
         less = replace(problem, free=free, fixed={**problem.fixed, parameter.name: parameter.neutral})
         own = solve(less)
-        without_it = left_out(less, masks, from_start(own.x))
+        without_it = least.left_out(less, masks, from_start(own.x))
         ratio = [2.0 * np.log((without_it.of(n) + 1e-12) / (with_it.of(n) + 1e-12)) for n in masks]
         # the one-standard-error rule of Breiman, Friedman, Olshen & Stone 1984, in logarithms
         told = float(np.mean(ratio)) > float(np.std(ratio, ddof=1)) / np.sqrt(len(ratio))
@@ -87,7 +78,7 @@ class Apart:
     chance: dict[str, float]
 
 
-def apart(solution: Solution, report: Progress = lambda text: None) -> Apart | None:
+def apart(solution: least.Solution, report: least.Progress = lambda text: None) -> Apart | None:
     """Fits to each group alone, and whether they contradict each other; None of too few or small ones."""
     problem, values, x, h = solution.problem, {}, [], []
     if len(problem.groups) < 2:
@@ -109,13 +100,13 @@ def apart(solution: Solution, report: Progress = lambda text: None) -> Apart | N
     return Apart(values, at, chance)
 
 
-def mean_square(solution: Solution) -> float:
+def mean_square(solution: least.Solution) -> float:
     """Of the torque errors of the settings, without the scatter within them [N²·m²]."""
     missed = errors(solution.problem, solution.values)["torque"]
     return float(np.average(missed**2, weights=solution.problem.column("weight")))
 
 
-def root_mean_square(solution: Solution) -> float:
+def root_mean_square(solution: least.Solution) -> float:
     """Of the torque errors [N·m], every reading alike."""
     scatter = np.average(solution.problem.column("scatter"), weights=solution.problem.column("weight"))
     return float(np.sqrt(mean_square(solution) + scatter))
@@ -125,13 +116,13 @@ def root_mean_square(solution: Solution) -> float:
 class Profile:
     """RMS of the torque errors [N·m] (n, m) over values [SI] of two parameters."""
 
-    parameters: tuple[FitParameter, FitParameter]
+    parameters: tuple[least.FitParameter, least.FitParameter]
     first: np.ndarray
     second: np.ndarray
     rms: np.ndarray
 
 
-def profile(solution: Solution) -> Profile | None:
+def profile(solution: least.Solution) -> Profile | None:
     """Over the first two parameters, the others held where the fit ended; None where there is one only."""
     free = solution.problem.free
     if len(free) < 2:
@@ -150,5 +141,5 @@ def profile(solution: Solution) -> Profile | None:
     for i, a in enumerate(values[0]):
         for j, b in enumerate(values[1]):
             missed = errors(problem, at | {free[0].name: float(a), free[1].name: float(b)})["torque"]
-            found[i, j] = of_readings(missed, weight, scatter)
+            found[i, j] = least.of_readings(missed, weight, scatter)
     return Profile((free[0], free[1]), values[0], values[1], found)
