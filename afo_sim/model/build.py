@@ -15,7 +15,7 @@ from afo_sim import native
 from afo_sim.common import InputError, JsonMapping, Notice, Shown
 from afo_sim.description import Orthosis, Scenario, load
 from afo_sim.gait import STANCE_FORCE
-from afo_sim.model import time_step_limits
+from afo_sim.model import person, time_step_limits
 from afo_sim.model.air_checks import check_air_path
 from afo_sim.model.air_path import circuit_of, own_supply
 from afo_sim.model.assemble import Geometry, assemble, compiled, geometry_of
@@ -28,19 +28,6 @@ from afo_sim.model.mounting import Index
 from afo_sim.model.muscle_weakness import Active, active, own_active
 from afo_sim.model.path_checks import check_guides, check_paths, check_stretch
 from afo_sim.model.periodic import unseen_drift, why_walked
-from afo_sim.model.person import (
-    USUAL_GROUND,
-    Person,
-    Size,
-    as_recorded,
-    doubts_of_trial,
-    in_contact,
-    own_tissue,
-    person_of,
-    signs_of_compensation,
-    stride_files_stay,
-    walker_of,
-)
 from afo_sim.model.plausible_design import implausible
 from afo_sim.model.walk import Pace, Walk, lay_out
 from afo_sim.model.walk_bodies import fill_walking
@@ -87,7 +74,7 @@ class Built(Shown):
 
     @functools.cached_property
     def _full(self) -> tuple[mujoco.MjModel, mujoco.MjSpec]:
-        size = Size.of(self.scenario)
+        size = person.Size.of(self.scenario)
         spec = assemble(leg_spec(self.scenario, size), self.scenario, _circuit(self.scenario), size)
         model = compiled(spec, self.scenario)
         model.actuator_user[:] = self.model.actuator_user
@@ -101,9 +88,9 @@ class Built(Shown):
         return exact_xml(self.spec)
 
     @functools.cached_property
-    def person(self) -> Person:
+    def person(self) -> person.Person:
         """Whose leg it is."""
-        return person_of(self.scenario)
+        return person.person_of(self.scenario)
 
     @property
     def body_mass(self) -> float:
@@ -141,7 +128,7 @@ def build(
     (0.0005, 'ankle')
     """
     scenario = load("scenario", scenario, sets)
-    with stride_files_stay():
+    with person.stride_files_stay():
         return _built(scenario)
 
 
@@ -149,12 +136,12 @@ def _built(scenario: Scenario) -> Built:
     if scenario.worn_on == "both":
         problem, allowed = "one leg is simulated", '"one"; then `afo-sim both`, or `afo-sim walk` with "both"'
         raise InputError(problem, field="worn_on", value="both", allowed=allowed)
-    floor = scenario.ground or USUAL_GROUND
+    floor = scenario.ground or person.USUAL_GROUND
     for key, unit, value in (("slope", "deg", np.degrees(floor.slope)), ("uneven", "mm", 1e3 * floor.uneven)):
         if value:
             problem, allowed = "recorded walks are of a level floor", f"0 {unit}, or `afo-sim walk`"
             raise InputError(problem, field=f"ground.{key}", value=f"{value:.3g} {unit}", allowed=allowed)
-    circuit, size = _circuit(scenario), Size.of(scenario)
+    circuit, size = _circuit(scenario), person.Size.of(scenario)
     geometry = geometry_of(scenario, circuit, size)
     model, index = geometry.of(size.heavier), geometry.index
     foot, bare = geometry.feet(size.heavier) if scenario.walking else (None, None)
@@ -162,7 +149,7 @@ def _built(scenario: Scenario) -> Built:
     native.fill_inverse_masses(model)
     if foot is not None:
         fill_walking(model, index.walking, scenario, foot)
-    tissue = own_tissue(scenario)
+    tissue = person.own_tissue(scenario)
     model.actuator_user[index.passive] = native.row(
         native.Kind.PASSIVE,
         scale=tissue.scale,
@@ -173,8 +160,8 @@ def _built(scenario: Scenario) -> Built:
     fill_hinge(model, scenario, size)
     stretch = _stretched(geometry, circuit, scenario.orthosis)
     numbers, coarse = time_step_limits.check_stability(model, index, scenario)
-    stops = model.jnt_range[model.dof_jntid[index.ankle_dof]].tolist()
-    guided = _guided(scenario.orthosis, *stops)
+    stops = tuple(model.jnt_range[model.dof_jntid[index.ankle_dof]].tolist())
+    guided = check_guides(scenario.orthosis, stops)
     described = (*check_description(scenario), *implausible(scenario, model), *check_air_path(scenario))
     walked: list[Notice] = []  # though a stride was to be solved for, or too few
     if scenario.gait is not None and scenario.gait.settled == "solved" and (why := why_walked(scenario)):
@@ -209,11 +196,6 @@ def _stretched(geometry: Geometry, circuit: native.Circuit, orthosis: Orthosis) 
     return tuple(check_stretch(_rows(geometry, circuit), angles, lengths, muscles, orthosis))
 
 
-@functools.lru_cache(maxsize=4)
-def _guided(orthosis: Orthosis, lower: float, upper: float) -> tuple[Notice, ...]:
-    return tuple(check_guides(orthosis, (lower, upper)))
-
-
 def _circuit(scenario: Scenario) -> native.Circuit:
     drives = tuple(scenario.drive.items())
     return circuit_of(scenario.orthosis, drives=drives, supply=own_supply(scenario))
@@ -223,19 +205,19 @@ def _with_walking(built: Built, foot: Foot, bare: Foot) -> Built:
     """Lay the recorded walking out, and compute what the patient's own ankle does in it."""
     scenario = built.scenario
     walk = lay_out(scenario, foot)
-    if walker_of(scenario) == "patient":  # as in what was worn when the walk was recorded
-        recorded, size = as_recorded(scenario), Size.of(scenario)
+    if person.walker_of(scenario) == "patient":  # as in what was worn when the walk was recorded
+        recorded, size = person.as_recorded(scenario), person.Size.of(scenario)
         bare = geometry_of(recorded, _circuit(recorded), size).feet(size.heavier)[1]
-        own = own_active(lay_out(recorded, bare), bare, own_tissue(recorded), built.body_mass)
+        own = own_active(lay_out(recorded, bare), bare, person.own_tissue(recorded), built.body_mass)
     else:
         own = active(walk, bare, scenario, built.body_mass)
-    doubts = (*signs_of_compensation(scenario), *doubts_of_trial(scenario))
+    doubts = (*person.signs_of_compensation(scenario), *person.doubts_of_trial(scenario))
     contact, warnings = None, (*built.warnings, *doubts, *_paced(scenario, walk))
-    if in_contact(scenario):
+    if person.in_contact(scenario):
         check_sole(foot, scenario)
         contact = register(walk, foot, built.model, scenario, built.body_mass)
         warnings = (*warnings, *contact.warnings)
-        if walk.laid > MISFIT * Size.of(scenario).taller:
+        if walk.laid > MISFIT * person.Size.of(scenario).taller:
             text = "the recorded sole is {laid:.0f} mm off the floor while force acts: the two do not fit"
             warnings = (*warnings, Notice("sole-off-floor", text, subject="gait.cycle", laid=1e3 * walk.laid))
     else:

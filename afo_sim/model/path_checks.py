@@ -4,6 +4,7 @@ A muscle that cannot work is refused: one that is too long for its path, that pa
 braid locks, or whose path jumps through a surface. Of others that are doubtful a notice warns.
 """
 
+import functools
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 
@@ -132,16 +133,12 @@ def _beyond_limits(
         )
         yield Notice("muscle-too-short", text, subject=role, travel=travel, shortening=shortest)
     else:
-        yield Notice(
-            "muscle-too-slack",
-            "{subject} muscles are mounted too slack to follow the whole range of motion: at its end they "
-            "would have to be shorter by a contraction of {contraction:.3f}, and their limit is {limit:g}; a "
-            "link_length shorter by {shorter:.0f} mm would do",
-            subject=role,
-            contraction=most,
-            shorter=math.ceil(1e3 * (most - limits.contraction_max) * length),
-            limit=limits.contraction_max,
-        )
+        text = "{subject} muscles are mounted too slack to follow the whole range of motion: at its end they "
+        text += "would have to be shorter by a contraction of {contraction:.3f}, and their limit is "
+        text += "{limit:g}; a link_length shorter by {shorter:.0f} mm would do"
+        limit = limits.contraction_max
+        by = math.ceil(1e3 * (most - limit) * length)
+        yield Notice("muscle-too-slack", text, subject=role, contraction=most, shorter=by, limit=limit)
 
 
 def _too_taut(problem: str, file: str, role: str, group: MuscleGroup, missing: float) -> InputError:
@@ -154,12 +151,9 @@ def _too_taut(problem: str, file: str, role: str, group: MuscleGroup, missing: f
         field, value = "slack", f"{group.slack * 1000:g} mm"
         length = group.slack + missing * group.type.nominal_length
         enough = f"at least {math.ceil(1000 * length)} mm, or as much more link_length"
+    allowed = f"{enough}, or a narrower range_of_motion"
     return InputError(
-        problem,
-        file=file,
-        field=f"orthosis.muscle.{role}.{field}",
-        value=value,
-        allowed=f"{enough}, or a narrower range_of_motion",
+        problem, file=file, field=f"orthosis.muscle.{role}.{field}", value=value, allowed=allowed
     )
 
 
@@ -196,11 +190,12 @@ def _own_contraction(group: MuscleGroup, orthosis: Orthosis, path: float) -> flo
 _Seen = tuple[float | None, np.ndarray]
 
 
-def check_guides(orthosis: Orthosis, stops: tuple[float, float]) -> list[Notice]:
+@functools.lru_cache(maxsize=4)  # cases of a sweep share it
+def check_guides(orthosis: Orthosis, stops: tuple[float, float]) -> tuple[Notice, ...]:
     """Refuse paths that MuJoCo would take through a surface within the range of motion; warn of others."""
     guided = {name: group for name, group in orthosis.anchored.items() if group.path}
     if not guided:
-        return []
+        return ()
     paths = paths_of(orthosis)
     low, high = orthosis.range_of_motion
     within = _angles(low, high)
@@ -213,18 +208,15 @@ def check_guides(orthosis: Orthosis, stops: tuple[float, float]) -> list[Notice]
         columns = [list(paths.tendons).index(f"{name}_{k}") for k in range(1, group.count + 1)]
         shortest = float(paths.lengths(np.zeros(1))[0, columns].min())
         if group.cable.offset >= shortest:  # which surfaces make longer than straight
-            raise InputError(
-                f"is not shorter than the path, {100.0 * shortest:.3g} cm at an angle of zero",
-                file=orthosis.name,
-                field=f"orthosis.muscle.{name}.cable.offset",
-                value=f"{100.0 * group.cable.offset:g} cm",
-                allowed=f"less than {100.0 * shortest:.3g} cm",
-            )
+            problem = f"is not shorter than the path, {100.0 * shortest:.3g} cm at an angle of zero"
+            value, allowed = f"{100.0 * group.cable.offset:g} cm", f"less than {100.0 * shortest:.3g} cm"
+            field = f"orthosis.muscle.{name}.cable.offset"
+            raise InputError(problem, file=orthosis.name, field=field, value=value, allowed=allowed)
         found += _muscle_that_bends(name, group, paths, within)
         for number, point in enumerate(group.path):
             if point.surface is not None:
                 found += _surface(orthosis, paths, name, number, within, beyond)
-    return found
+    return tuple(found)
 
 
 def _angles(first: float, last: float) -> np.ndarray:
@@ -241,13 +233,11 @@ def _surface(
         seen = _over(paths, f"{name}_{k}", number, within)
         problem = _problem(within, seen)
         if problem:
-            raise InputError(
-                f"{problem}, within the range of motion: no cable does that",
-                file=orthosis.name,
-                field=f"orthosis.muscle.{name}.path[{number}].surface",
-                allowed="a surface further to one side, a smaller radius, a point of the path before or "
-                "behind it, or a narrower range_of_motion",
-            )
+            problem += ", within the range of motion: no cable does that"
+            field = f"orthosis.muscle.{name}.path[{number}].surface"
+            allowed = "a surface further to one side, a smaller radius, a point of the path before or behind "
+            allowed += "it, or a narrower range_of_motion"
+            raise InputError(problem, file=orthosis.name, field=field, allowed=allowed)
         touched = touched or any(np.linalg.norm(normal) > TOUCHING for _, normal in seen)
     for angles in beyond:
         problem = _problem(angles, _over(paths, f"{name}_1", number, angles))

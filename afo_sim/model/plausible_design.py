@@ -79,10 +79,7 @@ def implausible(scenario: Scenario, model: mujoco.MjModel) -> Iterator[Notice]:
 @functools.lru_cache(maxsize=16)  # cases of a sweep share them
 def _beyond(of: str, described: Described | None) -> tuple[Notice, ...]:
     """The keys of one table of a scenario that are beyond their limits."""
-    return tuple(_outside(of, SimpleNamespace(**{of: described})))
-
-
-def _outside(of: str, scenario: SimpleNamespace) -> Iterator[Notice]:
+    scenario, found = SimpleNamespace(**{of: described}), []
     for part, key, low, high, factor, unit in _LIMITS:
         if (part or key).partition(".")[0] != of:
             continue
@@ -95,7 +92,8 @@ def _outside(of: str, scenario: SimpleNamespace) -> Iterator[Notice]:
             if value is not None and not low <= value <= high:
                 field = ".".join(filter(None, (part, name, key)))
                 allowed = f"{factor * low:g} to {factor * high:g}{unit}"
-                yield _doubt(field, f"{factor * value:.4g}{unit}", allowed)
+                found.append(_doubt(field, f"{factor * value:.4g}{unit}", allowed))
+    return tuple(found)
 
 
 def _leg(scenario: Scenario, model: mujoco.MjModel) -> Iterator[Notice]:
@@ -118,11 +116,7 @@ def _leg(scenario: Scenario, model: mujoco.MjModel) -> Iterator[Notice]:
 @functools.lru_cache(maxsize=4)
 def _mounted(size: float, orthosis: Orthosis) -> tuple[Notice, ...]:
     """Anchors that are not on a leg of that size [m]: beside it, above the knee, off the foot."""
-    return tuple(_misplaced(size, orthosis))
-
-
-def _misplaced(size: float, orthosis: Orthosis) -> Iterator[Notice]:
-    knee, toe = _SHANK_LENGTH * size, _FOOT_LENGTH * size
+    knee, toe, found = _SHANK_LENGTH * size, _FOOT_LENGTH * size, []
     places = {
         "shank": f"up to {1e2 * _BESIDE:g} cm from the shank's axis, 0 to {1e2 * knee:.0f} cm above it",
         "foot": f"{-1e2 * _BEHIND:g} to {1e2 * toe:.0f} cm ahead of the ankle, {-1e2 * _UNDER:g} to "
@@ -141,13 +135,13 @@ def _misplaced(size: float, orthosis: Orthosis) -> Iterator[Notice]:
             if not on.get(anchor.segment, True):
                 at = ", ".join(f"{1e2 * each:.3g}" for each in anchor.from_joint)
                 field = f"orthosis.muscle.{name}.{end}.from_joint"
-                yield _doubt(field, f"{at} cm", places[anchor.segment])
+                found.append(_doubt(field, f"{at} cm", places[anchor.segment]))
         long = group.type.total_length
         if group.pulley is None and long > knee + _BEYOND:
             field = f"orthosis.muscle.{name}.type.total_length"
-            yield _doubt(
-                field, f"{1e2 * long:.3g} cm", f"up to {1e2 * (knee + _BEYOND):.0f} cm on this shank"
-            )
+            fits = f"up to {1e2 * (knee + _BEYOND):.0f} cm on this shank"
+            found.append(_doubt(field, f"{1e2 * long:.3g} cm", fits))
+    return tuple(found)
 
 
 def _doubt(field: str, value: str, allowed: str) -> Notice:
