@@ -53,7 +53,8 @@ def ground_moment(walk: Walk, body_mass: float) -> np.ndarray:
 
 def needed_moment(walk: Walk, foot: Foot, body_mass: float, toe: np.ndarray | None = None) -> np.ndarray:
     """Internal ankle moment that a foot's recorded motion needs; `toe` instead of the walk's."""
-    moment = foot.inertia * walk.turning + foot.mass * _borne(walk, foot.centre)
+    borne = carried(foot.centre, walk.turn, walk.acceleration[:, :2] + (0.0, GRAVITY))
+    moment = foot.inertia * walk.turning + foot.mass * borne
     if (toes := foot.toes) is not None:
         # Ankle moment that the recorded motion needs since the toes are bent, beyond that of straight toes
         toe = walk.toe if toe is None else toe
@@ -65,11 +66,6 @@ def needed_moment(walk: Walk, foot: Foot, body_mass: float, toe: np.ndarray | No
         _bend()[0](*[array.ctypes.data for array in arrays], len(bent))
         moment += bent
     return moment - ground_moment(walk, body_mass)
-
-
-@functools.lru_cache(maxsize=8)  # walkers of any mass share that of one stride
-def _borne(walk: Walk, centre: tuple[float, float]) -> np.ndarray:
-    return carried(centre, walk.turn, walk.acceleration[:, :2] + (0.0, GRAVITY))
 
 
 def _bent_toes(
@@ -131,17 +127,13 @@ def _active(
     recorded = needed_moment(walk, foot, body_mass)
     healthy = _actively(walk, recorded, tissue)
     left = np.where(healthy > 0.0, patient.dorsiflexor_strength, patient.plantarflexor_strength)
-    stiffness = _typical(walk.level or walk) * body_mass * taller * patient.stiffness
+    typical = np.interp((walk.level or walk).phase[1:-1] % 1.0, *np.array(STIFFNESS).T)
+    stiffness = typical * body_mass * taller * patient.stiffness
     stiffness *= _strength(walk, foot, patient, tissue, stride_time, body_mass)
     reflex = -reflex_gain * np.maximum(velocity, 0.0)  # as passive_ankle.spastic_moment
     tighter = passive_along(walk, own) - passive_along(walk, tissue)
     needed = healthy - left * healthy - reflex - tighter
     return _kept(Active(left * healthy + stiffness * angle, stiffness, recorded, needed))
-
-
-@functools.lru_cache(maxsize=4)  # cases of a sweep share it
-def _typical(walk: Walk) -> np.ndarray:
-    return np.interp(walk.phase[1:-1] % 1.0, *np.array(STIFFNESS).T)
 
 
 def _actively(walk: Walk, needed: np.ndarray, tissue: Tissue) -> np.ndarray:
