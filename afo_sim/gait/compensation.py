@@ -96,19 +96,9 @@ def signs(cycle: GaitCycle, body_height: float) -> tuple[Notice, ...]:
         seen = "steppage, the knee is up to {bent:.0f}° and the hip up to {flexed:.0f}° more bent than theirs"
     elif risen >= _RISEN:
         code = HIP_RISES
-        seen = (
-            "the hip is up to {risen:.0f} mm higher than theirs: vaulting, a raised pelvis or circumduction, "
-            "which one leg's sagittal stride does not tell apart"
-        )
-    sign = Notice(
-        code,
-        "in swing the ankle is {low:.0f}° lower than healthy people's of this height at {speed:.2g} m/s; "
-        + seen,
-        subject="swing",
-        speed=healthy.walking_speed,
-        low=-low / DEGREE,
-        bent=bent / DEGREE,
-        flexed=flexed / DEGREE,
-        risen=1e3 * risen,
-    )
-    return (sign,)
+        seen = "the hip is up to {risen:.0f} mm higher than theirs: vaulting, a raised pelvis or "
+        seen += "circumduction, which one leg's sagittal stride does not tell apart"
+    text = "in swing the ankle is {low:.0f}° lower than healthy people's of this height at {speed:.2g} m/s; "
+    data = {"speed": healthy.walking_speed, "low": -low / DEGREE, "bent": bent / DEGREE}
+    data |= {"flexed": flexed / DEGREE, "risen": 1e3 * risen}
+    return (Notice(code, text + seen, subject="swing", **data),)

@@ -187,9 +187,8 @@ def _stops(
     ends = sorted((sign * (low - zero), sign * (high - zero)))
     text = f"{np.degrees(ends[0]):.4g} to {np.degrees(ends[1]):.4g} deg"
     if high - low < NARROWEST or high - low > 2.0 * np.pi:
-        problem = (
-            f"the hinge {joint.name!r} moves from {text}, which is not an ankle's range: degrees or radians?"
-        )
+        problem = f"the hinge {joint.name!r} moves from {text}, which is not an ankle's range: "
+        problem += "degrees or radians?"
         raise InputError(problem, field="range", allowed='such as `range="-50 deg" "30 deg"`')
     if not ends[0] <= 0.0 <= ends[1]:
         problem = f"the hinge {joint.name!r} moves from {text}, and the zero lies outside"

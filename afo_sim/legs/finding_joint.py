@@ -62,9 +62,8 @@ def find_worn(
     zero = zero_of(hinge, zero)
     end, how_up = beyond(tree, below if tree.way(last, below) else last, axis, centre)
     if end is None:
-        problem = (
-            f"shows no direction: no joint, mass or shapes lie {1000 * OFF:g} mm off the axis of {name!r}"
-        )
+        problem = f"shows no direction: no joint, mass or shapes lie {1000 * OFF:g} mm off "
+        problem += f"the axis of {name!r}"
         raise InputError(problem, field="distal", value=below, allowed="a body with mass or shapes")
     along = centre - moved(turned_about(axis, centre, zero - hinge.zero), end)
     up, tilt = upright(axis, along / np.linalg.norm(along))

@@ -211,12 +211,9 @@ def check_drives(scenario: Scenario) -> tuple[dict[str, float], list[str]]:
     for name, drive in scenario.drive.items():
         rate = fastest_rise(scenario.orthosis, name, scenario.supply.pressure)
         if drive.kind == "pwm" and drive.period < scenario.timestep * (1.0 - 1e-9):
-            raise InputError(
-                "is shorter than the time step",
-                field=f"drive.{name}.period",
-                value=f"{in_unit(drive.period, 's', 'ms'):g} ms",
-                allowed=f"at least {in_unit(scenario.timestep, 's', 'ms'):g} ms, or a shorter timestep",
-            )
+            own, step = (f"{in_unit(time, 's', 'ms'):g} ms" for time in (drive.period, scenario.timestep))
+            problem, allowed = "is shorter than the time step", f"at least {step}, or a shorter timestep"
+            raise InputError(problem, field=f"drive.{name}.period", value=own, allowed=allowed)
         idle = f"{', '.join(drive.idle)} changes nothing in a drive of kind {drive.kind}"
         said = [idle] if drive.idle else []
         chamber = scenario.orthosis.chamber[name]

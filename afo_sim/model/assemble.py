@@ -212,11 +212,8 @@ def _asked(asked: _Seen) -> Geometry:
 
 def _values(described: Described, without: tuple[str, ...] = NOT_COMPILED) -> tuple[object, ...]:
     """The values of a description and of its parts."""
-    return tuple(
-        _values(value) if isinstance(value, Described) else value
-        for name, value in vars(described).items()
-        if name not in without
-    )
+    values = (value for name, value in vars(described).items() if name not in without)
+    return tuple(_values(value) if isinstance(value, Described) else value for value in values)
 
 
 def _path(group: MuscleGroup) -> tuple[object, ...]:

@@ -188,12 +188,9 @@ def foot_of(model: mujoco.MjModel, leg: Leg, joint: str) -> Foot:
     for name in POINTS:
         site = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SITE, f"{SOLE}{name}")
         if site < 0:
-            raise InputError(
-                "the foot lacks some of the sole's sites, which walking needs",
-                file=leg.file,
-                field="leg.file",
-                allowed=f"sites {', '.join(POINTS)}, or toe for the last two",
-            )
+            problem = "the foot lacks some of the sole's sites, which walking needs"
+            allowed = f"sites {', '.join(POINTS)}, or toe for the last two"
+            raise InputError(problem, file=leg.file, field="leg.file", allowed=allowed)
         points[name] = _plane(data.site_xpos[site] - ankle)
     toes = None
     if leg.toes is not None:
@@ -268,9 +265,8 @@ def hinge_toes(spec: mujoco.MjSpec, scenario: Scenario, size: Size) -> None:
         check_name(getattr(toes, kind), existing, file, f"leg.toes.{kind}")
     joint = spec.joint(toes.joint)
     if joint.type != mujoco.mjtJoint.mjJNT_HINGE or joint.parent.name != toes.body:
-        raise InputError(
-            f"is not the hinge of the body {toes.body!r}", file=file, field="leg.toes.joint", value=toes.joint
-        )
+        problem = f"is not the hinge of the body {toes.body!r}"
+        raise InputError(problem, file=file, field="leg.toes.joint", value=toes.joint)
     if not scenario.walking:
         spec.delete(joint)
         return

@@ -110,13 +110,9 @@ def _check_joints(names: Sequence[str], leg: Leg) -> None:
         return
     joints = f"{'is the joint' if len(found) == 1 else 'are the joints'} {', '.join(found[:MOST_JOINTS])}"
     more = f" and {len(found) - MOST_JOINTS} more" if len(found) > MOST_JOINTS else ""
-    raise InputError(
-        f"beside the {leg.joint} there {joints}{more} in the leg's file; the toes' hinge is described by "
-        "[toes] in the leg's TOML file",
-        file=leg.file,
-        field="leg",
-        allowed=_cut_out(leg),
-    )
+    problem = f"beside the {leg.joint} there {joints}{more} in the leg's file; the toes' hinge is described "
+    problem += "by [toes] in the leg's TOML file"
+    raise InputError(problem, file=leg.file, field="leg", allowed=_cut_out(leg))
 
 
 def check_leg(model: mujoco.MjModel, scenario: Scenario) -> None:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import mujoco
 import numpy as np
 
-from afo_sim.common import Foreign, Notice
+from afo_sim.common import Foreign, Keywords, Notice
 from afo_sim.description import JOINTS, WORN
 from afo_sim.model.build import Built
 from afo_sim.model.mounting import ANKLE, muscle_names
@@ -181,18 +181,11 @@ class ThroughLeg:
             what = f"passes {1e3 * self.depth:.0f} mm under the skin of the {self.part} {at}"
         way = "forward" if self.move > 0.0 else "back"
         by = math.ceil(1e3 * abs(self.move))
-        return Notice(
-            "path-through-bone" if self.bone else "path-through-skin",
-            "{muscle} {what}; move {end}.from_joint {way} by about {by} mm, or add a path point",
-            subject=f"{self.muscle}, {self.part}",
-            muscle=self.muscle,
-            what=what,
-            end=self.end,
-            way=way,
-            by=by,
-            depth=self.depth,
-            angle=self.angle,
-        )
+        code = "path-through-bone" if self.bone else "path-through-skin"
+        text = "{muscle} {what}; move {end}.from_joint {way} by about {by} mm, or add a path point"
+        data: Keywords = {"muscle": self.muscle, "what": what, "end": self.end, "way": way, "by": by}
+        data |= {"depth": self.depth, "angle": self.angle}
+        return Notice(code, text, subject=f"{self.muscle}, {self.part}", **data)
 
 
 def through_leg(built: Built) -> list[ThroughLeg]:

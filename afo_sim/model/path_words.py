@@ -54,10 +54,8 @@ def pressure(facts: PathFacts) -> str:
 def taut(facts: PathFacts, which: int) -> str:
     """The angles at which the muscle is taut: 0 without air, 1 at full pressure."""
     first, last = float(facts.angles[0]), float(facts.angles[-1])
-    spans = facts.slack[which]
-    whole = (first, last)
     # What ranges leave of a whole one
-    edges = [whole[0], *(edge for span in spans for edge in span), whole[1]]
+    edges = [first, *(edge for span in facts.slack[which] for edge in span), last]
     pairs = zip(edges[::2], edges[1::2], strict=True)
     return in_words(tuple((low, high) for low, high in pairs if high > low), facts.angles)
 

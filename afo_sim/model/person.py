@@ -112,13 +112,10 @@ def walker_of(scenario: Scenario) -> Walker:
     assert gait is not None
     walker = gait.walker or recorded_stride(gait).walker
     if walker is None:
-        raise InputError(
-            "does not say whose walk it is",
-            file=gait.cycle,
-            field="walker",
-            allowed='a header line "# walker: healthy" or "# walker: patient" in the file, or '
-            "gait.walker = healthy or patient in the scenario",
-        )
+        allowed = 'a header line "# walker: healthy" or "# walker: patient" in the file, or '
+        allowed += "gait.walker = healthy or patient in the scenario"
+        problem = "does not say whose walk it is"
+        raise InputError(problem, file=gait.cycle, field="walker", allowed=allowed)
     return walker
 
 

@@ -123,17 +123,13 @@ def _rescaled(name: str, group: MuscleGroup, by: Ratio) -> MuscleGroup:
     link = group.link_length + (mean_length(moved) - mean_length(group))
     if link < 0.0:
         path, rest = mean_length(moved), group.series_length - group.link_length + group.type.nominal_length
-        raise InputError(
-            f"is too long for this leg: its path is {100.0 * path:.3g} cm at an angle of zero, and muscle, "
-            f"fittings and slack are {100.0 * rest:.3g} cm",
-            field=f"muscle.{name}.type",
-            value=group.type.name,
-            allowed="a shorter muscle",
-        )
+        problem = f"is too long for this leg: its path is {100.0 * path:.3g} cm at an angle of zero, and "
+        problem += f"muscle, fittings and slack are {100.0 * rest:.3g} cm"
+        field, value = f"muscle.{name}.type", group.type.name
+        raise InputError(problem, field=field, value=value, allowed="a shorter muscle")
     derived = Provenance(kind="derived", source=_link_source(by))
-    return moved.model_copy(
-        update={"link_length": link, "provenance": group.provenance | {"link_length": derived}}
-    )
+    sources = group.provenance | {"link_length": derived}
+    return moved.model_copy(update={"link_length": link, "provenance": sources})
 
 
 def _link_source(by: Ratio) -> str:

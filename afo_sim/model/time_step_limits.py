@@ -103,9 +103,6 @@ def falling_frictions(orthosis: Orthosis, pressure: float) -> np.ndarray:
 
 
 def _too_long(reason: str, step: float, enough: float) -> InputError:
-    return InputError(
-        f"{reason} for this time step",
-        field="timestep",
-        value=f"{in_unit(step, 's', 'ms'):g} ms",
-        allowed=f"at most {0.99 * in_unit(enough, 's', 'ms'):.2g} ms",
-    )
+    problem, allowed = f"{reason} for this time step", f"at most {0.99 * in_unit(enough, 's', 'ms'):.2g} ms"
+    value = f"{in_unit(step, 's', 'ms'):g} ms"
+    return InputError(problem, field="timestep", value=value, allowed=allowed)

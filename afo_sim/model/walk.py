@@ -109,11 +109,8 @@ class Pace:
         """Stretches of time in which the walker stands: [from, to] [s]; who stays has no end."""
         begun = (0.0, *(at + self.change for at in self.times))
         ended = (*self.times, np.inf)
-        return tuple(
-            (start, end)
-            for start, end, factor in zip(begun, ended, self.factors, strict=True)
-            if factor == 0.0
-        )
+        spans = zip(begun, ended, self.factors, strict=True)
+        return tuple((start, end) for start, end, factor in spans if factor == 0.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -267,11 +264,8 @@ class _Stands:
             taller = grown(scenario, Size.of(scenario).taller)
             stack = taller * (outsole.heel_stack + share * (outsole.ball_stack - outsole.heel_stack))
         sole = scenario.gait.sole_thickness
-        return cls(
-            tuple((float(x), float(z)) for x, z in points),
-            stack,
-            None if sole is None else sole * taller_than_recorded(scenario),
-        )
+        sole = None if sole is None else sole * taller_than_recorded(scenario)
+        return cls(tuple((float(x), float(z)) for x, z in points), stack, sole)
 
 
 def stride_time_of(scenario: Scenario) -> float:
