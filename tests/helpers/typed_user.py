@@ -17,6 +17,11 @@ def lift(seen: Observation) -> dict[str, str]:
     return {"dorsiflexor": "inlet" if unloaded else "outlet"}
 
 
+@afo.column("ankle/doubled", "rad")
+def doubled(columns: Mapping[str, NDArray[np.float64]]) -> NDArray[np.float64]:
+    return 2.0 * columns["ankle/angle"]
+
+
 @afo.metric("toe_up", "deg", "highest angle of the ankle", of="run")
 def toe_up(columns: Mapping[str, NDArray[np.float64]]) -> float:
     return float(np.degrees(columns["ankle/angle"].max()))
@@ -71,7 +76,7 @@ def bench(file: Path, log: dict[str, NDArray[np.float64]]) -> dict[str, float]:
 
 def bodies(out: Path) -> None:
     afo.install()
-    afo.register(toe_up)
+    afo.register(toe_up, doubled)
     afo.import_leg(out / "leg.urdf", out / "mine", shank="tibia", foot="foot")
     afo.export_leg("adult_75kg", out / "adult.urdf", orthosis="s1")
     afo.draw(afo.refit(afo.load("orthosis", "s1"), shank=0.9), out / "s1.png", leg="adult_75kg")
