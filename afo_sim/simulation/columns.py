@@ -231,10 +231,7 @@ def _formulas(
                     name = column.name.replace("*", owner)
                     found[name] = functools.partial(lambda of, k, frame: of(frame, k), column.formula, number)
     for one in own:
-        lacking = one.lacks(found)
-        for name in lacking:
-            describe(name)  # or else no run has it
-        if not lacking:
+        if not [describe(name) for name in one.lacks(found)]:  # refused, where no run has it
             found[one.name] = functools.partial(_of_frame, one, dict(found))
     return found
 

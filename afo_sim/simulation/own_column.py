@@ -1,42 +1,17 @@
 """A column of a user's own: a function of other columns, row by row, which runs have beside the package's."""
 
 import warnings
-from collections.abc import Callable, Collection, Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
 from afo_sim.common import place_of
+from afo_sim.metrics import LazyColumns
 
 Rows = Mapping[str, np.ndarray]
 Function = Callable[[Rows], np.ndarray]
 OWN: dict[str, "OwnColumn"] = {}  # by name, in the order in which one may read another
-
-
-@dataclass(frozen=True)
-class Read(Rows):
-    """Columns of a stretch, computed when they are read; nobody may write into them."""
-
-    names: Collection[str]
-    compute: Callable[[str], np.ndarray]
-    lacking: list[str] = field(default_factory=list)
-
-    def __getitem__(self, name: str) -> np.ndarray:
-        if name not in self.names:
-            self.lacking.append(name)
-            raise KeyError(name)
-        values = np.asarray(self.compute(name)).view()
-        values.flags.writeable = False
-        return values
-
-    def __contains__(self, name: object) -> bool:
-        return name in self.names
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self.names)
-
-    def __len__(self) -> int:
-        return len(self.names)
 
 
 @dataclass(frozen=True)
@@ -51,26 +26,41 @@ class OwnColumn:
     def __call__(self, columns: Rows) -> np.ndarray:
         return self.function(columns)
 
-    def lacks(self, known: Collection[str]) -> list[str]:
+    def lacks(self, known: Iterable[str]) -> tuple[str, ...]:
         """What it reads and a run with these columns does not have, as a trial with ones shows."""
-        tried = Read(known, lambda name: np.ones(2))
+        tried = _Tried(dict.fromkeys(known, np.ones(2)))
         with np.errstate(all="ignore"), warnings.catch_warnings(action="ignore"):
             try:
                 self.function(tried)
             except Exception:  # ones need not suit it; a run says what is wrong
                 return tried.lacking
-        return []
+        return ()
 
     def of(self, columns: Rows) -> np.ndarray:
         """Its values at the rows of other columns (n,)."""
         try:
-            found = np.asarray(self.function(Read(columns.keys(), columns.__getitem__)), float)
+            found = np.asarray(self.function(LazyColumns(columns, lambda name: _kept(columns[name]))), float)
             if found.shape != (rows := columns["time"].shape):
                 raise ValueError(f"gives an array of shape {found.shape}, where the columns have {rows}")
         except Exception as error:  # of the user's code
             error.add_note(f"in the column {self.name}, {place_of(error, self.function)}")
             raise
         return found
+
+
+class _Tried(dict[str, np.ndarray]):
+    lacking: tuple[str, ...] = ()
+
+    def __missing__(self, name: str) -> np.ndarray:
+        self.lacking = (name,)
+        raise KeyError(name)
+
+
+def _kept(values: np.ndarray) -> np.ndarray:
+    """The same values, into which nobody may write."""
+    found = np.asarray(values).view()
+    found.flags.writeable = False
+    return found
 
 
 def column(name: str, unit: str, sign: str = "") -> Callable[[Function], OwnColumn]:
