@@ -71,8 +71,8 @@ def _overload() -> None:
 
     @overload(user_kernel)
     def _(model, gives, x, y, z, u, c, act, a, out):  # type: ignore[no-untyped-def]  # as above
-        none = lambda model, gives, x, y, z, u, c, act, a, out: math.nan  # noqa: E731
-        return called if isinstance(u, types.CPointer) else none  # nobody steps with arrays
+        nobody = not isinstance(u, types.CPointer)  # steps with arrays
+        return (lambda model, gives, x, y, z, u, c, act, a, out: math.nan) if nobody else called
 
     overload(has_kernel)(lambda model, gives: lambda model, gives: address(model, gives) != 0)
     overload(numbers, inline="always")(lambda: lambda: compiling.two_numbers())
