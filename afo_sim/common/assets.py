@@ -10,9 +10,9 @@ import pathlib
 import re
 import tomllib
 import warnings
-from typing import Any
 
 from afo_sim.common.errors import InputError, nearest_name
+from afo_sim.common.open_types import Json, JsonDict
 from afo_sim.common.reading import LARGEST_DESCRIPTION, read_text
 from afo_sim.common.sealing import check_text
 
@@ -26,7 +26,7 @@ LISTS = (*KINDS.values(), "laws", "frictions", "gaits", "metrics")  # of what is
 FOLDERS = ("models", "gait_data")
 # kinds whose products are single files, not folders
 FLAT = ("scenario", "sweep", "search", "uncertainty", "walker", "population")
-OWN: dict[tuple[str, str], dict[str, Any]] = {}  # by kind and name: tables of parts that a user has added
+OWN: dict[tuple[str, str], JsonDict] = {}  # by kind and name: tables of parts that a user has added
 _MOST_LEVELS = 32  # of tables and lists in each other
 _KEY_PART = r"""(?:[\w-]++|"(?:[^"\\\n]|\\.)*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+"""
 _LONG_KEY = re.compile(rf"(?<![\w\\-])(?:{_KEY_PART}){{{_MOST_LEVELS}}}")  # read in the cube of its length
@@ -124,7 +124,7 @@ def shipped_name(file: pathlib.Path) -> str:
     return ""
 
 
-def as_stored(data: Any, place: pathlib.Path) -> Any:
+def as_stored(data: Json, place: pathlib.Path) -> Json:
     """Plain data to be written into a folder: it names files as seen from there."""
     if isinstance(data, dict):
         return {key: as_stored(value, place) for key, value in data.items()}
@@ -166,7 +166,7 @@ def checks_of(scenario: str) -> pathlib.Path:
     return path
 
 
-def read_toml(path: pathlib.Path) -> dict[str, Any]:
+def read_toml(path: pathlib.Path) -> JsonDict:
     """A TOML file as a dict; what is wrong with it as an `InputError`."""
     text = read_text(path, LARGEST_DESCRIPTION)
     try:
@@ -175,7 +175,7 @@ def read_toml(path: pathlib.Path) -> dict[str, Any]:
         raise InputError(f"is not valid TOML: {error}", file=path) from None
 
 
-def parse_toml(text: str) -> dict[str, Any]:
+def parse_toml(text: str) -> JsonDict:
     """A TOML text as a dict."""
     try:
         table = None if _LONG_KEY.search(text) else tomllib.loads(text)
@@ -189,6 +189,6 @@ def parse_toml(text: str) -> dict[str, Any]:
 _parsed = functools.lru_cache(maxsize=32)(parse_toml)  # runs read the same texts again
 
 
-def _is_deep(value: Any, levels: int = _MOST_LEVELS) -> bool:
+def _is_deep(value: Json, levels: int = _MOST_LEVELS) -> bool:
     parts = value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
     return levels < 0 or any(_is_deep(part, levels - 1) for part in parts)

@@ -9,8 +9,7 @@ outside it relative to itself, so that a library of it is loaded without changes
 """
 
 import gc
-from collections.abc import Callable, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 import llvmlite.binding as llvm
 import numba
@@ -20,14 +19,12 @@ from numba.core import cgutils
 from numba.extending import intrinsic, register_jitable
 
 from afo_sim.common.machine_code import USER_KERNELS, Code, start, symbol, table_size
-from afo_sim.common.open_types import Foreign
+from afo_sim.common.open_types import Foreign, Function
 
 _OF_THIS_PROCESS = "numba.dynamic.globals"  # names of addresses in it: nobody else has such a symbol
 
 
-def compile_all(
-    kind: str, functions: Sequence[Callable[..., Any]], signature: Any, raised: Callable[..., Any]
-) -> list[Code]:
+def compile_all(kind: str, functions: Sequence[Function], signature: Foreign, raised: Function) -> list[Code]:
     """Machine code of each function of a kind, as a C function of one signature.
 
     After an exception the result is that of `raised` of the same arguments, which compiled code may call.
@@ -43,7 +40,7 @@ def compile_all(
             gc.enable()
 
 
-def _guarded(function: Callable[..., Any], raised: Callable[..., Any], count: int) -> Callable[..., Any]:
+def _guarded(function: Function, raised: Function, count: int) -> Function:
     """A function of so many arguments that raises nothing; numba compiles no callback of `*arguments`."""
     names = {"function": register_jitable(function), "raised": register_jitable(raised)}
     told = ", ".join(f"a{k}" for k in range(count))
@@ -52,11 +49,11 @@ def _guarded(function: Callable[..., Any], raised: Callable[..., Any], count: in
     return names["guarded"]
 
 
-def _compile(symbol: str, function: Callable[..., Any], signature: Any) -> Code:
+def _compile(symbol: str, function: Function, signature: Foreign) -> Code:
     callback = numba.cfunc(signature, nopython=True, error_model="numpy")(function)
     module = llvm.parse_assembly(callback.inspect_llvm())
-    own: list[Any] = []
-    needs: list[Any] = []
+    own: list[Foreign] = []
+    needs: list[Foreign] = []
     for each in (*module.functions, *module.global_variables):
         (needs if each.is_declaration or each.name.startswith(_OF_THIS_PROCESS) else own).append(each)
     for each in own:

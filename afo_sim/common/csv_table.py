@@ -8,10 +8,10 @@ import pathlib
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 from afo_sim.common.errors import InputError, likeness, nearest_name
 from afo_sim.common.magnitude import LARGEST, LEAST, plausible
+from afo_sim.common.open_types import JsonDict, TableLike
 from afo_sim.common.reading import read_foreign
 from afo_sim.common.sealing import SEALED, check_text
 from afo_sim.common.units import parse_quantity, quantity_at
@@ -91,7 +91,7 @@ def _without_spreadsheet(file: pathlib.Path, text: str) -> tuple[str, int]:
     return "\n".join(found), first
 
 
-def table_of(data: Any, example: str, name: str) -> Table:
+def table_of(data: TableLike, example: str, name: str) -> Table:
     """A table from a file, or from columns in memory."""
     if isinstance(data, str | os.PathLike):
         return read_table(pathlib.Path(data), example)
@@ -155,9 +155,9 @@ def number(file: pathlib.Path, line: int, name: str, cell: str) -> float:
     return float(plausible(value, file=file, field=f"line {line}: {name}"))
 
 
-def read_facts(table: Table, units: dict[str, str | None]) -> dict[str, Any]:
+def read_facts(table: Table, units: dict[str, str | None]) -> JsonDict:
     """The header's facts that have a meaning: by key their SI unit, None for text."""
-    facts: dict[str, Any] = {}
+    facts: JsonDict = {}
     for key, text in table.facts.items():
         if key not in units:
             nearest = nearest_name(key, units)

@@ -1,6 +1,7 @@
 """What results look like, in a terminal and in a notebook, and the registration of what the rooms above draw.
 
-A computed result does not know how it is drawn, nor how it is written for another program.
+A computed result does not know how it is drawn, nor how it is written for another program. `Any` here is a
+result, a value in one, or what draws it: their types stand in rooms above.
 """
 
 import functools

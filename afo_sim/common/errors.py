@@ -3,7 +3,8 @@
 import operator
 import re
 from collections.abc import Callable, Iterable
-from typing import Any
+
+from afo_sim.common.open_types import Mixed
 
 Rename = Callable[[str], str]
 _LONGEST = 100  # letters of a name that is compared with others
@@ -62,7 +63,7 @@ class InputError(AfoSimError):
             message += f"; did you mean {nearest!r}?"
         super().__init__(message)
 
-    def replaced(self, **other: Any) -> "InputError":
+    def replaced(self, **other: Mixed) -> "InputError":
         """The same error with other facts, by the names of the constructor's arguments."""
         names = ("problem", "file", "field", "value", "allowed", "nearest")
         return InputError(**{name: getattr(self, name) for name in names} | other)

@@ -17,14 +17,15 @@ import types
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import fields, is_dataclass
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from afo_sim.common.errors import InputError
+from afo_sim.common.open_types import Function, Mixed
 
 T = TypeVar("T")
 GROUP = "afo_sim"  # of entry points: each names an object that `register` takes, or a module with some
-TAKEN: dict[type, Callable[[Any], object] | str] = {}  # kinds of objects, and what adds one
-ADDED: list[Any] = []  # in their order
+TAKEN: dict[type, Callable[[Mixed], object] | str] = {}  # kinds of objects, and what adds one
+ADDED: list[Mixed] = []  # in their order
 _ASKED: set[str] = set()  # groups of entry points that were looked for
 _TAKEN = "what load, column, controller, metric, Law, Friction or Format gives, or a Python file with some"
 
@@ -34,7 +35,7 @@ def takes(kind: type[T], add: Callable[[T], object] | str) -> None:
     TAKEN[kind] = add
 
 
-def register(*things: Any) -> None:
+def register(*things: Mixed) -> None:
     """Add laws, frictions, metrics, columns, parts or export formats of one's own.
 
     An object of the same name, added before, is replaced: a notebook's cell may run again.
@@ -70,12 +71,12 @@ def register(*things: Any) -> None:
             ADDED[:] = [*(each for each in ADDED if _called(each) != _called(thing)), thing]
 
 
-def _called(thing: Any) -> str:
+def _called(thing: Mixed) -> str:
     """Kind and name of what is added."""
     return f"{type(thing).__name__} {getattr(thing, 'name', thing)}"
 
 
-def _adds(thing: Any) -> Callable[[Any], object] | None:
+def _adds(thing: Mixed) -> Callable[[Mixed], object] | None:
     add = next((add for kind, add in TAKEN.items() if isinstance(thing, kind)), None)
     return importlib.import_module(add).add if isinstance(add, str) else add
 
@@ -145,7 +146,7 @@ def take(packed: bytes) -> None:
         register(*(thing for _, thing in pickle.loads(things)))
 
 
-def place_of(error: BaseException, function: Callable[..., Any]) -> str:
+def place_of(error: BaseException, function: Function) -> str:
     """FILE:LINE at which a user's function failed; where it has no lines of its own, its name."""
     code = getattr(function, "__code__", None)
     frames = traceback.extract_tb(error.__traceback__)
@@ -158,12 +159,12 @@ def identities() -> dict[str, str]:
     return {_called(each): identity_of(each) for each in ADDED}
 
 
-def identity_of(thing: Any) -> str:
+def identity_of(thing: Mixed) -> str:
     """SHA-256 of what an object does: of its code, and of the functions and values that this uses."""
     return hashlib.sha256("\n".join(_texts(thing, set())).encode()).hexdigest()
 
 
-def _texts(thing: Any, seen: set[int]) -> Iterator[str]:
+def _texts(thing: Mixed, seen: set[int]) -> Iterator[str]:
     """Texts that an object follows from, without names of files and numbers of lines."""
     if id(thing) in seen:
         return
@@ -173,7 +174,7 @@ def _texts(thing: Any, seen: set[int]) -> Iterator[str]:
         used = [own[name] for name in thing.__code__.co_names if name in own]
         used = [each for each in used if getattr(each, "__module__", thing.__module__) == thing.__module__]
         cells = [cell.cell_contents for cell in thing.__closure__ or ()]
-        parts: list[Any] = [thing.__code__, thing.__defaults__, *cells, vars(thing), *used]
+        parts: list[Mixed] = [thing.__code__, thing.__defaults__, *cells, vars(thing), *used]
     elif isinstance(thing, types.CodeType):
         parts = [thing.co_code.hex(), thing.co_names, *thing.co_consts]
     elif is_dataclass(thing) and not isinstance(thing, type):

@@ -5,9 +5,9 @@ The extras are those of `pyproject.toml`; a test holds the two tables against ea
 
 import importlib
 import importlib.util
-from typing import Any
 
 from afo_sim.common.errors import InputError
+from afo_sim.common.open_types import Foreign
 
 # {extra: the packages, as they are imported, that it brings}
 EXTRAS = {
@@ -51,7 +51,7 @@ def installed(package: str) -> bool:
         return False
 
 
-def optional(module: str) -> Any:
+def optional(module: str) -> Foreign:
     """A module of a library that an extra brings, imported when it is asked for."""
     try:
         return importlib.import_module(module)

@@ -22,10 +22,11 @@ import platform
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from afo_sim.common import user_cache
 from afo_sim.common.errors import InputError
+from afo_sim.common.open_types import Foreign, JsonDict
 
 
 class Code(NamedTuple):
@@ -46,9 +47,9 @@ def symbol(kind: str, number: int) -> str:
 
 
 def functions(
-    kind: str, prototype: Any, follows: Sequence[Any], compile_: Callable[[], list[Code]],
+    kind: str, prototype: Foreign, follows: Sequence[object], compile_: Callable[[], list[Code]],
     outside: Callable[[], Mapping[str, int]] = dict,
-) -> list[Any]:  # fmt: skip
+) -> list[Foreign]:  # fmt: skip
     """C function pointers, of the package's library, from the cache or compiled now.
 
     `outside` gives addresses of symbols that compiled code needs and no library of the process has.
@@ -88,7 +89,7 @@ CONTENT = "content.json"  # beside it: its digest; of each kind key and number o
 
 
 @functools.cache
-def _brought() -> dict[str, Any]:
+def _brought() -> JsonDict:
     """What the package's library holds; nothing where it is missing or damaged."""
     for folder in user_cache.BROUGHT:
         with suppress(OSError, ValueError, LookupError):
@@ -115,7 +116,7 @@ def address(library: ctypes.CDLL, function: str) -> int:
     return ctypes.cast(getattr(library, function), ctypes.c_void_p).value or 0
 
 
-def fingerprint(*follows: Any) -> str | None:
+def fingerprint(*follows: object) -> str | None:
     """SHA-256 of everything that machine code follows from; None where that is unknown."""
     if user_cache.checksum() is None:
         return None
@@ -139,7 +140,7 @@ def table_size() -> int:
 
 
 @functools.cache
-def user_kernels() -> Any:
+def user_kernels() -> Foreign:
     """The table: the library's, where there is one."""
     kind, brought = ctypes.c_int64 * table_size(), library()
     with suppress(ValueError):
@@ -160,7 +161,7 @@ def add_user_kernel(number: int, gives: int, code: Code) -> None:
 
 
 USER_CODES: dict[
-    tuple[int, int], tuple[Code, Any]
+    tuple[int, int], tuple[Code, Foreign]
 ] = {}  # by native id and what it gives; the pointer keeps it
 
 
@@ -187,7 +188,7 @@ def _compile(kind: str, key: str | None, compile_: Callable[[], list[Code]]) -> 
     return codes
 
 
-def _loaded(code: Code, prototype: Any) -> Any:
+def _loaded(code: Code, prototype: Foreign) -> Foreign:
     import llvmlite.binding as llvm
 
     machine = llvm.Target.from_triple(llvm.get_process_triple()).create_target_machine(jit=True)

@@ -1,8 +1,9 @@
 """The one gate that every number of a file passes: finite, and of a magnitude that something can have."""
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from afo_sim.common.errors import InputError
+from afo_sim.common.open_types import Given
 
 if TYPE_CHECKING:
     import numpy as np
@@ -53,7 +54,7 @@ def magnitudes(unit: str | None) -> tuple[float, float]:
     return (LEAST, LARGEST) if unit not in UNITS else UNITS[unit][1:]
 
 
-def plausible(values: Any, *, file: object = None, field: str = "", missing: bool = False) -> "np.ndarray":
+def plausible(values: Given, *, file: object = None, field: str = "", missing: bool = False) -> "np.ndarray":
     """Numbers that were read, as floats that can be calculated with."""
     import numpy as np  # large: whoever only lists what is shipped does without
 

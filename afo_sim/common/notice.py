@@ -1,7 +1,9 @@
 """What a computation reports beside its numbers: text for people, with a code and data for programs."""
 
-from collections.abc import Iterable, Mapping
-from typing import Any, Literal, Self
+from collections.abc import Iterable
+from typing import Literal, Self
+
+from afo_sim.common.open_types import Json, JsonDict, JsonMapping
 
 Severity = Literal["note", "warning", "error"]
 
@@ -14,17 +16,17 @@ class Notice(str):
     _text: str
     subject: str
     severity: Severity
-    data: Mapping[str, Any]
+    data: JsonMapping
 
     def __new__(
-        cls, code: str, text: str, /, *, subject: str = "", severity: Severity = "warning", **data: Any
+        cls, code: str, text: str, /, *, subject: str = "", severity: Severity = "warning", **data: Json
     ) -> Self:
         """Format the sentence."""
         made = super().__new__(cls, text.format(subject=subject, **data))
         made.code, made.subject, made.severity, made.data, made._text = code, subject, severity, data, text
         return made
 
-    def __getnewargs_ex__(self) -> tuple[tuple[str, str], dict[str, Any]]:
+    def __getnewargs_ex__(self) -> tuple[tuple[str, str], JsonDict]:
         return (self.code, self._text), {"subject": self.subject, "severity": self.severity, **self.data}
 
     def after(self, words: str) -> Self:
@@ -47,12 +49,12 @@ class Notice(str):
         return type(self)(self.code, self._text, subject=self.subject, severity=severity, **self.data)
 
     @classmethod
-    def from_json(cls, read: Mapping[str, Any]) -> Self:
+    def from_json(cls, read: JsonMapping) -> Self:
         """The notice that `as_json` wrote."""
         text = read["text"].replace("{", "{{").replace("}", "}}")
         return cls(read["code"], text, subject=read["subject"], severity=read["severity"], **read["data"])
 
-    def as_json(self) -> dict[str, Any]:
+    def as_json(self) -> JsonDict:
         """Code, subject, severity, data and text, for a file."""
         return {
             "code": self.code,

@@ -11,11 +11,12 @@ import itertools
 import json
 import pathlib
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
-from typing import IO, Any
+from typing import IO
 
 from afo_sim.common.errors import InputError
+from afo_sim.common.open_types import Foreign, Json, JsonMapping
 from afo_sim.common.reading import check_regular, read_text
 from afo_sim.common.writing import json_text, replacing, write_text
 
@@ -110,7 +111,7 @@ def _of_text(text: str) -> str:
     return digest(text.replace("\r\n", "\n").encode("utf-8", "surrogatepass"))
 
 
-def read_json(path: pathlib.Path) -> Any:
+def read_json(path: pathlib.Path) -> Json:
     """What a JSON file holds, without its digest."""
     path.stat()  # OSError where it is not there
     text = read_text(path)
@@ -130,7 +131,7 @@ def read_json(path: pathlib.Path) -> Any:
 
 def write_json(
     path: pathlib.Path,
-    value: Mapping[str, Any],
+    value: JsonMapping,
     kind: str = "answer",
     place: Callable[[pathlib.Path], AbstractContextManager[pathlib.Path]] = replacing,
 ) -> None:
@@ -143,7 +144,7 @@ def write_json(
 
 
 @contextmanager
-def parquet_writer(path: pathlib.Path, schema: Any, kind: str = "results") -> Iterator[Any]:
+def parquet_writer(path: pathlib.Path, schema: Foreign, kind: str = "results") -> Iterator[Foreign]:
     """pyarrow's ParquetWriter of a file that is sealed when the block ends well; each page has a checksum."""
     import pyarrow.parquet as pq
 
@@ -160,13 +161,13 @@ def parquet_writer(path: pathlib.Path, schema: Any, kind: str = "results") -> It
         file.write(_SEAL + found + footer)
 
 
-def write_parquet(path: pathlib.Path, table: Any, kind: str = "results") -> None:
+def write_parquet(path: pathlib.Path, table: Foreign, kind: str = "results") -> None:
     """Write a pyarrow Table into a sealed file."""
     with parquet_writer(path, table.schema, kind) as writer:
         writer.write_table(table)
 
 
-def parquet_column(values: Any) -> Any:
+def parquet_column(values: Foreign) -> Foreign:
     """Numbers, truths or texts (n,) as a pyarrow Array; its own way imports pandas to look for its Series."""
     import numpy as np
     import pyarrow as pa
@@ -182,7 +183,7 @@ def parquet_column(values: Any) -> Any:
     return pa.Array.from_buffers(kind, len(given), [None, *map(pa.py_buffer, parts)], null_count=0)
 
 
-def open_parquet(path: pathlib.Path, *, damaged: bool = False) -> Any:
+def open_parquet(path: pathlib.Path, *, damaged: bool = False) -> Foreign:
     """A pyarrow ParquetFile whose every byte was checked; its rows are not read."""
     import pyarrow as pa
     import pyarrow.parquet as pq
@@ -200,7 +201,7 @@ def open_parquet(path: pathlib.Path, *, damaged: bool = False) -> Any:
     return opened
 
 
-def read_parquet(path: pathlib.Path) -> Any:
+def read_parquet(path: pathlib.Path) -> Foreign:
     """A whole Parquet file as a pyarrow Table; errors as of `open_parquet`."""
     import pyarrow as pa
 

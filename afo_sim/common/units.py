@@ -7,10 +7,10 @@ from collections import Counter
 from collections.abc import Mapping
 from math import pi
 from numbers import Real
-from typing import Any
 
 from afo_sim.common.errors import InputError
 from afo_sim.common.magnitude import UNITS, magnitudes
+from afo_sim.common.open_types import Foreign
 
 GRAVITY = 9.80665  # standard gravity [m/s²]
 LEAST_NUMBER = 1e3  # of a gauge pressure given as a bare number [Pa]: a smaller one was meant in bar
@@ -29,7 +29,7 @@ _TOWER = re.compile(r"(?:\^|\*\*)\s*-?(?:\d{3}|\d+\s*(?:\^|\*\*))|.{60}")  # pow
 
 
 @functools.cache
-def _registry() -> Any:
+def _registry() -> Foreign:
     import pint  # here and not above: it takes a third of a second
 
     registry = pint.UnitRegistry()
@@ -55,7 +55,7 @@ def parse_quantity(value: object, unit: str) -> float:
     return _plausible(_convert(value, unit, example), unit)
 
 
-def quantity_at(field: str, text: Any, unit: str, **others: Any) -> float:
+def quantity_at(field: str, text: Foreign, unit: str, **others: Foreign) -> float:
     """A quantity in SI `unit`; what is wrong with it names the field, and what else is known of it."""
     try:
         return parse_quantity(text, unit)
@@ -63,7 +63,7 @@ def quantity_at(field: str, text: Any, unit: str, **others: Any) -> float:
         raise InputError(str(error), field=field, value=text, **others) from None
 
 
-def si(value: Any, unit: str, field: str, allowed: str = "") -> float:
+def si(value: Foreign, unit: str, field: str, allowed: str = "") -> float:
     """An argument in SI: a number as it is, a text or a number that knows its unit converted."""
     if own := getattr(value, "unit", ""):
         value = f"{float(value)!r} {own}"
@@ -71,7 +71,7 @@ def si(value: Any, unit: str, field: str, allowed: str = "") -> float:
     return float(value) if number else quantity_at(field, value, unit, allowed=allowed)
 
 
-def gauge(value: Any, field: str = "pressure") -> float:
+def gauge(value: Foreign, field: str = "pressure") -> float:
     """A gauge pressure [Pa], a number or with its unit; a number that was meant in bar is refused."""
     if isinstance(value, Real) and 0.0 < float(value) < LEAST_NUMBER:
         problem = "is a number of Pa: was it meant in bar?"
@@ -109,7 +109,7 @@ def _si_units() -> dict[Dimension, str]:
     return {dimension(unit): unit for unit in EXAMPLES if unit}
 
 
-def _dimension(quantity: Any) -> Dimension:
+def _dimension(quantity: Foreign) -> Dimension:
     items = quantity.to_base_units().unit_items()
     return tuple(sorted((str(name), float(power)) for name, power in items if power))
 
@@ -141,7 +141,7 @@ def _convert(text: str, unit: str, example: str) -> float:
         raise ValueError(f"is not a quantity; {example}") from None
 
 
-def _read(text: str, example: str) -> Any:
+def _read(text: str, example: str) -> Foreign:
     """Text as pint's quantity."""
     import pint
 

@@ -15,10 +15,10 @@ import time
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
 
 from afo_sim.common.errors import InputError
 from afo_sim.common.notice import Notice
+from afo_sim.common.open_types import Foreign
 from afo_sim.common.versions import digest_of_sources
 from afo_sim.common.writing import write_bytes
 
@@ -116,7 +116,7 @@ def locked() -> Iterator[None]:
             os.close(lock)
 
 
-def _taken(fcntl: Any, lock: int) -> bool:
+def _taken(fcntl: Foreign, lock: int) -> bool:
     try:
         fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:

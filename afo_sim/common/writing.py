@@ -19,9 +19,9 @@ import secrets
 import shutil
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from typing import Any
 
 from afo_sim.common.errors import InputError
+from afo_sim.common.open_types import Json
 
 NEW, READY = "new", "ready"  # marks of a hidden name: being written, complete but not yet in place
 _GONE = ".gone"  # file in a complete group: names of the old group that the new one lacks
@@ -206,7 +206,7 @@ def json_text(value: object) -> str:
     return text.encode(errors="backslashreplace").decode()
 
 
-def _json_numbers(value: Any) -> Any:
+def _json_numbers(value: Json) -> Json:
     if isinstance(value, dict):
         return {key: _json_numbers(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
