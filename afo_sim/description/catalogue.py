@@ -1,9 +1,8 @@
 """One shipped product, whole."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
 
-from afo_sim.common import InputError, assets, nearest_name, read_header, read_table
+from afo_sim.common import InputError, Mixed, assets, nearest_name, read_header, read_table
 from afo_sim.description.keys import keys
 from afo_sim.description.quantity import amount
 from afo_sim.description.schema import SPECS, holder, split_key
@@ -53,7 +52,7 @@ def _plain(kind: str, name: str) -> _TableOf:
     return f"{kind} {name}: {file.relative_to(assets.folder('models').parent)}", ("key", "value"), rows
 
 
-def _flat(node: Any, at: str) -> Iterator[tuple[str, str]]:
+def _flat(node: Mixed, at: str) -> Iterator[tuple[str, str]]:
     if isinstance(node, Mapping):
         for key, value in node.items():
             yield from _flat(value, f"{at}.{key}" if at else str(key))
@@ -64,7 +63,7 @@ def _flat(node: Any, at: str) -> Iterator[tuple[str, str]]:
         yield at, ", ".join(map(str, node)) if isinstance(node, list) else str(node)
 
 
-def _law(kind: str, law: Any) -> Iterator[_TableOf]:
+def _law(kind: str, law: Mixed) -> Iterator[_TableOf]:
     facts = [("formula", law.formula), ("holds", law.validity), ("source", law.source)]
     if kind == "law":
         low, high = (amount(p, "Pa") for p in law.pressure_range)

@@ -1,13 +1,13 @@
 """Joint uncertainty of a muscle's fitted numbers: standard errors, correlations, and draws from them."""
 
 from collections.abc import Mapping, Sequence
-from typing import Annotated, Any, Protocol, Self
+from typing import Annotated, Protocol, Self
 
 import numpy as np
 from pydantic import Field, ValidationInfo, field_validator, model_serializer
 from pydantic_core import PydanticCustomError
 
-from afo_sim.common import InputError, format_quantity, nearest_name
+from afo_sim.common import Foreign, Given, InputError, JsonDict, JsonMapping, format_quantity, nearest_name
 from afo_sim.description.quantity import Described, Quantity, Whole, refusal, refuse_all, refused_name
 from afo_sim.physics import LAWS
 
@@ -62,7 +62,7 @@ class FitCovariance(Described):
 
     @field_validator("standard_errors", mode="before")
     @classmethod
-    def _are_quantities(cls, texts: Any, info: ValidationInfo) -> Any:
+    def _are_quantities(cls, texts: Given, info: ValidationInfo) -> Given:
         names = info.data.get("parameters")
         if names is None:
             return ()  # the parameters are refused, and that is reported
@@ -102,7 +102,7 @@ class FitCovariance(Described):
         return rows
 
     @model_serializer(mode="wrap")
-    def _write(self, handler: Any) -> dict[str, Any]:
+    def _write(self, handler: Foreign) -> JsonDict:
         errors = zip(self.standard_errors, self.units, strict=True)
         texts = [format_quantity(error, unit) for error, unit in errors]
         return handler(self) | {"standard_errors": texts}
@@ -148,7 +148,7 @@ class _Muscle(Protocol):
     @property
     def law(self) -> str: ...
     @property
-    def laws(self) -> Mapping[str, Any]: ...
+    def laws(self) -> JsonMapping: ...
     @property
     def covariance(self) -> FitCovariance | None: ...
     @property

@@ -3,9 +3,8 @@
 import functools
 import math
 import operator
-from collections.abc import Iterator, Mapping, MutableMapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
 
 from afo_sim.common import (
     AMBIENT_PRESSURE,
@@ -13,6 +12,7 @@ from afo_sim.common import (
     GAS_CONSTANT,
     STANDARD_DENSITY,
     InputError,
+    JsonDict,
     nearest_name,
     parse_quantity,
     quantity_at,
@@ -39,7 +39,7 @@ _S1_BLADDER = (136.0, 153.0)
 _PLACE = {key: key for key in _RANGES} | {"length": "total_length", "wall_thickness": "tube.wall_thickness"}
 
 
-def fill_braid(muscle: MutableMapping[str, Any], given: Mapping[str, str]) -> None:
+def fill_braid(muscle: JsonDict, given: Mapping[str, str]) -> None:
     """Put a braid's numbers in place of those of a hand-made muscle, whose file names their sources."""
     q = _read(given)
     bore, end, total = q["bore"], q["end_length"], q["length"]

@@ -5,11 +5,11 @@ import os
 import pathlib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any, Literal, get_args, get_origin
+from typing import Literal, get_args, get_origin
 
 from pydantic import TypeAdapter, ValidationError
 
-from afo_sim.common import EXAMPLES, InputError, assets, unknown
+from afo_sim.common import EXAMPLES, InputError, JsonMapping, Mixed, assets, unknown
 from afo_sim.description import schema
 from afo_sim.description.quantity import Provenance, Whole
 from afo_sim.description.reader import Reading, load, read
@@ -42,7 +42,7 @@ class Key:
 
 
 def keys(
-    source: str | os.PathLike[str] | Mapping[str, Any], word: str = "", sets: Mapping[str, Any] | None = None,
+    source: str | os.PathLike[str] | JsonMapping, word: str = "", sets: Mapping[str, object] | None = None,
     kind: str = "scenario", *, whole: bool = False,
 ) -> list[Key]:  # fmt: skip
     """Settable keys of a description, with their present values."""
@@ -57,7 +57,7 @@ def keys(
     return [key for key in found if key.mentions(word)]
 
 
-def _keys_of(reading: Reading[Any], leaf: schema.Leaf) -> Iterator[Key]:
+def _keys_of(reading: Reading[Mixed], leaf: schema.Leaf) -> Iterator[Key]:
     """A leaf's key, or one for each item of its list."""
     written = value_at(reading.tree.root, leaf.path)
     source, provenance = _source(reading, leaf, written)
@@ -70,12 +70,12 @@ def _keys_of(reading: Reading[Any], leaf: schema.Leaf) -> Iterator[Key]:
         yield Key(name, *facts, leaf.meaning, source, *origin)
 
 
-def _is_whole(annotation: Any) -> bool:
+def _is_whole(annotation: schema.Annotation) -> bool:
     """Whether a list is written only as a whole."""
     return any(isinstance(mark, Whole) for mark in schema.core(annotation)[1])
 
 
-def _items(key: str, value: Any, annotation: Any) -> Iterator[tuple[str, Any, Any]]:
+def _items(key: str, value: Mixed, annotation: schema.Annotation) -> Iterator[tuple[str, Mixed, Mixed]]:
     """(key, value, type) of a field, or of each item of a list that is not marked as a whole."""
     inner, _ = schema.core(annotation)
     if (
@@ -90,7 +90,7 @@ def _items(key: str, value: Any, annotation: Any) -> Iterator[tuple[str, Any, An
         yield from _items(f"{key}[{k}]", item, schema.item_type(annotation, k))
 
 
-def _source(reading: Reading[Any], leaf: schema.Leaf, written: Any) -> tuple[str, Provenance | None]:
+def _source(reading: Reading[Mixed], leaf: schema.Leaf, written: Mixed) -> tuple[str, Provenance | None]:
     """Source of a value, and its provenance."""
     table = schema.holder(reading.description, leaf.path)
     provenance = getattr(table, "provenance", {}).get(leaf.path[-1])
@@ -114,9 +114,9 @@ class Field:
     key: str
     kind: Literal["number", "integer", "word"]
     unit: str
-    annotation: Any
+    annotation: schema.Annotation
     description: str = ""
-    value: Any = None
+    value: Mixed = None
 
     @property
     def bounds(self) -> tuple[float, float]:
@@ -135,7 +135,7 @@ class Field:
             return f"the name of a {self.description}" if self.description else "a text"
         return "a whole number" if self.kind == "integer" else f'such as "{EXAMPLES.get(self.unit, "")}"'
 
-    def read(self, value: Any, beside: pathlib.Path) -> float | str:
+    def read(self, value: Mixed, beside: pathlib.Path) -> float | str:
         """A value as the scenario would read it: SI number, whole number as float, or word."""
         if self.kind == "word":
             return self._word(value, beside)
@@ -149,7 +149,7 @@ class Field:
             allowed = str(first.get("ctx", {}).get("allowed", ""))
             raise InputError(first["msg"], value=value, allowed=allowed) from None
 
-    def _word(self, value: Any, beside: pathlib.Path) -> str:
+    def _word(self, value: Mixed, beside: pathlib.Path) -> str:
         if not isinstance(value, str):
             raise InputError("is not a text", value=value, allowed=self.form)
         whole = self.resolved(value, beside)

@@ -1,12 +1,12 @@
 """Parameters of force laws and frictions for one muscle, read from flat tables and checked."""
 
 from collections.abc import Mapping, Sequence
-from typing import Annotated, Any
+from typing import Annotated
 
 from pydantic import ValidationInfo, field_validator, model_serializer, model_validator
 from pydantic_core import PydanticCustomError
 
-from afo_sim.common import format_quantity, parse_quantity
+from afo_sim.common import Foreign, Given, JsonDict, JsonMapping, format_quantity, parse_quantity
 from afo_sim.description.quantity import Described, Quantity, refusal, refuse_all, refused_name, split_sources
 from afo_sim.physics import FRICTIONS, LAWS, LawParameter
 
@@ -28,7 +28,7 @@ class LawSet(Described):
 
     @model_validator(mode="before")
     @classmethod
-    def _read_flat(cls, table: Any) -> Any:
+    def _read_flat(cls, table: Given) -> Given:
         """A flat table of parameters and ranges, as it stands under [laws.NAME], to fields."""
         if not isinstance(table, Mapping) or "parameters" in table:
             return table
@@ -40,7 +40,7 @@ class LawSet(Described):
 
     @field_validator("parameters", mode="before")
     @classmethod
-    def _are_the_laws(cls, values: Any, info: ValidationInfo) -> Any:
+    def _are_the_laws(cls, values: Given, info: ValidationInfo) -> Given:
         return _read_parameters(LAWS.get(info.data.get("law", "")), values, info)
 
     def _must_rise(self) -> None:
@@ -50,7 +50,7 @@ class LawSet(Described):
                 raise refusal("the first value is not below the second", "", key)
 
     @model_serializer(mode="wrap")
-    def _write(self, handler: Any) -> dict[str, Any]:
+    def _write(self, handler: Foreign) -> JsonDict:
         kept = handler(self)
         written = _written(LAWS[self.law].parameters, self.parameters)
         return written | {key: kept[key] for key in ("pressure_range", "contraction_range", "provenance")}
@@ -66,7 +66,7 @@ class FrictionSet(Described):
 
     @model_validator(mode="before")
     @classmethod
-    def _read_flat(cls, table: Any) -> Any:
+    def _read_flat(cls, table: Given) -> Given:
         """A flat table of parameters, as it stands under [frictions.NAME], to fields."""
         if not isinstance(table, Mapping) or "parameters" in table:
             return table
@@ -74,16 +74,16 @@ class FrictionSet(Described):
 
     @field_validator("parameters", mode="before")
     @classmethod
-    def _are_the_frictions(cls, values: Any, info: ValidationInfo) -> Any:
+    def _are_the_frictions(cls, values: Given, info: ValidationInfo) -> Given:
         return _read_parameters(FRICTIONS.get(info.data.get("friction", "")), values, info)
 
     @model_serializer(mode="wrap")
-    def _write(self, handler: Any) -> dict[str, Any]:
+    def _write(self, handler: Foreign) -> JsonDict:
         written = _written(FRICTIONS[self.friction].parameters, self.parameters)
         return written | {"provenance": handler(self)["provenance"]}
 
 
-def named(table: dict[str, Any], kind: str) -> Any:
+def named(table: JsonDict, kind: str) -> Given:
     """The tables [laws.NAME] or [frictions.NAME], each with its name."""
     given = table.get(f"{kind}s", {})
     if not isinstance(given, Mapping):
@@ -98,9 +98,7 @@ def named(table: dict[str, Any], kind: str) -> Any:
     }
 
 
-def _split_flat(
-    table: Mapping[str, Any], kind: str, known: Mapping[str, Any], others: Sequence[str]
-) -> dict[str, Any]:
+def _split_flat(table: JsonMapping, kind: str, known: JsonMapping, others: Sequence[str]) -> JsonDict:
     """A flat table as fields: the law's name, its parameters, what else stands there, and the sources."""
     values, sources = split_sources(table)
     name = str(values.get(kind))
@@ -111,7 +109,7 @@ def _split_flat(
     return kept | {"parameters": rest, "provenance": sources}
 
 
-def _read_parameters(owner: Any, values: Any, info: ValidationInfo) -> Any:
+def _read_parameters(owner: Given, values: Given, info: ValidationInfo) -> Given:
     """A law's or friction's parameters in SI; refuses all that are missing, unknown or out of range."""
     if owner is None:
         return values
@@ -140,7 +138,7 @@ def _read_parameters(owner: Any, values: Any, info: ValidationInfo) -> Any:
     return read
 
 
-def _read_parameter(parameter: LawParameter, text: Any) -> float:
+def _read_parameter(parameter: LawParameter, text: Given) -> float:
     try:
         number = parse_quantity(text, parameter.unit)
     except ValueError as error:
@@ -151,7 +149,7 @@ def _read_parameter(parameter: LawParameter, text: Any) -> float:
     return number
 
 
-def _written(parameters: Sequence[LawParameter], values: dict[str, float]) -> dict[str, Any]:
+def _written(parameters: Sequence[LawParameter], values: dict[str, float]) -> JsonDict:
     """SI values as text that reads again."""
     units = {parameter.name: parameter.unit for parameter in parameters}
     return {name: format_quantity(value, units[name]) for name, value in values.items()}

@@ -3,11 +3,11 @@
 import math
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Literal, Self
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-from afo_sim.common import nearest_name, unknown
+from afo_sim.common import Given, JsonDict, JsonMapping, nearest_name, unknown
 from afo_sim.description.covariance import Draws, FitCovariance
 from afo_sim.description.law_set import FrictionSet, GaugePressure, LawSet, named
 from afo_sim.description.lengths import BraidLength, Lengths, amounts
@@ -151,7 +151,7 @@ class Muscle(Named, RestCurves, Draws):
 
     @model_validator(mode="before")
     @classmethod
-    def _read_sets(cls, table: Any) -> Any:
+    def _read_sets(cls, table: Given) -> Given:
         if not isinstance(table, dict):
             return table
         laws, frictions = named(table, "law"), named(table, "friction")
@@ -172,13 +172,13 @@ class Muscle(Named, RestCurves, Draws):
 
     @field_validator("laws", "frictions")
     @classmethod
-    def _hold_the_one_in_use(cls, sets: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
+    def _hold_the_one_in_use(cls, sets: JsonDict, info: ValidationInfo) -> JsonDict:
         kind = str(info.field_name).removesuffix("s")
         chosen, none = info.data.get(kind), ["none"] if kind == "friction" else []
         if chosen is None or chosen in sets or chosen in none:
             return sets
         # even where every parameter has a default: the braid angle was fitted together with another law
-        known: Mapping[str, Any] = LAWS if kind == "law" else FRICTIONS
+        known: JsonMapping = LAWS if kind == "law" else FRICTIONS
         wanted = ", ".join(p.name for p in known[chosen].parameters if p.default is None)
         raise refusal(
             f"this muscle has no parameters for {chosen!r}: a table [{kind}s.{chosen}]"
@@ -361,7 +361,7 @@ class Muscle(Named, RestCurves, Draws):
         return FRICTIONS[self.friction].coefficients(self.piece, self.frictions[self.friction].parameters)
 
     @property
-    def row(self) -> dict[str, Any]:
+    def row(self) -> JsonDict:
         """Arguments of `native.muscle_row` that do not depend on where the muscle is mounted."""
         return {
             "law": self.law,

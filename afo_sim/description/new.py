@@ -5,12 +5,12 @@ import pathlib
 import re
 import shutil
 from collections.abc import Mapping
-from typing import Any
 
 import tomlkit
 
 from afo_sim.common import (
     InputError,
+    JsonDict,
     assets,
     check_writable,
     parse_quantity,
@@ -124,7 +124,7 @@ def reference(kind: str, where: str, folder: pathlib.Path) -> str:
     return f"./{relative}" if relative in assets.names(kind) else relative
 
 
-def _use(values: dict[str, Any], kind: str, used: str, name: str) -> None:
+def _use(values: JsonDict, kind: str, used: str, name: str) -> None:
     """Let a table refer to another product."""
     places = _PLACES.get(kind, {})
     if used not in places:

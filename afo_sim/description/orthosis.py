@@ -9,12 +9,12 @@ import math
 import pathlib
 import re
 from collections.abc import Mapping
-from typing import Annotated, Any, get_args
+from typing import Annotated, get_args
 
 from pydantic import Field, ValidationInfo, field_validator
 from pydantic_core import PydanticCustomError
 
-from afo_sim.common import nearest_name
+from afo_sim.common import Given, nearest_name
 from afo_sim.description.air.air_parts import Restriction, Volume
 from afo_sim.description.air.chamber import Chamber as Chamber
 from afo_sim.description.air.network_checks import check_network
@@ -254,7 +254,7 @@ class Orthosis(Named):
 
     @field_validator("anchor", "interface", mode="before")
     @classmethod
-    def _are_segments(cls, tables: Any, info: ValidationInfo) -> Any:
+    def _are_segments(cls, tables: Given, info: ValidationInfo) -> Given:
         known = get_args(Segment)
         for name in tables if isinstance(tables, Mapping) else ():
             if name not in known:

@@ -5,20 +5,17 @@ import pathlib
 import shutil
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Mapping
-from typing import Any
 
 import tomli_w
 
-from afo_sim.common import assets
+from afo_sim.common import Given, JsonDict, JsonMapping, assets
 from afo_sim.description.tree import SCENARIO_FILES
 
 FILES = "files"  # folder of what is copied
 _ASSETS = {"mesh": ("meshdir", "assetdir"), "hfield": ("assetdir",), "texture": ("texturedir", "assetdir")}
 
 
-def portable(
-    scenario: Mapping[str, Any], folder: pathlib.Path, scratch: pathlib.Path | None = None
-) -> dict[str, Any]:
+def portable(scenario: JsonMapping, folder: pathlib.Path, scratch: pathlib.Path | None = None) -> JsonDict:
     """The same scenario with paths that hold wherever its folder goes."""
     found = copy.deepcopy(dict(scenario))
     for table, key in SCENARIO_FILES:
@@ -30,7 +27,7 @@ def portable(
     return found
 
 
-def as_found(scenario: Mapping[str, Any], folder: pathlib.Path) -> dict[str, Any]:
+def as_found(scenario: JsonMapping, folder: pathlib.Path) -> JsonDict:
     """A scenario that was written into a folder's files by way of `as_stored`, with whole paths again."""
     found = copy.deepcopy(dict(scenario))
     for table, key in SCENARIO_FILES:
@@ -78,12 +75,12 @@ def _parts(file: pathlib.Path, above: tuple[pathlib.Path, ...] = ()) -> list[pat
     return found
 
 
-def toml_text(table: Mapping[str, Any]) -> str:
+def toml_text(table: JsonMapping) -> str:
     """A description as TOML."""
     return tomli_w.dumps(_plain(table))
 
 
-def _plain(node: Any) -> Any:
+def _plain(node: Given) -> Given:
     """A table, also in a list, without None, with the sources beside their values."""
     if isinstance(node, list | tuple):
         return [_plain(item) for item in node]

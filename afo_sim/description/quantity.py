@@ -1,4 +1,7 @@
-"""Field types of the descriptions: quantities read from text, and numbers that name their source."""
+"""Field types of the descriptions: quantities read from text, and numbers that name their source.
+
+`Any` is what a file or a user gives before it is read, or a field's value, of whatever type the field has.
+"""
 
 import contextlib
 import copy

@@ -4,18 +4,18 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
-from typing import Any, Protocol, overload
+from typing import Protocol, overload
 
 import numpy as np
 
-from afo_sim.common import InputError, si
+from afo_sim.common import FloatOrArray, Given, InputError, Mixed, si
 from afo_sim.physics import LAWS, AtRest, Braid, LawVolume, muscle_volume, row, rubber_force, tension
 
-_Amount = float | str | Sequence[Any] | np.ndarray  # an SI number, a text as "3 bar", an array of them
+_Amount = float | str | Sequence[Given] | np.ndarray  # an SI number, a text as "3 bar", an array of them
 _One = float | str
 _OneOr = _One | None
 _Or = _Amount | None
-_Found = Any  # a float of plain numbers, an array where one of them is an array: the overloads say so
+_Found = FloatOrArray  # of plain numbers a float, an array where one of them is one: the overloads say so
 
 
 class _Muscle(Protocol):
@@ -28,7 +28,7 @@ class _Muscle(Protocol):
     @property
     def rubber_volume(self) -> float: ...
     @property
-    def limits(self) -> Any: ...
+    def limits(self) -> Mixed: ...
     @property
     def braid(self) -> Braid: ...
     @property
@@ -49,7 +49,7 @@ class RestCurves:
     """
 
     @overload
-    def force(  # type: ignore[overload-overlap]
+    def force(  # type: ignore[overload-overlap]  # one number is also one of many
         self: _Muscle, pressure: _One, *, contraction: _OneOr = None, length: _OneOr = None,
         series_stiffness: _One = ..., offset: _One = ...,
     ) -> float: ...  # fmt: skip
@@ -112,7 +112,7 @@ class RestCurves:
         return _over(pull, kappa, _si("pressure", pressure, "Pa"), stiffness, gained)
 
     @overload
-    def contraction(self: _Muscle, pressure: _One, *, force: _One) -> float: ...  # type: ignore[overload-overlap]
+    def contraction(self: _Muscle, pressure: _One, *, force: _One) -> float: ...  # type: ignore[overload-overlap]  # one number is also one of many
     @overload
     def contraction(self: _Muscle, pressure: _Amount, *, force: _Amount) -> np.ndarray: ...
     def contraction(self: _Muscle, pressure: _Amount, *, force: _Amount) -> _Found:
@@ -142,7 +142,7 @@ class RestCurves:
         return _over(lambda gauge, pull: bare.contraction(gauge, pull, lock), gauge, pull)
 
     @overload
-    def pressure(self: _Muscle, force: _One, *, contraction: _OneOr = ..., length: _OneOr = ...) -> float: ...  # type: ignore[overload-overlap]
+    def pressure(self: _Muscle, force: _One, *, contraction: _OneOr = ..., length: _OneOr = ...) -> float: ...  # type: ignore[overload-overlap]  # one number is also one of many
     @overload
     def pressure(
         self: _Muscle, force: _Amount, *, contraction: _Or = ..., length: _Or = ...
@@ -177,7 +177,7 @@ class RestCurves:
     @overload
     def volume(
         self: _Muscle, *, contraction: _OneOr = ..., length: _OneOr = ..., pressure: _One = ...
-    ) -> float: ...  # type: ignore[overload-overlap]
+    ) -> float: ...  # type: ignore[overload-overlap]  # one number is also one of many
     @overload
     def volume(
         self: _Muscle, *, contraction: _Or = ..., length: _Or = ..., pressure: _Amount = ...
@@ -219,7 +219,7 @@ class RestCurves:
         return _over(lambda kappa, gauge: muscle_volume(kappa, gauge, *own)[0], kappa, gauge)
 
 
-def at_rest(muscle: Any, law: Mapping[str, float] = MappingProxyType({})) -> AtRest:
+def at_rest(muscle: Given, law: Mapping[str, float] = MappingProxyType({})) -> AtRest:
     """A muscle's static force as a function of numbers, by the law in use; `law` replaces its parameters."""
     used, lowest = LAWS[muscle.law], muscle.law_set.pressure_range[0]
     numbers = muscle.coefficients_of(muscle.law, muscle.law_set.parameters | law)
@@ -255,13 +255,13 @@ def _contraction(muscle: _Muscle, contraction: _Amount | None, length: _Amount |
     return (nominal - _si("length", length, "m")) / nominal
 
 
-def _require(good: np.ndarray, name: str, amount: Any, allowed: str) -> None:
+def _require(good: np.ndarray, name: str, amount: Given, allowed: str) -> None:
     """Refuse an argument of which a number is out of range, or none."""
     if not np.all(good):
         raise InputError("is out of range", field=name, value=amount, allowed=allowed)
 
 
-def _si(name: str, amount: Any, unit: str) -> np.ndarray:
+def _si(name: str, amount: Given, unit: str) -> np.ndarray:
     """Numbers in SI of numbers, texts, numbers that know their unit, or arrays of them."""
     if isinstance(amount, list | tuple):
         return np.array([_si(name, item, unit) for item in amount])

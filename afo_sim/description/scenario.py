@@ -7,11 +7,11 @@ dorsiflexion positive, pressures gauge.
 import math
 import re
 from collections.abc import Callable, Mapping
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
-from afo_sim.common import nearest_name
+from afo_sim.common import JsonDict, JsonMapping, nearest_name
 from afo_sim.description.air.supplied import check_supplied, check_switched, check_three_way
 from afo_sim.description.air.supply import Supply
 from afo_sim.description.attachment import Side
@@ -112,9 +112,9 @@ class Scenario(Named):
     usual ones by default."""
 
     # filled by `reader`, which follows names; a description reads no files
-    with_keys: ClassVar[Callable[["Scenario", Mapping[str, Any]], "Scenario"]]
+    with_keys: ClassVar[Callable[["Scenario", JsonMapping], "Scenario"]]
 
-    def set(self, sets: Mapping[str, Any]) -> "Scenario":
+    def set(self, sets: Mapping[str, object]) -> "Scenario":
         """A copy with dotted keys set, checked like a file.
 
         Parameters
@@ -230,6 +230,6 @@ class Scenario(Named):
             return max(1, math.ceil(1.0 / (_DEFAULT_RATE * self.timestep) - _SLIGHTLY))
         return round(1.0 / (self.record_rate * self.timestep))
 
-    def resolved(self) -> dict[str, Any]:
+    def resolved(self) -> JsonDict:
         """The whole scenario as plain data that `reader.py` reads again, exactly."""
         return self.model_dump(mode="json", exclude_defaults=False)

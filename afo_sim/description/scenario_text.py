@@ -1,13 +1,12 @@
 """A resolved scenario in words for people who do not read TOML."""
 
 import pathlib
-from collections.abc import Iterator, Mapping
-from typing import Any
+from collections.abc import Iterator
 
-from afo_sim.common import parse_quantity
+from afo_sim.common import JsonMapping, parse_quantity
 from afo_sim.description.joint import JOINTS, Joint
 
-_Scenario = Mapping[str, Any]
+_Scenario = JsonMapping
 
 _REFERENCES = {  # who the same patient's other run is
     "barefoot": "the same patient barefoot",

@@ -19,7 +19,7 @@ from typing import Annotated, Any, Literal, get_args, get_origin
 
 from pydantic import BaseModel
 
-from afo_sim.common import InputError, likeness
+from afo_sim.common import InputError, JsonMapping, Mixed, likeness
 from afo_sim.description.air.regulator import Regulator
 from afo_sim.description.air.source import Source
 from afo_sim.description.air.tube import Tube
@@ -40,7 +40,8 @@ SPECS: dict[str, type[BaseModel]] = {
     "sensor": SensorType,
 }  # fmt: skip
 KINDS = {spec: kind for kind, spec in SPECS.items()}
-SETS: dict[Any, Mapping[str, Any]] = {LawSet: LAWS, FrictionSet: FRICTIONS}  # tables of a law's parameters
+Annotation = Any  # a type as a field states it: a class, a union, Annotated, a list of them
+SETS: dict[Annotation, JsonMapping] = {LawSet: LAWS, FrictionSet: FRICTIONS}  # tables of a law's parameters
 # other words for keys that are not an ankle's alone: everywhere, and of a leg
 ALSO = {"from_ankle": "from_joint"}
 ALSO_OF_LEG = ALSO | {"proximal": "shank", "distal": "foot", "hinge": "ankle"}
@@ -52,10 +53,10 @@ class Leaf:
     """A field of a description, at the path where it stands."""
 
     path: Path
-    annotation: Any
+    annotation: Annotation
     required: bool
-    default: Any = None
-    about: Any = ""
+    default: Mixed = None
+    about: Mixed = ""
 
     @property
     def key(self) -> str:
@@ -86,7 +87,7 @@ def _texts(kind: type) -> dict[str, str]:
 
 
 @functools.cache
-def _classes(module: str) -> dict[str, list[Any]]:
+def _classes(module: str) -> dict[str, list[Annotation]]:
     """The classes of a module by name, as its source writes them; none where there is no source."""
     try:
         tree = ast.parse(inspect.getsource(sys.modules[module]))
@@ -95,9 +96,9 @@ def _classes(module: str) -> dict[str, list[Any]]:
     return {node.name: node.body for node in tree.body if isinstance(node, ast.ClassDef)}
 
 
-def core(annotation: Any) -> tuple[Any, tuple[Any, ...]]:
+def core(annotation: Annotation) -> tuple[Annotation, tuple[object, ...]]:
     """A type without "or nothing", and the marks that stand at it."""
-    marks: tuple[Any, ...] = ()
+    marks: tuple[object, ...] = ()
     while True:
         origin = get_origin(annotation)
         if origin is Annotated:
@@ -109,17 +110,17 @@ def core(annotation: Any) -> tuple[Any, tuple[Any, ...]]:
             return annotation, marks
 
 
-def quantity_of(annotation: Any) -> Quantity | None:
+def quantity_of(annotation: Annotation) -> Quantity | None:
     """The unit and bounds of a field that is one number; None of any other."""
     return next((mark for mark in core(annotation)[1] if isinstance(mark, Quantity)), None)
 
 
-def is_table(kind: Any) -> bool:
+def is_table(kind: Annotation) -> bool:
     """Whether a type is a description of its own, with fields."""
     return isinstance(kind, type) and issubclass(kind, BaseModel)
 
 
-def tables(annotation: Any) -> tuple[Any, Literal["one", "named", "list", ""]]:
+def tables(annotation: Annotation) -> tuple[Annotation, Literal["one", "named", "list", ""]]:
     """The class of the tables in a field, and whether it is one, named ones or a list; (None, "") of none."""
     inner = core(annotation)[0]
     if is_table(inner):
@@ -131,13 +132,13 @@ def tables(annotation: Any) -> tuple[Any, Literal["one", "named", "list", ""]]:
     return None, ""
 
 
-def table_names(annotation: Any, written: Iterable[str]) -> list[str]:
+def table_names(annotation: Annotation, written: Iterable[str]) -> list[str]:
     """Names of the tables in a field of named ones: those that its type lists, or else the written ones."""
     names = get_args(core(annotation)[0])[0]
     return list(get_args(names)) if get_origin(names) is Literal else list(written)
 
 
-def of_chambers(kind: Any) -> Any:
+def of_chambers(kind: Annotation) -> Annotation:
     """Type of the keys that a table has beside its fields, each a chamber; None where it has none."""
     if not (isinstance(kind, type) and issubclass(kind, OfChambers)):
         return None
@@ -146,7 +147,7 @@ def of_chambers(kind: Any) -> Any:
 
 
 @functools.cache
-def fields_of(kind: Any, name: str = "") -> dict[str, Leaf]:
+def fields_of(kind: Annotation, name: str = "") -> dict[str, Leaf]:
     """The fields that a file writes in a table; of a law or friction `name` its parameters come first."""
     entry = SETS[kind].get(name) if kind in SETS else None
     found = {}
@@ -165,7 +166,7 @@ def fields_of(kind: Any, name: str = "") -> dict[str, Leaf]:
     return found
 
 
-def leaves(kind: Any, table: Any, path: Path = (), chambers: Iterable[str] = ()) -> Iterator[Leaf]:
+def leaves(kind: Annotation, table: Mixed, path: Path = (), chambers: Iterable[str] = ()) -> Iterator[Leaf]:
     """Every field of a description below which there is none, also of tables that are not written."""
     table = table if isinstance(table, Mapping) else {}
     if kind is Scenario and isinstance(table.get("orthosis"), Mapping):
@@ -180,7 +181,7 @@ def leaves(kind: Any, table: Any, path: Path = (), chambers: Iterable[str] = ())
             yield Leaf((*path, name), inner, False, None, "Of this chamber.")
 
 
-def _below(leaf: Leaf, value: Any, chambers: Iterable[str]) -> Iterator[Leaf]:
+def _below(leaf: Leaf, value: Mixed, chambers: Iterable[str]) -> Iterator[Leaf]:
     """A field itself, or what lies below."""
     kind, many = tables(leaf.annotation)
     if many == "named":
@@ -198,7 +199,7 @@ def _below(leaf: Leaf, value: Any, chambers: Iterable[str]) -> Iterator[Leaf]:
         yield leaf
 
 
-def type_below(annotation: Any, name: str, law: str = "") -> Any:
+def type_below(annotation: Annotation, name: str, law: str = "") -> Annotation:
     """Type with bounds of what stands at a name in a table, or a number in a list; None where nothing may."""
     kind, many = tables(annotation)
     if many == "named":
@@ -212,7 +213,7 @@ def type_below(annotation: Any, name: str, law: str = "") -> Any:
     return get_args(inner)[1] if get_origin(inner) is dict else None
 
 
-def table_at(kind: Any, path: Path) -> Any:
+def table_at(kind: Annotation, path: Path) -> Mixed:
     """The class of the table at a path, None where there is none."""
     for name in path:
         kind = type_below(kind, name)
@@ -226,7 +227,7 @@ def references(kind: str) -> dict[Path, str]:
     return dict(_references(SPECS[kind]))
 
 
-def _references(kind: Any, path: Path = ()) -> Iterator[tuple[Path, str]]:
+def _references(kind: Annotation, path: Path = ()) -> Iterator[tuple[Path, str]]:
     for name, leaf in fields_of(kind).items():
         inner, many = tables(leaf.annotation)
         here = (*path, name, "*") if many == "named" else (*path, name)
@@ -255,7 +256,7 @@ def nearest_key(
     return max(near, key=lambda entry: (entry[0] + entry[1], *entry[2:4]))[4] if near else None
 
 
-def child_of(node: Any, name: str) -> Any:
+def child_of(node: Mixed, name: str) -> Mixed:
     """What stands below a name in a table or description, or a number in a list; None where nothing does."""
     if type(node) is dict:
         return node.get(name)
@@ -270,18 +271,18 @@ def child_of(node: Any, name: str) -> Any:
     return None
 
 
-def holder(node: Any, path: Path) -> Any:
+def holder(node: Mixed, path: Path) -> Mixed:
     """The table below a node in which a field stands; None where it is not there."""
     for name in path[:-1]:
         node = child_of(node, name)
     return node
 
 
-def found_at(key: str, whole: Any) -> tuple[Any, Any]:
+def found_at(key: str, whole: Mixed) -> tuple[Annotation, Mixed]:
     """Type of what a dotted key leads to in a description, and its value, None where it is not described."""
     path, items = split_key(key)
-    annotation: Any = type(whole)
-    value: Any = whole
+    annotation: Annotation = type(whole)
+    value: Mixed = whole
     for depth, name in enumerate(path):
         if tables(annotation)[1] == "list" and name.isdigit():
             annotation, value = _item(annotation, value, int(name), key)
@@ -301,7 +302,7 @@ def found_at(key: str, whole: Any) -> tuple[Any, Any]:
 Described.read_key = lambda whole, key: found_at(key, whole)[1]
 
 
-def _item(annotation: Any, value: Any, item: int, key: str) -> tuple[Any, Any]:
+def _item(annotation: Annotation, value: Mixed, item: int, key: str) -> tuple[Annotation, Mixed]:
     """(type, value where there is one) of an item of a list."""
     if get_origin(core(annotation)[0]) is not tuple:
         raise InputError("is not a list, so it has no items", field=key)
@@ -312,7 +313,7 @@ def _item(annotation: Any, value: Any, item: int, key: str) -> tuple[Any, Any]:
     return item_type(annotation, item), value[item]
 
 
-def names_in(annotation: Any, value: Any, whole: Any) -> list[str]:
+def names_in(annotation: Annotation, value: Mixed, whole: Mixed) -> list[str]:
     """The fields of a table in a description."""
     kind, many = tables(annotation)
     if many == "named":
@@ -323,7 +324,7 @@ def names_in(annotation: Any, value: Any, whole: Any) -> list[str]:
     return [*fields_of(kind, _law_of(value)), *(own if of_chambers(kind) is not None else ())]
 
 
-def _law_of(table: Any) -> str:
+def _law_of(table: Mixed) -> str:
     """The law or friction whose parameters a table holds; "" of any other table."""
     if isinstance(table, LawSet):
         return table.law
@@ -354,7 +355,7 @@ def dotted_key(path: Path) -> str:
     return "".join(f"[{part}]" if part.isdigit() else f".{part}" for part in path).removeprefix(".")
 
 
-def unit_of(annotation: Any) -> str:
+def unit_of(annotation: Annotation) -> str:
     """The SI unit of a field, "" of bare numbers, words and lists of several units."""
     inner, marks = core(annotation)
     units = {mark.unit for mark in marks if isinstance(mark, Quantity)}
@@ -363,7 +364,7 @@ def unit_of(annotation: Any) -> str:
     return units.pop() if len(units) == 1 else ""
 
 
-def allowed(annotation: Any) -> str:
+def allowed(annotation: Annotation) -> str:
     """Allowed values of a field, in words."""
     inner, marks = core(annotation)
     quantity = quantity_of(annotation)
@@ -388,7 +389,7 @@ def allowed(annotation: Any) -> str:
     return "the path of a file" if inner is pathlib.Path else "a text"
 
 
-def item_type(annotation: Any, number: int) -> Any:
+def item_type(annotation: Annotation, number: int) -> Annotation:
     """Type of an item of a list; None where its type does not say."""
     inner = core(annotation)[0]
     kinds = get_args(inner) if get_origin(inner) is tuple else ()
@@ -397,7 +398,7 @@ def item_type(annotation: Any, number: int) -> Any:
     return kinds[number] if number < len(kinds) else None
 
 
-def shown(value: Any, annotation: Any = None) -> str:
+def shown(value: Mixed, annotation: Annotation = None) -> str:
     """A value as a file writes it: SI numbers of a field in its usual unit, the rest as it is."""
     quantity = quantity_of(annotation)
     if isinstance(value, str) or value is None:

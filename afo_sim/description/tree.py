@@ -6,9 +6,8 @@ import json
 import pathlib
 import warnings
 from collections.abc import Mapping
-from typing import Any
 
-from afo_sim.common import InputError, assets
+from afo_sim.common import Given, InputError, JsonDict, assets
 from afo_sim.description import schema
 from afo_sim.description.air.valve import CONDUCTANCE, make_room
 from afo_sim.description.quantity import SET_BY_HAND
@@ -21,7 +20,7 @@ SCENARIO_FILES = (*((table, key) for table, keys in FILES.items() for key in key
 class Tree:
     """A description being put together, and which file each part of it came from; its root is its own."""
 
-    def __init__(self, kind: str, file: pathlib.Path | None, root: dict[str, Any]):
+    def __init__(self, kind: str, file: pathlib.Path | None, root: JsonDict):
         self.kind, self.root = kind, plain_keys(root, kind)
         self.files: dict[schema.Path, pathlib.Path | None] = {(): file}
         self.set_keys: set[schema.Path] = set()
@@ -41,7 +40,7 @@ class Tree:
                 return self.files[path[:length]], path[length:]
         return None, path
 
-    def place(self, path: schema.Path) -> dict[str, Any]:
+    def place(self, path: schema.Path) -> JsonDict:
         """File, field and value of a path; no file where `--set` wrote it; that of a name that it set."""
         file, inner = self.file_of(path)
         depth = len(path) - len(inner)  # of the file
@@ -64,7 +63,7 @@ class Tree:
             raise error.replaced(file=beside, field=".".join(inner)) from None
         table[path[-1]] = plain_keys(found, kind)
 
-    def follow_all(self, path: schema.Path = (), table: Any = None) -> None:
+    def follow_all(self, path: schema.Path = (), table: Given = None) -> None:
         """Follow every reference at and below `path`, a key of `table`; `unfound` has what is not found."""
         if path:
             try:
@@ -78,12 +77,12 @@ class Tree:
             for key in list(node):
                 self.follow_all((*path, key), node)
 
-    def set(self, dotted: str, value: Any) -> None:
+    def set(self, dotted: str, value: Given) -> None:
         """Put a value at a dotted key, following references on the way down."""
         path, items = schema.split_key(dotted)
         value = plain_keys(value, path[-1])
         self.set_keys.add((*path, *map(str, items)))
-        node: Any = self.root
+        node: Given = self.root
         for depth, key in enumerate(path[:-1], start=1):
             self.follow(path[:depth])
             if isinstance(node, list):
@@ -124,7 +123,7 @@ def _references(kind: str, path: schema.Path) -> dict[schema.Path, str]:
     }
 
 
-def plain_keys(node: Any, name: str) -> Any:
+def plain_keys(node: Given, name: str) -> Given:
     """A description as it is written, at a name, with the one word for each key that has several."""
     if not isinstance(node, dict | list):
         return node
@@ -133,7 +132,7 @@ def plain_keys(node: Any, name: str) -> Any:
     return _renamed(node, name) if any(f'"{word}": ' in text for word in schema.ALSO_OF_LEG) else node
 
 
-def _renamed(node: Any, name: str) -> Any:
+def _renamed(node: Given, name: str) -> Given:
     if isinstance(node, list):
         return [_renamed(item, "") for item in node]
     if type(node) is not dict:
@@ -145,7 +144,7 @@ def _renamed(node: Any, name: str) -> Any:
     }
 
 
-def _table_in(items: list[Any], number: str, dotted: str, value: Any) -> Any:
+def _table_in(items: list[Given], number: str, dotted: str, value: Given) -> Given:
     """The item of a list of tables."""
     if not number.isdigit() or int(number) >= len(items):
         allowed = f"[0] to [{len(items) - 1}]" if items else "none: the list is empty"
@@ -154,7 +153,7 @@ def _table_in(items: list[Any], number: str, dotted: str, value: Any) -> Any:
     return items[int(number)]
 
 
-def _with_item(old: Any, items: tuple[int, ...], value: Any, dotted: str) -> Any:
+def _with_item(old: Given, items: tuple[int, ...], value: Given, dotted: str) -> Given:
     """A copy of a list, perhaps of lists, in which one item is replaced."""
     if not items:
         return value
@@ -172,7 +171,7 @@ def _with_item(old: Any, items: tuple[int, ...], value: Any, dotted: str) -> Any
 
 def read_named(
     kind: str, name: str, beside: pathlib.Path | None = None
-) -> tuple[dict[str, Any], pathlib.Path | None]:
+) -> tuple[JsonDict, pathlib.Path | None]:
     """The dict of a description that a name or a path means, and its file; None of a registered one."""
     if (kind, name) in assets.OWN:
         return copy.deepcopy(assets.OWN[kind, name]), None
@@ -180,7 +179,7 @@ def read_named(
     return read_table(kind, file), file
 
 
-def read_table(kind: str, file: pathlib.Path) -> dict[str, Any]:
+def read_table(kind: str, file: pathlib.Path) -> JsonDict:
     """A description's TOML as a dict, named after its file, with the files beside it resolved."""
     table = assets.read_toml(file)
     table.setdefault("name", file.stem if kind == "scenario" else file.resolve().parent.name)
@@ -195,7 +194,7 @@ def read_table(kind: str, file: pathlib.Path) -> dict[str, Any]:
     return table
 
 
-def value_at(node: Any, path: schema.Path) -> Any:
+def value_at(node: Given, path: schema.Path) -> Given:
     """Value written at a path, None where nothing is; of { value = …, source = … } the value."""
     if path:
         node = schema.child_of(schema.holder(node, path), path[-1])

@@ -1,11 +1,11 @@
 """A nominal flow as a data sheet prints it, with the norm and the pressures that make it a conductance."""
 
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import field_validator, model_validator
 
-from afo_sim.common import NORMAL_DENSITY, STANDARD_DENSITY, nearest_name
+from afo_sim.common import NORMAL_DENSITY, STANDARD_DENSITY, Given, nearest_name
 from afo_sim.description.quantity import Described, Quantity, amount, refusal
 from afo_sim.physics import conductance_of_nominal_flow
 
@@ -40,7 +40,7 @@ class NominalFlow(Described):
 
     @model_validator(mode="before")
     @classmethod
-    def _tells_all(cls, table: Any) -> Any:
+    def _tells_all(cls, table: Given) -> Given:
         if isinstance(table, cls):
             return table
         if not isinstance(table, Mapping):
@@ -53,7 +53,7 @@ class NominalFlow(Described):
 
     @field_validator("norm", mode="before")
     @classmethod
-    def _is_a_norm(cls, norm: Any) -> Any:
+    def _is_a_norm(cls, norm: Given) -> Given:
         if isinstance(norm, str) and norm in DENSITIES:
             return norm
         plain = "".join(str(norm).split()).lower()

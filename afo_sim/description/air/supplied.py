@@ -1,8 +1,8 @@
 """What a supply and a timer need of an orthosis: air to take, size of the network, valves to switch."""
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
-from typing import Any
+from collections.abc import Collection, Iterator, Sequence
 
+from afo_sim.common import Given, JsonMapping
 from afo_sim.description.air.air_graph import HasAir, highest_pressures, ways
 from afo_sim.description.air.air_parts import AMBIENT, SUPPLY
 from afo_sim.description.air.network_checks import check_room
@@ -43,7 +43,7 @@ def check_supplied(orthosis: HasAir, supply: Supply) -> None:
         check_room(orthosis, nodes, restrictions, shared=True, under="orthosis.")
 
 
-def check_three_way(orthosis: HasAir, drives: Collection[str], controller: Any = None) -> None:
+def check_three_way(orthosis: HasAir, drives: Collection[str], controller: Given = None) -> None:
     """Refuse drives and commands that a 3/2 valve cannot follow: it has one coil, and is never shut."""
     three_way = [name for name, chamber in orthosis.chamber.items() if chamber.three_way]
     for name in three_way:
@@ -57,7 +57,7 @@ def check_three_way(orthosis: HasAir, drives: Collection[str], controller: Any =
             raise refusal(problem, mend, f"controller.{controller.kind}.{key}")
 
 
-def _impossible(kind: str, described: Any) -> Iterator[tuple[str, str, str, str]]:
+def _impossible(kind: str, described: Given) -> Iterator[tuple[str, str, str, str]]:
     """(key, chamber, problem, what would mend it) of commands that only two valves can follow."""
     if kind in ("timer", "gait_phase"):
         for name, told in described.chambers.items():
@@ -83,7 +83,7 @@ def _never_shut(name: str) -> str:
     return f"the 3/2 valve of chamber {name!r} vents while its coil has no current"
 
 
-def check_switched(orthosis: HasAir, named: Sequence[tuple[str, Mapping[str, Any]]]) -> None:
+def check_switched(orthosis: HasAir, named: Sequence[tuple[str, JsonMapping]]) -> None:
     """Refuse times of a valve that is not there."""
     for key, tables in named:
         if key == "start":

@@ -1,12 +1,12 @@
 """A valve as it is described: flow paths, switching times or bandwidth, and what its maker rates it for."""
 
 from collections.abc import Callable
-from typing import Annotated, Any, Self
+from typing import Annotated, Self
 
 from pydantic import Field, ValidationInfo, field_validator
 from pydantic_core import PydanticCustomError
 
-from afo_sim.common import format_quantity, parse_quantity
+from afo_sim.common import Given, JsonDict, format_quantity, parse_quantity
 from afo_sim.description.air.nominal_flow import HOW, NominalFlow
 from afo_sim.description.quantity import SET_BY_HAND, Described, Named, Provenance, Quantity, amount, refusal
 from afo_sim.physics import (
@@ -52,7 +52,7 @@ class Rated(Described):
 
     @field_validator("conductance", mode="before")
     @classmethod
-    def _from_its_rating(cls, value: Any, info: ValidationInfo) -> Any:
+    def _from_its_rating(cls, value: Given, info: ValidationInfo) -> Given:
         if value is not None:
             if isinstance(value, str) and not _is_in(value, UNIT) and _is_in(value, "m^3/s"):
                 raise refusal("is a volume flow: without norm and pressures it is not a conductance", HOW)
@@ -85,7 +85,7 @@ class Rated(Described):
         """Name of the rating that its conductance follows from; None where it is given itself."""
         return next((name for name in RATINGS if getattr(self, name) is not None), None)
 
-    def with_values(self, **values: Any) -> Self:
+    def with_values(self, **values: Given) -> Self:
         """As `Described.with_values`; a conductance replaces its rating, a rating the conductance."""
         if CONDUCTANCE in values and self.rating is not None:
             told = Provenance(kind="user", source=SET_BY_HAND)
@@ -114,7 +114,7 @@ class Rated(Described):
         return "; ".join([text, *(f"{kind}: {', '.join(names)}" for kind, names in kinds.items())])
 
 
-def make_room(table: dict[str, Any], key: str) -> bool:
+def make_room(table: JsonDict, key: str) -> bool:
     """Take away what a key that is being set replaces in its table."""
     rated = [name for name in RATINGS if table.get(name) is not None]
     gone: list[str] = []
@@ -128,7 +128,7 @@ def make_room(table: dict[str, Any], key: str) -> bool:
     return any(value is not None for value in taken)
 
 
-def _conductance(rated: str, value: Any, critical_ratio: float) -> float:
+def _conductance(rated: str, value: Given, critical_ratio: float) -> float:
     """C [m³/(s·Pa)] of a rating."""
     if isinstance(value, NominalFlow):
         return value.conductance(critical_ratio)
@@ -194,7 +194,7 @@ class Valve(Rated, Named):
 
     @field_validator("opening_delay", "closing_delay", mode="before")
     @classmethod
-    def _is_needed_of_a_solenoid(cls, value: Any, info: ValidationInfo) -> Any:
+    def _is_needed_of_a_solenoid(cls, value: Given, info: ValidationInfo) -> Given:
         if value is not None:
             return value
         if info.data.get("bandwidth", 0.0) is None:

@@ -1,8 +1,9 @@
 """Feedback control as it is described: what is followed over time, a PID."""
 
 import itertools
-from typing import Annotated, Any, Generic, Literal, TypeVar
+from typing import Annotated, Generic, Literal, TypeVar
 
+from afo_sim.common import Mixed
 from afo_sim.description.quantity import Described, Quantity, refusal
 
 _Angle = Annotated[float, Quantity("rad", at_least=-1.6, at_most=1.6)]
@@ -15,7 +16,7 @@ _PositiveTime = Annotated[float, Quantity("s", above=0.0, at_most=1e5)]
 
 Value = TypeVar("Value", bound=float)
 Size = TypeVar("Size", bound=float)
-_ZERO: Any = 0.0  # in whatever unit
+_ZERO: Mixed = 0.0  # in whatever unit
 
 
 class Signal(Described, Generic[Value, Size]):

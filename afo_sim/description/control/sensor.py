@@ -2,12 +2,12 @@
 
 import functools
 from dataclasses import dataclass
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import field_validator
 
-from afo_sim.common import dimension, parse_quantity, read_any_quantity
+from afo_sim.common import FloatOrArray, Given, dimension, parse_quantity, read_any_quantity
 from afo_sim.description.quantity import Described, Named, Quantity, refusal
 from afo_sim.physics import line_output, line_value
 
@@ -28,11 +28,11 @@ class Line:
     taken_intercept: float
     inverse: bool = False
 
-    def volts(self, value: Any) -> Any:
+    def volts(self, value: FloatOrArray) -> FloatOrArray:
         """Physical output [V] at a quantity [SI], by the true line; a number or an array."""
         return np.vectorize(line_output)(value, self.slope, self.intercept, float(self.inverse))
 
-    def value(self, volts: Any) -> Any:
+    def value(self, volts: FloatOrArray) -> FloatOrArray:
         """Reading [SI] at a physical output [V], by the line that the electronics take for true."""
         return np.vectorize(line_value)(volts, self.taken_slope, self.taken_intercept, float(self.inverse))
 
@@ -119,7 +119,7 @@ class SensorFields(Described):
 
     @field_validator(*_TEXTS, mode="before")
     @classmethod
-    def _is_quantity(cls, value: Any) -> Any:
+    def _is_quantity(cls, value: Given) -> Given:
         """A text with a number that is one, of whatever dimension; a bare number as a text."""
         if value is None:
             return None
@@ -162,11 +162,11 @@ class SensorType(Named, SensorFields):
             raise ValueError(f"{self.name or 'the sensor'} has no calibration: its reading is direct")
         return self.calibration.line(self.unit)
 
-    def volts(self, value: Any) -> Any:
+    def volts(self, value: FloatOrArray) -> FloatOrArray:
         """Physical output [V] at a quantity [SI], by the true line."""
         return self.line.volts(value)
 
-    def value(self, volts: Any) -> Any:
+    def value(self, volts: FloatOrArray) -> FloatOrArray:
         """Reading [SI] at a physical output [V], by the line that the electronics take for true."""
         return self.line.value(volts)
 

@@ -8,12 +8,12 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from numbers import Real
-from typing import Annotated, Any, Literal, TypeVar
+from typing import Annotated, Literal, TypeVar
 
 from pydantic import Field, ValidationInfo
 from pydantic_core import CoreSchema, core_schema
 
-from afo_sim.common import format_quantity, parse_quantity, read_any_quantity
+from afo_sim.common import Foreign, Given, format_quantity, parse_quantity, read_any_quantity
 from afo_sim.description.law_set import GaugePressure
 from afo_sim.description.quantity import Described, OfChambers, Quantity, refusal, refused_name
 from afo_sim.description.walking import Phase
@@ -37,7 +37,7 @@ class _Threshold:
             raise refusal("is not finite", "a quantity in the column's unit")
         return value
 
-    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> CoreSchema:
+    def __get_pydantic_core_schema__(self, source: Foreign, handler: Foreign) -> CoreSchema:
         return core_schema.no_info_plain_validator_function(self.read)
 
 
@@ -82,13 +82,13 @@ class _Command:
             raise refusal("is out of range", f"a gauge pressure from 0 to {1e-5 * _HIGHEST_PRESSURE:g} bar")
         return pressure
 
-    def write(self, value: Any) -> Any:
+    def write(self, value: Given) -> Given:
         """As a file says it."""
         if isinstance(value, float):
             return format_quantity(value, "Pa")
         return value if isinstance(value, str) else list(value)
 
-    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> CoreSchema:
+    def __get_pydantic_core_schema__(self, source: Foreign, handler: Foreign) -> CoreSchema:
         writer = core_schema.plain_serializer_function_ser_schema(self.write)
         return core_schema.with_info_plain_validator_function(self.read, serialization=writer)
 
