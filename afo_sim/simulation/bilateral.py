@@ -4,13 +4,14 @@ import os
 import pathlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
-from typing import Any
 
 import numpy as np
 
 from afo_sim.common import (
     GRAVITY,
     InputError,
+    JsonDict,
+    JsonMapping,
     Notice,
     Shown,
     check_writable,
@@ -50,7 +51,7 @@ APART_ON_IT = (
 LAST = "the flow is of the last whole period; the air per cycle is the mean of all, the first one too"
 FIRST = "the flow is of one settled stride of each leg; the strides after a stop stand in each leg's own run"
 
-Description = str | os.PathLike[str] | Scenario | Mapping[str, Any]
+Description = str | os.PathLike[str] | Scenario | JsonMapping
 Progress = Callable[[int, int, str], None]
 
 
@@ -113,7 +114,7 @@ class Both(Shown):
         """A leg's column at the phases of the right leg's stride [SI] (n,)."""
         return cycle_of(self.legs[side]).at(column, self.phase, self.apart if side == "left" else 0.0)
 
-    def summary(self) -> dict[str, Any]:
+    def summary(self) -> JsonDict:
         """Contents of both.json."""
         return {
             "status": self.status,
@@ -162,8 +163,8 @@ def both(
     right: Description,
     left: Description | None = None,
     *,
-    sets: Mapping[str, Any] | None = None,
-    left_sets: Mapping[str, Any] | None = None,
+    sets: Mapping[str, object] | None = None,
+    left_sets: Mapping[str, object] | None = None,
     apart: float | None = None,
     affected: Side | None = None,
     progress: Progress | None = None,
@@ -213,8 +214,8 @@ def both(
 
 
 def described(
-    right: Description, left: Description | None, *, sets: Mapping[str, Any] | None = None,
-    left_sets: Mapping[str, Any] | None = None, affected: Side | None = None,
+    right: Description, left: Description | None, *, sets: Mapping[str, object] | None = None,
+    left_sets: Mapping[str, object] | None = None, affected: Side | None = None,
 ) -> tuple[Scenario, Scenario]:  # fmt: skip
     """The two legs' scenarios, at one pace; parameters as of `both`."""
     if affected not in (None, *SIDES):

@@ -9,11 +9,11 @@ import os
 import pathlib
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
 
-from afo_sim.common import InputError, nearest_name, parse_quantity, read_toml
+from afo_sim.common import InputError, JsonDict, nearest_name, parse_quantity, read_toml
 from afo_sim.metrics import OTHER, instead, told, words
 from afo_sim.simulation.criterion import (
     CHECKS,
@@ -266,7 +266,7 @@ class CheckEntry:
 
     file: pathlib.Path
     number: int
-    table: dict[str, Any]
+    table: JsonDict
 
     def check(self, run: Recording) -> Result:
         """Look at a run; what is wrong with the entry is an `InputError` that names file and field."""

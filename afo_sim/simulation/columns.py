@@ -4,12 +4,12 @@ import functools
 import itertools
 import re
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common import AMBIENT_PRESSURE, InputError, nearest_name, takes, unknown
+from afo_sim.common import AMBIENT_PRESSURE, InputError, JsonMapping, nearest_name, takes, unknown
 from afo_sim.control import CONTROLLER_COLUMNS
 from afo_sim.metrics import SOLVED, LazyColumns
 from afo_sim.model import JOINTS, SINK, Index
@@ -257,7 +257,7 @@ DESCRIBED |= {f"controller/{name}": entry for name, entry in CONTROLLER_COLUMNS.
 SENSOR, POSITIVE = "sensor/", "dorsiflexion"
 
 
-def describe(column: str, scenario: Mapping[str, Any] | None = None) -> tuple[str, str]:
+def describe(column: str, scenario: JsonMapping | None = None) -> tuple[str, str]:
     """(unit, sign) of a column; a sensor's are those of the column that it reads."""
     if column.startswith(SENSOR):
         return _of_sensor(column, scenario or {})
@@ -279,7 +279,7 @@ def _pattern(column: str) -> str:
     return column if column in DESCRIBED else "/".join([kind, "*", *name_and_rest[1:]])
 
 
-def _of_sensor(column: str, scenario: Mapping[str, Any]) -> tuple[str, str]:
+def _of_sensor(column: str, scenario: JsonMapping) -> tuple[str, str]:
     sensors = scenario.get("sensor") or {}
     name, _, output = column.removeprefix(SENSOR).partition("/")
     if name not in sensors:

@@ -3,11 +3,10 @@
 import itertools
 import os
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
-from afo_sim.common import InputError, unknown
+from afo_sim.common import InputError, JsonMapping, unknown
 from afo_sim.description import Scenario, load
 from afo_sim.metrics import number, unit
 from afo_sim.simulation.recording import Recording
@@ -25,9 +24,9 @@ def common_laws(scenario: Scenario) -> list[str]:
 
 
 def compare_laws(
-    scenario: str | os.PathLike[str] | Mapping[str, Any],
+    scenario: str | os.PathLike[str] | JsonMapping,
     laws: Sequence[str] = (),
-    sets: Mapping[str, Any] | None = None,
+    sets: Mapping[str, object] | None = None,
     *,
     report: Report | None = None,
 ) -> dict[str, Recording]:

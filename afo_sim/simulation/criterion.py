@@ -5,21 +5,20 @@ import math
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from afo_sim.common import InputError, in_unit, parse_quantity, quantity_at
+from afo_sim.common import FloatOrArray, Given, InputError, in_unit, parse_quantity, quantity_at
 from afo_sim.metrics import rise_time
 
 GRACE = 1e-9  # [s], so that 4000 × 0.001 s counts as 4 s
 SAMPLE_CHECKS = ("between", "above", "below", "settles_to")  # the others look at one number of the window
-MOMENTS: dict[str, Callable[[np.ndarray], Any]] = {
+MOMENTS: dict[str, Callable[[np.ndarray], FloatOrArray]] = {
     "peak_between": np.argmax,
     "trough_between": np.argmin,
     "final_between": lambda values: len(values) - 1,
 }
-TOTALS: dict[str, Callable[["Signal"], Any]] = {
+TOTALS: dict[str, Callable[["Signal"], FloatOrArray]] = {
     "range_between": lambda signal: np.ptp(signal.values),
     "integral_between": lambda signal: np.sum(signal.values * signal.steps),
     "rise_time_below": lambda signal: rise_time(signal.time, signal.values),
@@ -129,7 +128,7 @@ def _judge_one(criterion: Criterion, signal: Signal, words: str) -> tuple[float,
     return excess, Result(excess <= 0.0, message, signal.name, at, value, limit.value)
 
 
-def read_criterion(kind: str, limits: Any, unit: str) -> Criterion:
+def read_criterion(kind: str, limits: Given, unit: str) -> Criterion:
     """A criterion by name, with limits written as in a checks file and read in `unit`."""
     if kind == "settles_to":
         if not isinstance(limits, dict) or set(limits) != {"value", "within", "by"}:

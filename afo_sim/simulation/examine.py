@@ -3,11 +3,10 @@
 import functools
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from afo_sim.common import Notice
+from afo_sim.common import Mixed, Notice
 from afo_sim.common.versions import versions
 from afo_sim.description import Scenario
 from afo_sim.metrics import (
@@ -118,10 +117,10 @@ def make_recording(built: Built, rollout: Rollout, *, seed: int = 0) -> Recordin
 
 
 def recording_of(
-    built: Callable[[], Built], scenario: Scenario, status: str = "ok", **found: Any
+    built: Callable[[], Built], scenario: Scenario, status: str = "ok", **found: Mixed
 ) -> Recording:
     """The Recording of what was found: with the scenario as it was asked for, and the model that ran."""
-    later: Any = Later  # than now: a field of any kind
+    later: Mixed = Later  # than now: a field of any kind
     return Recording(
         **found,
         status=status,

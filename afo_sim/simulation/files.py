@@ -11,7 +11,7 @@ import warnings
 import zlib
 from collections.abc import Callable
 from contextlib import suppress
-from typing import Any, Protocol
+from typing import Protocol
 
 import mujoco
 import numpy as np
@@ -20,7 +20,10 @@ from afo_sim import native
 from afo_sim.common import (
     MOST_GROUPS,
     CallbackError,
+    Foreign,
     InputError,
+    Json,
+    JsonDict,
     Notice,
     check_writable,
     digest,
@@ -60,7 +63,7 @@ class Run(Protocol):
     @property
     def columns(self) -> dict[str, np.ndarray]: ...
     @property
-    def described(self) -> dict[str, Any]: ...
+    def described(self) -> JsonDict: ...
     @property
     def scenario(self) -> Scenario: ...
     @property
@@ -72,7 +75,7 @@ class Run(Protocol):
     @property
     def parameters(self) -> dict[str, list[float]]: ...
     def describe(self, column: str) -> tuple[str, str]: ...
-    def summary(self) -> dict[str, Any]: ...
+    def summary(self) -> JsonDict: ...
 
 
 def write_run(recording: Run, folder: pathlib.Path, picture: Write | None) -> pathlib.Path:
@@ -125,7 +128,7 @@ def write_parquet(recording: Run, path: pathlib.Path) -> None:
             file.add_key_value_metadata({MODEL_KEY: model})
 
 
-def open_run(folder: str | os.PathLike[str], *, damaged: bool = False) -> Any:
+def open_run(folder: str | os.PathLike[str], *, damaged: bool = False) -> Foreign:
     """The Parquet file of a run's folder, checked but not read; `damaged` as of `open_parquet`."""
     path = pathlib.Path(folder)
     with suppress(InputError):  # a folder that may only be read stays as it is
@@ -139,9 +142,9 @@ def open_run(folder: str | os.PathLike[str], *, damaged: bool = False) -> Any:
 _STRANGE = (AttributeError, KeyError, TypeError, ValueError, OverflowError, RecursionError, zlib.error)
 
 
-def read_header(file: Any, folder: str | os.PathLike[str]) -> dict[str, Any]:
+def read_header(file: Foreign, folder: str | os.PathLike[str]) -> JsonDict:
     """Header of a run's opened Parquet file, by field of Recording; all but its rows."""
-    run: Any = {}
+    run: Json = {}
     try:
         run = json.loads(file.schema_arrow.metadata[RUN_KEY.encode()])
         model = (file.metadata.metadata or {}).get(MODEL_KEY.encode(), b"")
@@ -176,14 +179,14 @@ def _label(metadata: dict[bytes, bytes]) -> tuple[str, str]:
     return metadata.get(b"unit", b"").decode(), metadata.get(b"sign", b"").decode()
 
 
-def _metrics(table: dict[str, Any]) -> dict[str, Metric]:
+def _metrics(table: JsonDict) -> dict[str, Metric]:
     return {
         name: Metric(math.nan if metric["value"] is None else metric["value"], metric["unit"])
         for name, metric in table.items()
     }
 
 
-def read_run(folder: str | os.PathLike[str]) -> dict[str, Any]:
+def read_run(folder: str | os.PathLike[str]) -> JsonDict:
     """A run's files, by field of Recording."""
     import pyarrow as pa
 
@@ -198,7 +201,7 @@ def read_run(folder: str | os.PathLike[str]) -> dict[str, Any]:
     return header | {"columns": columns}
 
 
-def read_undamaged(folder: str | os.PathLike[str]) -> dict[str, Any]:
+def read_undamaged(folder: str | os.PathLike[str]) -> JsonDict:
     """What is whole of a damaged run, by field of Recording; lost rows are NaN, as a notice says."""
     import pyarrow as pa
 

@@ -4,28 +4,28 @@ import copy
 import types
 from dataclasses import dataclass
 from operator import attrgetter
-from typing import Any, Self
+from typing import Self
 
 from afo_sim import native
-from afo_sim.common import InputError
+from afo_sim.common import Function, InputError, Mixed
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class State:
     """A moment of what is stepped: whose it is, and all that decides what follows. It never changes."""
 
-    of: tuple[Any, ...]
-    values: tuple[Any, ...]
+    of: tuple[object, ...]
+    values: tuple[object, ...]
 
 
 class Forkable:
     """What is made again, by a function and its arguments, and then brought to a state."""
 
-    _of: tuple[Any, ...]  # what two of them must agree in
+    _of: tuple[object, ...]  # what two of them must agree in
     _memory: tuple[str, ...]  # dotted names of what decides all that follows
     _hold: native.Hold
 
-    def _like(self) -> tuple[Any, tuple[Any, ...]]:
+    def _like(self) -> tuple[Function, tuple[object, ...]]:
         raise NotImplementedError
 
     def state(self) -> State:
@@ -52,16 +52,16 @@ class Forkable:
 
     __copy__ = copy
 
-    def __deepcopy__(self, memo: dict[int, Any]) -> Self:
+    def __deepcopy__(self, memo: dict[int, object]) -> Self:
         return self.copy()
 
-    def __reduce__(self) -> tuple[Any, ...]:
+    def __reduce__(self) -> tuple[object, ...]:
         return *self._like(), self.state()
 
     __setstate__ = restore
 
 
-def _kept(value: Any) -> Any:
+def _kept(value: Mixed) -> Mixed:
     """A copy of its own; tuples, also those in a list, never change and are shared."""
     if type(value) is tuple or (type(value) is list and value and type(value[0]) is tuple):
         return value[:]

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -45,8 +45,8 @@ class Column:
     sign: str
     formula: Callable[..., np.ndarray]
     whole: bool = False
-    where: Callable[["Built"], Any] = lambda built: True
-    of: Callable[["Index", int], Any] = lambda index, owner: True
+    where: Callable[["Built"], object] = lambda built: True
+    of: Callable[["Index", int], object] = lambda index, owner: True
 
 
 def edge_flow(f: Frame, edge: int) -> np.ndarray:

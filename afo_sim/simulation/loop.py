@@ -8,21 +8,12 @@ import pathlib
 import traceback
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common import AfoSimError, InputError, si, unknown
-from afo_sim.control import (
-    CONTROLLER_COLUMNS,
-    Controller,
-    TookTooLong,
-    Watch,
-    check_required,
-    checked,
-    make,
-)
+from afo_sim.common import AfoSimError, InputError, Mixed, si, unknown
+from afo_sim.control import CONTROLLER_COLUMNS, Controller, TookTooLong, Watch, check_required, checked, make
 from afo_sim.control.required_inputs import required_inputs
 from afo_sim.description import Scenario
 from afo_sim.model import OFF, Built
@@ -203,7 +194,7 @@ class Loop:
         if reported is not None:
             self.reported.append((step, reported))
 
-    def _watched(self, call: Callable[[None], Any], what: str) -> Any:
+    def _watched(self, call: Callable[[None], Mixed], what: str) -> Mixed:
         """What the controller gives; PolicyFault where it raises something or takes too long."""
         try:
             return self.watch.call(call, None)

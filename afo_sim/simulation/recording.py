@@ -1,4 +1,7 @@
-"""The one result of a simulation: columns with units and provenance, metrics, warnings, verdict."""
+"""The one result of a simulation: columns with units and provenance, metrics, warnings, verdict.
+
+`Any` is a field's value, an index or a range of rows: `Recording` and its columns examine which.
+"""
 
 import dataclasses
 import functools

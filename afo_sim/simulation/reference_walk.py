@@ -6,9 +6,9 @@ is worn with a sole.
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
-from typing import Any, cast
+from typing import cast
 
-from afo_sim.common import InputError, Notice
+from afo_sim.common import InputError, Keywords, Notice
 from afo_sim.description import USUAL_LIMITS, Scenario, load
 from afo_sim.description.scenario_text import reference as in_words
 from afo_sim.metrics import (
@@ -52,7 +52,7 @@ def reference_of(scenario: Scenario) -> Scenario:
     if kind == "orthosis-off" and not orthosis.muscle:
         problem = "compares with an orthosis without air, and none is worn"
         raise InputError(problem, field="reference", value=kind, allowed="barefoot, shoe")
-    changed: dict[str, Any] = {
+    changed: Keywords = {
         **UNDRIVEN,
         "name": f"{scenario.name} reference".strip(),
         "gait": gait.model_copy(update={"settled": "solved"}),
@@ -79,7 +79,7 @@ def walk_reference(scenario: Scenario) -> Reference:
     return _tried(reference_of(scenario), {})  # a lighter foot may need a shorter step on its floor
 
 
-def _tried(scenario: Scenario, changed: Mapping[str, Any], asked: Asked = ASKED) -> Reference:
+def _tried(scenario: Scenario, changed: Mapping[str, object], asked: Asked = ASKED) -> Reference:
     """The settled stride of a changed scenario, the whole run where none repeats; or its refusal."""
     try:
         scenario = scenario.with_values(**changed)

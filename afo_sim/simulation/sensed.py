@@ -5,11 +5,10 @@ import zlib
 from collections.abc import Callable, Mapping
 from numbers import Integral
 from operator import attrgetter
-from typing import Any
 
 import numpy as np
 
-from afo_sim.common import InputError, unknown
+from afo_sim.common import InputError, Mixed, unknown
 from afo_sim.description import FieldError, Sensor, numbers
 from afo_sim.model import Built
 from afo_sim.native import compiled_sense
@@ -54,12 +53,12 @@ class SensorBank:
             self._begin()
 
     @property
-    def moment(self) -> tuple[Any, ...]:
+    def moment(self) -> tuple[Mixed, ...]:
         """What they remember; it may be assigned again."""
         return (self.seed, self._p.copy(), self._memory.copy(), self._lines.copy()) if self.sensors else ()
 
     @moment.setter
-    def moment(self, moment: tuple[Any, ...]) -> None:
+    def moment(self, moment: tuple[Mixed, ...]) -> None:
         if moment:
             self.seed, self._p[:], self._memory[:], self._lines[:] = moment
 

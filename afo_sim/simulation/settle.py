@@ -13,13 +13,12 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import accumulate
-from typing import Any
 
 import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT, SimulationError
+from afo_sim.common import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT, Doubles, SimulationError
 from afo_sim.model import AFTER, JOINTS, Built, cooled
 from afo_sim.model.prefill import prefill
 from afo_sim.native.between_strides import compiled_between
@@ -289,7 +288,7 @@ def first_air(built: Built, data: mujoco.MjData, control: np.ndarray) -> dict[in
 
 
 def _filled(
-    opened: Any, parts: float, supply: float, per_mass: float, inlet: float, inlet_ratio: float,
+    opened: Doubles, parts: float, supply: float, per_mass: float, inlet: float, inlet_ratio: float,
     outlet: float, outlet_ratio: float,
 ) -> float:  # fmt: skip
     """Gauge pressure after a few strides [Pa], from the valves' openings in each part of one (PARTS, 2)."""

@@ -2,13 +2,12 @@
 
 import dataclasses
 from collections.abc import Callable, Sequence
-from typing import Any
 
 import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common import InputError, SimulationError
+from afo_sim.common import InputError, Mixed, SimulationError
 from afo_sim.model import Built, Guess, equilibrium, walking_start
 from afo_sim.model import supply_and_timer as schedule
 from afo_sim.simulation.rollout import (
@@ -177,13 +176,13 @@ class Stepped:
                 self.now[name][k] = values[0]
 
     @property
-    def moment(self) -> tuple[Any, ...]:
+    def moment(self) -> tuple[Mixed, ...]:
         """All that decides what follows, but inputs; it may be assigned again."""
         states = tuple(self.stepper.state(k) for k in range(len(self)))
         return states, tuple(self.taken.tolist()), self.failures.copy()
 
     @moment.setter
-    def moment(self, moment: tuple[Any, ...]) -> None:
+    def moment(self, moment: tuple[Mixed, ...]) -> None:
         self.begin(range(len(self)), *moment[:2])
         self.failures = moment[2].copy()
 

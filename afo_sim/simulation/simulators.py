@@ -5,12 +5,12 @@ import os
 import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from numbers import Integral
-from typing import Any, Literal
+from typing import Literal, cast
 
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common import ControllerError, InputError, SimulationError, si
+from afo_sim.common import ControllerError, Function, Given, InputError, Mixed, SimulationError, si
 from afo_sim.control import Command, Controller, make
 from afo_sim.description import MAX_STEPS, Scenario
 from afo_sim.model import Built
@@ -75,8 +75,8 @@ class Simulator(Forkable, native.Closing):
 
     def __init__(
         self,
-        scenario: str | os.PathLike[str] | Scenario | Mapping[str, Any] | Built,
-        sets: Mapping[str, Any] | None = None,
+        scenario: str | os.PathLike[str] | Scenario | Mapping[str, object] | Built,
+        sets: Mapping[str, object] | None = None,
         controller: Controller | Literal["scenario"] | None = None,
         rate: float | str = RATE,
     ):
@@ -104,10 +104,10 @@ class Simulator(Forkable, native.Closing):
             made, rate = make(described, self.scenario), described.rate
         return None if made is None else Loop(self.built, made, rate)
 
-    def _like(self) -> tuple[Any, tuple[Any, ...]]:
+    def _like(self) -> tuple[Function, tuple[object, ...]]:
         made, rate = self._controlled
         if callable(made):  # who is made resets its controller, which is then its own
-            made = self.state().values[self._memory.index("_loop.controller")]
+            made = cast(Controller, self.state().values[self._memory.index("_loop.controller")])
         return type(self), (self.built, None, made, rate)
 
     @property
@@ -239,13 +239,13 @@ class Simulator(Forkable, native.Closing):
         return Seen(frame, readings, self.time, steps * self.scenario.timestep, self._columns)
 
     @property
-    def _sight(self) -> tuple[Any, ...]:
+    def _sight(self) -> tuple[Mixed, ...]:
         """What was seen last, without what belongs to the scenario."""
         seen, frame = self._seen, self._seen.frame
         return frame.rows, frame.control, frame.first_step, seen.readings, seen.time, seen.period
 
     @_sight.setter
-    def _sight(self, sight: tuple[Any, ...]) -> None:
+    def _sight(self, sight: tuple[Mixed, ...]) -> None:
         rows, control, first, readings, time, period = sight
         self._seen = Seen(frame_of(self.built, rows, control, first), readings, time, period, self._columns)
 
@@ -254,7 +254,7 @@ class Simulator(Forkable, native.Closing):
         self._stepped.close()
 
 
-Source = str | os.PathLike[str] | Scenario | Mapping[str, Any]
+Source = str | os.PathLike[str] | Scenario | Mapping[str, object]
 Commands = Mapping[str, Command]
 
 
@@ -291,13 +291,13 @@ class Simulators(native.Closing):
     def __init__(
         self,
         scenarios: Source | Sequence[Source],
-        sets: Mapping[str, Any] | None = None,
+        sets: Mapping[str, object] | None = None,
         *,
         count: int = 1,
         threads: int = 1,
     ):
         several = isinstance(scenarios, Sequence) and not isinstance(scenarios, str)
-        sources: list[Any] = list(scenarios) if several else [scenarios]  # type: ignore[arg-type]  # one stands alone
+        sources: list[Given] = list(scenarios) if several else [scenarios]  # type: ignore[arg-type]  # one stands alone
         if several and (count != 1 or not sources):
             allowed = "several scenarios, or one and a count"
             raise InputError("stands beside several scenarios", field="count", value=count, allowed=allowed)

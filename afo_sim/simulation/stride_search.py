@@ -3,13 +3,12 @@
 import functools
 import math
 from itertools import accumulate
-from typing import Any
 
 import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common import AMBIENT_TEMPERATURE
+from afo_sim.common import AMBIENT_TEMPERATURE, Mixed
 from afo_sim.model import ANKLE, OFF, SINK, Built, beyond_chambers
 from afo_sim.native.air_slopes import GIVING
 from afo_sim.native.stride_numbers import (
@@ -47,7 +46,7 @@ def numbers_of(built: Built, control: np.ndarray, steps: int) -> np.ndarray:
     rows = 1 + math.ceil(1.5 * steps * scenario.timestep / COARSE)  # of any step
     counts = len(joints), len(nodes), len(chambers), len(ways), len(stores)
     found = _blank(*counts, rows, steps * paired).copy()
-    tables: list[tuple[int, Any]] = [(AT.joint, joints), (AT.way, ways)]
+    tables: list[tuple[int, Mixed]] = [(AT.joint, joints), (AT.way, ways)]
     if nodes:
         tables += [(AT.node, node_rows(model, nodes))]
     if stores:

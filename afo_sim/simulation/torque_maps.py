@@ -4,11 +4,10 @@ import math
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from afo_sim.common import InputError, Notice, gauge, si
+from afo_sim.common import InputError, JsonDict, JsonMapping, Notice, gauge, si
 from afo_sim.description import Scenario, load
 from afo_sim.metrics import SIDES, Need, needs
 from afo_sim.metrics.strides import strides
@@ -39,10 +38,10 @@ class TorqueMaps:
 
 
 def torque_map(
-    scenario: str | os.PathLike[str] | Scenario | Mapping[str, Any] = "walk-dropfoot-afo",
-    sets: Mapping[str, Any] | None = None,
+    scenario: str | os.PathLike[str] | Scenario | JsonMapping = "walk-dropfoot-afo",
+    sets: Mapping[str, object] | None = None,
     *,
-    walk: str | os.PathLike[str] | Scenario | Mapping[str, Any] | None = None,
+    walk: str | os.PathLike[str] | Scenario | JsonMapping | None = None,
     angles: Sequence[float | str] | np.ndarray | None = None,
     pressures: Sequence[float | str] = (1e5, 2e5, 3e5, 4e5),
 ) -> TorqueMaps:
@@ -87,7 +86,7 @@ def torque_map(
         if not other.walking or (other.leg.name, other.leg.joint) != (leg, joint):
             problem, allowed = "is not a walk on the same leg", f"a walk of the ankle on {leg}"
             raise InputError(problem, field="walk", value=other.name, allowed=allowed)
-        worn: dict[str, Any] = {name: getattr(described, name) for name in DEVICE}
+        worn: JsonDict = {name: getattr(described, name) for name in DEVICE}
         worn["phases"] = dict.fromkeys(described.orthosis.chamber, OPEN)
         described = other.with_values(**{**UNDRIVEN, **worn})
     built, needed = needs_of(described)
