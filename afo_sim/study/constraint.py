@@ -11,11 +11,11 @@ import sys
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, NoReturn
+from typing import NoReturn
 
 import numpy as np
 
-from afo_sim.common import Dimension, InputError, dimension, nearest_name, read_any_quantity
+from afo_sim.common import Dimension, FloatOrArray, InputError, dimension, nearest_name, read_any_quantity
 from afo_sim.study.parameter import Choice, OwnSeed, Parameter
 
 _LANGUAGE = "parameters, numbers, 'quantities', + - * /, comparisons, and, or, not, parentheses"
@@ -38,7 +38,8 @@ ARITHMETIC: dict[type[ast.operator], np.ufunc] = {
 }
 
 
-Judged = tuple[Any, Any, Any]  # whether it holds; how far it is from that, and how far from the contrary
+# whether it holds; how far it is from that, and how far from the contrary
+Judged = tuple[FloatOrArray, FloatOrArray, FloatOrArray]
 
 
 @dataclass(frozen=True)
@@ -59,7 +60,7 @@ class Constraint:
         off = np.nan_to_num(off, nan=np.inf)
         return np.where(holds, 0.0, np.maximum(off, np.finfo(np.float64).tiny))
 
-    def _judged(self, values: Mapping[str, np.ndarray]) -> tuple[np.ndarray, Any]:
+    def _judged(self, values: Mapping[str, np.ndarray]) -> tuple[np.ndarray, FloatOrArray]:
         with np.errstate(all="ignore"):  # what is not a number compares as false
             holds, off, _ = _Evaluation(self, values).judged(_parse(self.text))
         return np.broadcast_to(holds, (len(next(iter(values.values()), "-")),)), off
@@ -127,7 +128,7 @@ class _Evaluation:
         shares = (np.where(each > 0.0, each / largest, each * 0.0) for each in (off, contrary))
         return COMPARISONS[type(op)](a, b), *shares
 
-    def _word(self, name: str, node: ast.expr) -> Any:
+    def _word(self, name: str, node: ast.expr) -> FloatOrArray:
         """The other side of a comparison of words: one of the words, or another such parameter."""
         if isinstance(node, ast.Name) and node.id in self.constraint.words:
             return self.values[node.id]
@@ -138,7 +139,7 @@ class _Evaluation:
             self._refuse(node, f"is not a value of {name!r}", ", ".join(map(repr, words)), nearest)
         return word
 
-    def _number(self, node: ast.expr) -> tuple[Any, Dimension]:
+    def _number(self, node: ast.expr) -> tuple[FloatOrArray, Dimension]:
         """Numbers [SI] and what they measure, as far as the text states."""
         if isinstance(node, ast.Name):
             names = [*self.constraint.units, *self.constraint.words]
@@ -173,7 +174,9 @@ class _Evaluation:
             return ARITHMETIC[type(node.op)](a, b), measures
         self._refuse(node, "is not of the language of constraints", _LANGUAGE)
 
-    def _alike(self, left: ast.expr, right: ast.expr, whole: ast.expr) -> tuple[Any, Any, Dimension]:
+    def _alike(
+        self, left: ast.expr, right: ast.expr, whole: ast.expr
+    ) -> tuple[FloatOrArray, FloatOrArray, Dimension]:
         """Both sides of what puts numbers of one dimension together, and the dimension."""
         (a, of_a), (b, of_b) = self._number(left), self._number(right)
         if of_a != of_b:

@@ -4,11 +4,10 @@ import math
 import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from afo_sim.common import InputError, optional
+from afo_sim.common import InputError, JsonDict, optional
 from afo_sim.description import load
 from afo_sim.study.parameter import Choice, OwnSeed, Parameter
 from afo_sim.study.sweep_plan import Plan
@@ -37,7 +36,7 @@ class Cases:
     def __len__(self) -> int:
         return len(self.seeds)
 
-    def sets(self, case: int) -> dict[str, Any]:
+    def sets(self, case: int) -> JsonDict:
         """The overrides of one case by dotted key, as `load` takes them; the plan's fixed ones among them."""
         sets = dict(self.plan.set)
         for parameter in self.plan.parameters:

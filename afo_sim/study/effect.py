@@ -4,7 +4,9 @@ import dataclasses
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal, Self
+from typing import Literal, Self
+
+from afo_sim.common import JsonDict, JsonMapping
 
 CLEARANCE, FIRST, LOWEST = "toe_clearance", "toe_clearance_stride_1", "lowest_toe_clearance"
 HEIGHTS = (CLEARANCE, FIRST, LOWEST)
@@ -26,7 +28,7 @@ class Effect:
     name: str
     before: str
     after: str
-    sets: dict[str, Any] = field(default_factory=dict)
+    sets: JsonDict = field(default_factory=dict)
     status: Run = "run"
     reason: str = ""
     differences: dict[str, float] = field(default_factory=dict)
@@ -54,13 +56,13 @@ class Effect:
         """The step, which is not run for this reason unless for another one."""
         return self if self.status != "run" else dataclasses.replace(self, status=status, reason=reason)
 
-    def to_json(self) -> dict[str, Any]:
+    def to_json(self) -> JsonDict:
         """As plain data; what is not defined is None."""
         table = dataclasses.asdict(self) | {key: list(getattr(self, key)) for key in ("beyond", "notes")}
         return table | {"differences": {name: defined(value) for name, value in self.differences.items()}}
 
     @classmethod
-    def from_json(cls, row: Mapping[str, Any]) -> Self:
+    def from_json(cls, row: JsonMapping) -> Self:
         """Of what `to_json` gave."""
         differences = {name: number(value) for name, value in row["differences"].items()}
         lists = {key: tuple(row[key]) for key in ("beyond", "notes")}

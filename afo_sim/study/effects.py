@@ -5,9 +5,9 @@ import math
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal, Self
+from typing import TYPE_CHECKING, Literal, Self
 
-from afo_sim.common import InputError, Notice, Shown, SimulationError, in_unit, titles
+from afo_sim.common import InputError, JsonDict, JsonMapping, Notice, Shown, SimulationError, in_unit, titles
 from afo_sim.description import Limits, Scenario, load
 from afo_sim.metrics import AGAINST, Metric, Status
 from afo_sim.model import as_run, with_person
@@ -147,7 +147,7 @@ class Effects(Shown):
         noticed = {effect.name for effect in done if effect.noticed}
         return tuple(dict.fromkeys(effect.name for effect in done if effect.name not in noticed))
 
-    def to_json(self) -> dict[str, Any]:
+    def to_json(self) -> JsonDict:
         """As plain data; what is not defined is None."""
         return {
             "aim": self.aim,
@@ -157,7 +157,7 @@ class Effects(Shown):
         }
 
     @classmethod
-    def from_json(cls, table: Mapping[str, Any]) -> Self:
+    def from_json(cls, table: JsonMapping) -> Self:
         """Of what `to_json` gave."""
         base = {name: Metric(number(value), unit) for name, (value, unit) in table["base"].items()}
         return cls(table["aim"], base, tuple(map(Effect.from_json, table["ranked"])), table["timestep"])
@@ -184,8 +184,8 @@ class Effects(Shown):
 
 
 def effects(
-    scenario: str | os.PathLike[str] | Scenario | Mapping[str, Any],
-    sets: Mapping[str, Any] | None = None,
+    scenario: str | os.PathLike[str] | Scenario | JsonMapping,
+    sets: Mapping[str, object] | None = None,
     *,
     recording: Recording | None = None,
     progress: Report | None = None,

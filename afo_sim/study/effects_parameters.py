@@ -8,9 +8,9 @@ same tautness at an ankle angle of zero. The sole's stacks under heel and ball g
 import dataclasses
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
-from afo_sim.common import in_unit
+from afo_sim.common import JsonDict, Mixed, in_unit
 from afo_sim.description import WORN, MuscleGroup, Scenario
 from afo_sim.model import mean_length
 from afo_sim.study.effect import Effect
@@ -38,7 +38,7 @@ class _Amount:
         number = in_unit(value, self.si, self.unit) if self.unit else value
         return f"{round(number, 9) + 0.0:.{digits}g} {self.unit}".rstrip()
 
-    def written(self, value: float) -> Any:
+    def written(self, value: float) -> Mixed:
         """The same; a bare number where there is no unit."""
         return self.text(value) if self.unit else round(value, 9)
 
@@ -120,7 +120,7 @@ def _mounting(name: str, at: str, group: MuscleGroup) -> Iterator[Effect]:
     yield from _added(f"{name} muscle length, link to match", muscle, MUSCLE, (link, -1))
 
 
-def _moves(name: str, key: str, place: Any) -> Iterator[tuple[Any, Effect]]:
+def _moves(name: str, key: str, place: Mixed) -> Iterator[tuple[Mixed, Effect]]:
     """A place of the path further back, forward, down and up, and the step that moves it there."""
     for axis, way in _WAYS.items():
         amount = _Amount(f"{key}.from_joint[{axis}]", place.from_joint[axis], "m", "cm")
@@ -130,7 +130,7 @@ def _moves(name: str, key: str, place: Any) -> Iterator[tuple[Any, Effect]]:
             yield place.model_copy(update={"from_joint": there}), step
 
 
-def _matched(step: Effect, group: MuscleGroup, moved: dict[str, Any], link: _Amount) -> Effect:
+def _matched(step: Effect, group: MuscleGroup, moved: JsonDict, link: _Amount) -> Effect:
     """The step with the link as much longer as the path at angle zero."""
     longer = mean_length(group.model_copy(update=moved)) - mean_length(group)
     return dataclasses.replace(step, sets=step.sets | {link.key: link.text(link.value + longer)})

@@ -16,12 +16,11 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ALL_COMPLETED, FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from contextlib import suppress
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common import ControllerError, InputError, Notice, SimulationError
+from afo_sim.common import ControllerError, InputError, JsonMapping, Notice, SimulationError
 from afo_sim.description import Base, load
 from afo_sim.metrics import Metric, failures, reference_metrics, undefined
 from afo_sim.metrics.strides import strides
@@ -90,7 +89,7 @@ class Prepared:
     policy: Policy | None = None
 
     @property
-    def layout(self) -> tuple[Any, ...]:
+    def layout(self) -> tuple[object, ...]:
         """The parts that cases must have in common to share a roll-out."""
         sizes = self.built.model._sizes.tobytes()  # all of them: some are in no attribute of their own
         period = None if self.policy is None else self.policy.period
@@ -117,7 +116,7 @@ class Jobs:
 
     cases: int
     chunk: int
-    sets: Callable[[int], Mapping[str, Any]]
+    sets: Callable[[int], JsonMapping]
 
     @property
     def count(self) -> int:
@@ -134,7 +133,7 @@ Batched = list[Prepared] | Numbered
 
 
 def outcomes(
-    scenario: Mapping[str, Any] | str, cases: Iterable[tuple[int, Mapping[str, Any]]], threads: int = 1,
+    scenario: JsonMapping | str, cases: Iterable[tuple[int, JsonMapping]], threads: int = 1,
     chunk: int = 32, asked: Asked = EVERYTHING, references: References | None = None,
 ) -> Iterator[Numbered]:  # fmt: skip
     """Run cases."""
@@ -192,7 +191,7 @@ def _side_by_side(
 
 
 def prepare(
-    scenario: Mapping[str, Any] | str | Base, number: int, sets: Mapping[str, Any], first_strides: int = 0
+    scenario: JsonMapping | str | Base, number: int, sets: Mapping[str, object], first_strides: int = 0
 ) -> Prepared | Outcome:
     """Read and compile a case, or say why that cannot be."""
     try:
@@ -211,14 +210,14 @@ def prepare(
 
 
 def _batches(
-    scenario: Mapping[str, Any] | str | Base, cases: Iterable[tuple[int, Mapping[str, Any]]], chunk: int,
+    scenario: JsonMapping | str | Base, cases: Iterable[tuple[int, JsonMapping]], chunk: int,
     most_bytes: float, first_strides: int,
 ) -> Iterator[Batched]:  # fmt: skip
     """Cases of one layout, as many as fit; number and outcome of those that cannot run."""
     with suppress(InputError):  # else every case says it
         scenario = Base.of("scenario", scenario)
-    groups: dict[tuple[Any, ...], list[Prepared]] = {}
-    room: dict[tuple[Any, ...], int] = {}
+    groups: dict[tuple[object, ...], list[Prepared]] = {}
+    room: dict[tuple[object, ...], int] = {}
     for count, (number, sets) in enumerate(cases, start=1):
         case = prepare(scenario, number, sets, first_strides)
         if isinstance(case, Outcome):

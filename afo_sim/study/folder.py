@@ -6,10 +6,13 @@ import pathlib
 import shutil
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal
 
 from afo_sim.common import (
     InputError,
+    Json,
+    JsonDict,
+    JsonMapping,
     as_stored,
     check_writable,
     code_fingerprint,
@@ -46,7 +49,7 @@ class FolderKind:
         """The file of a part of the cases, by which the study goes on."""
         return folder / self.cases / f"{number:0{self.digits}d}.parquet"
 
-    def read(self, folder: pathlib.Path) -> dict[str, Any]:
+    def read(self, folder: pathlib.Path) -> JsonDict:
         """The manifest of a folder."""
         path, allowed = folder / self.manifest, "`changed=restart`, which throws the folder's results away"
         manifest = told_in(path, allowed)
@@ -58,9 +61,9 @@ class FolderKind:
         return manifest | {"scenario": as_found(manifest["scenario"], folder)}
 
     def open(
-        self, folder: pathlib.Path, changed: Changed, plan: "Plan", now: Mapping[str, Any],
-        first: Callable[[dict[str, Any]], Mapping[str, Any]], **further: Any,
-    ) -> dict[str, Any]:  # fmt: skip
+        self, folder: pathlib.Path, changed: Changed, plan: "Plan", now: JsonMapping,
+        first: Callable[[JsonDict], JsonMapping], **further: Json,
+    ) -> JsonDict:  # fmt: skip
         """The manifest of the folder once it is this plan's: a new one by `first`, or one that goes on."""
         scenario = json.loads(json.dumps(expand("scenario", plan.scenario)))
         known = {"fingerprint": now, "scenario": scenario, f"{self.name}_file": plan.file.name} | further
@@ -79,9 +82,7 @@ class FolderKind:
                 write_json(folder / self.manifest, as_stored(manifest, folder), "manifest", keeping)
         return manifest
 
-    def _continued(
-        self, folder: pathlib.Path, now: Mapping[str, Any], changed: Changed
-    ) -> dict[str, Any] | None:
+    def _continued(self, folder: pathlib.Path, now: JsonMapping, changed: Changed) -> JsonDict | None:
         """The manifest of the study that goes on in the folder; None where a new one begins."""
         if _holds_nothing(folder):
             return None
@@ -129,7 +130,7 @@ class FolderKind:
                     path.unlink(missing_ok=True)
 
 
-def told_in(path: pathlib.Path, allowed: str) -> Any:
+def told_in(path: pathlib.Path, allowed: str) -> Json:
     """What a JSON file of a folder holds; None where there is none."""
     try:
         return read_json(path)
@@ -144,7 +145,7 @@ def _holds_nothing(folder: pathlib.Path) -> bool:
     return not folder.is_dir() or all(path.name.startswith(".") for path in folder.iterdir())
 
 
-def fingerprint(kind: str, canonical: Mapping[str, Any], *libraries: str) -> dict[str, Any]:
+def fingerprint(kind: str, canonical: JsonMapping, *libraries: str) -> JsonDict:
     """Everything that decides the results: the study's description, this program's code, its libraries."""
     text = json.dumps(canonical, sort_keys=True)
     found = {kind: hashlib.sha256(text.encode()).hexdigest(), **program()}
@@ -152,6 +153,6 @@ def fingerprint(kind: str, canonical: Mapping[str, Any], *libraries: str) -> dic
     return found | {"versions": found["versions"] | versions(libraries)}
 
 
-def program() -> dict[str, Any]:
+def program() -> JsonDict:
     """This program's code and the libraries below it: with the same on two machines, so are the results."""
     return {"code": code_fingerprint(), "versions": versions()}

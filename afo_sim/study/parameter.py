@@ -2,11 +2,10 @@
 
 import math
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
-from afo_sim.common import format_quantity
+from afo_sim.common import Given, JsonDict, format_quantity
 
 # A sample's coordinate may be exactly zero, where a normal distribution has no quantile.
 _LEAST_SHARE = 2.0**-33
@@ -43,18 +42,18 @@ class Range:
 class Span:
     """A range as it is written, before the unit of its field is known."""
 
-    lower: Any
-    upper: Any
+    lower: Given
+    upper: Given
     steps: int | None = None
     scale: str = "linear"
 
-    def table(self) -> dict[str, Any]:
+    def table(self) -> JsonDict:
         """As a sweep's file states it."""
         scale = {} if self.scale == "linear" else {"scale": self.scale}
         return {"from": self.lower, "to": self.upper} | ({"steps": self.steps} if self.steps else {}) | scale
 
 
-def span(lower: Any, upper: Any, steps: int | None = None, *, scale: str = "linear") -> Span:
+def span(lower: Given, upper: Given, steps: int | None = None, *, scale: str = "linear") -> Span:
     """A range of a parameter.
 
     Parameters
@@ -166,7 +165,7 @@ class Parameter:
         assert isinstance(self.spread, Range)
         return self.spread
 
-    def written(self, value: float | str) -> Any:
+    def written(self, value: float | str) -> Given:
         """A value as `--set` takes it: text that reads as exactly this value, number, or word."""
         if isinstance(value, str):
             return self.files.get(value, value)

@@ -1,4 +1,7 @@
-"""Tables of a study's TOML file, [parameters.NAME] → Parameter, and the rows of a list design's CSV."""
+"""Tables of a study's TOML file, [parameters.NAME] → Parameter, and the rows of a list design's CSV.
+
+`Any` is what such a table holds before it is read: a text, a number or a list.
+"""
 
 import copy
 import functools

@@ -4,13 +4,12 @@ import ipaddress
 import os
 import threading
 import warnings
-from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import CancelledError
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
-from typing import Any
 
-from afo_sim.common import InputError, Notice, optional, packed, take
+from afo_sim.common import Foreign, InputError, JsonMapping, Notice, optional, packed, take
 from afo_sim.description import Scenario
 from afo_sim.simulation import EVERYTHING, Asked
 from afo_sim.study import engine
@@ -28,7 +27,7 @@ Report = Callable[[int, int, str], None]  # called with (done, in all, what)
 
 
 def _computed(
-    distributed: Any, client: Any, scenario: Mapping[str, Any], jobs: Jobs, waiting: Iterator[int],
+    distributed: Foreign, client: Foreign, scenario: JsonMapping, jobs: Jobs, waiting: Iterator[int],
     asked: Asked,
 ) -> Iterator[tuple[int, list[Outcome]]]:  # fmt: skip
     running = distributed.as_completed()
@@ -64,9 +63,9 @@ def _computed(
 
 
 def compute(
-    scenario: Mapping[str, Any],
-    cases: list[tuple[int, Mapping[str, Any]]],
-    wanted: Mapping[str, Any] | None = None,
+    scenario: JsonMapping,
+    cases: list[tuple[int, JsonMapping]],
+    wanted: JsonMapping | None = None,
     asked: Asked = EVERYTHING,
     added: bytes = b"",
 ) -> list[Outcome]:
@@ -114,7 +113,7 @@ class Pool:
     beside: Processes = field(default_factory=lambda: Processes(0))
 
     def outcomes(
-        self, scenario: Mapping[str, Any], jobs: Jobs, due: Iterable[int], asked: Asked = EVERYTHING
+        self, scenario: JsonMapping, jobs: Jobs, due: Iterable[int], asked: Asked = EVERYTHING
     ) -> Generator[tuple[int, list[Outcome]], None, None]:
         """(chunk, its outcomes), in no particular order; bit for bit the same whoever computes."""
         if self.scheduler:
@@ -141,7 +140,7 @@ class Pool:
                 del found[chunk]
 
     def in_order(
-        self, scenario: Scenario, cases: Sequence[Mapping[str, Any]], asked: Asked, doing: str,
+        self, scenario: Scenario, cases: Sequence[JsonMapping], asked: Asked, doing: str,
         report: Report | None,
     ) -> list[Outcome]:  # fmt: skip
         """The outcomes of a few cases, in their order."""

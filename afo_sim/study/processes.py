@@ -9,11 +9,11 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
-from typing import Any, Self
+from typing import Self
 
-from afo_sim.common import InputError, child_environment, code_fingerprint, packed, take
+from afo_sim.common import InputError, JsonMapping, Mixed, child_environment, code_fingerprint, packed, take
 from afo_sim.common.versions import PACKAGE
 from afo_sim.simulation import EVERYTHING, Asked, References
 from afo_sim.study import engine
@@ -33,8 +33,8 @@ serve()
 _CODE = code_fingerprint()  # now, with the import: a file that is edited later is not the code that runs
 
 # scenario, cases, what is asked for, what the user has registered
-Job = tuple[Mapping[str, Any], list[tuple[int, Mapping[str, Any]]], Asked, bytes]
-Queue = queue.SimpleQueue[Any]
+Job = tuple[JsonMapping, list[tuple[int, JsonMapping]], Asked, bytes]
+Queue = queue.SimpleQueue[Mixed]
 
 
 class Child:
@@ -90,8 +90,8 @@ def serve() -> None:
     os.dup2(2, 1)  # what anybody prints is no answer
     jobs: Queue = queue.SimpleQueue()
     threading.Thread(target=_listen, args=(jobs,), daemon=True).start()
-    found: Any = _CODE
-    last: Any = None
+    found: Mixed = _CODE
+    last: Mixed = None
     while True:
         pickle.dump(found, out, pickle.HIGHEST_PROTOCOL)
         out.flush()
@@ -137,7 +137,7 @@ class Processes:
         self.count = 0
 
     def outcomes(
-        self, scenario: Mapping[str, Any], cases: Iterable[tuple[int, Mapping[str, Any]]], threads: int = 1,
+        self, scenario: JsonMapping, cases: Iterable[tuple[int, JsonMapping]], threads: int = 1,
         chunk: int = 32, asked: Asked = EVERYTHING,
     ) -> Iterator[Numbered]:  # fmt: skip
         """As `engine.outcomes`: by this process's threads at first, then by all, if as much is left to do."""
@@ -157,21 +157,21 @@ class Processes:
                 self.__exit__()
                 raise
 
-    def _at_first(self, cases: Iterator[Any]) -> Iterator[Any]:
+    def _at_first(self, cases: Iterator[Mixed]) -> Iterator[Mixed]:
         """The cases that are begun before the processes are."""
         before, begun = self.spent, time.monotonic()
         while self.spent < self.patience and (case := next(cases, None)) is not None:
             yield case
             self.spent = before + time.monotonic() - begun
 
-    def _shared(self, scenario: Mapping[str, Any], cases: Iterator[Any], asked: Asked) -> Iterator[Numbered]:
+    def _shared(self, scenario: JsonMapping, cases: Iterator[Mixed], asked: Asked) -> Iterator[Numbered]:
         """Cases by all processes, this one too: each takes the next when it has room for it."""
         while len(self.children) < self.count:
             self.children.append(Child(self.jobs, self.answers))
         waited_for = 0  # jobs
         portion, added = 1 if asked.walkers else _PORTION, packed()  # those of walkers take seconds each
 
-        def own() -> Iterator[tuple[int, Mapping[str, Any]]]:
+        def own() -> Iterator[tuple[int, JsonMapping]]:
             nonlocal waited_for
             while True:
                 room = self.count + 1
@@ -195,7 +195,7 @@ class Processes:
             yield from _answer(self.answers.get())
 
 
-def _answer(found: Any) -> list[Numbered]:
+def _answer(found: Mixed) -> list[Numbered]:
     if isinstance(found, Exception):
         raise found
     return list(found)

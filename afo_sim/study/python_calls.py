@@ -5,9 +5,8 @@ import os
 import pathlib
 import tempfile
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
 
-from afo_sim.common import InputError
+from afo_sim.common import Given, InputError, JsonDict
 from afo_sim.description import load
 from afo_sim.metrics import OwnMetric
 from afo_sim.simulation import Recording
@@ -23,9 +22,9 @@ from afo_sim.study.uncertainty import running
 
 
 def sweep(
-    scenario: Any,
-    parameters: Mapping[str, Any],
-    sets: Mapping[str, Any] | None = None,
+    scenario: Given,
+    parameters: Mapping[str, object],
+    sets: Mapping[str, object] | None = None,
     *,
     out: str | os.PathLike[str] | None = None,
     cases: int | None = None,
@@ -81,17 +80,17 @@ def sweep(
 
 
 def optimise(
-    scenario: Any,
-    parameters: Mapping[str, Any],
-    sets: Mapping[str, Any] | None = None,
+    scenario: Given,
+    parameters: Mapping[str, object],
+    sets: Mapping[str, object] | None = None,
     *,
     lowest: str | OwnMetric = "",
     highest: str | OwnMetric = "",
     limits: Sequence[str] = (),
-    patients: Mapping[str, Any] | None = None,
+    patients: Mapping[str, object] | None = None,
     out: str | os.PathLike[str] | None = None,
     threads: int = 0,
-    **options: Any,
+    **options: Given,
 ) -> BestDesign:
     """The design that makes a metric lowest or highest within limits.
 
@@ -124,7 +123,7 @@ def optimise(
     >>> best.parameters["pressure"] > "2 bar", best.scenario.supply.pressure > 2e5  # [Pa]
     (True, True)
     """
-    aim: dict[str, Any] = {"lowest": lowest, "highest": highest, "limits": limits, "patients": patients}
+    aim: JsonDict = {"lowest": lowest, "highest": highest, "limits": limits, "patients": patients}
     search = search_of(scenario, parameters, sets=sets, **aim, **options)
     with tempfile.TemporaryDirectory() as scratch:
         folder = pathlib.Path(scratch, "study") if out is None else pathlib.Path(out)
@@ -132,8 +131,8 @@ def optimise(
 
 
 def uncertainty(
-    scenario: Any,
-    sets: Mapping[str, Any] | None = None,
+    scenario: Given,
+    sets: Mapping[str, object] | None = None,
     *,
     draws: int = 200,
     spreads: str = "usual",

@@ -5,11 +5,11 @@ import math
 import os
 import pathlib
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from afo_sim.common import InputError, Shown, optional, read_parquet, titles
+from afo_sim.common import Foreign, InputError, JsonDict, Shown, optional, read_parquet, titles
 from afo_sim.metrics import no_metric
 from afo_sim.study.analysis import levels_of
 
@@ -35,11 +35,11 @@ class Results(Shown):
     """
 
     folder: pathlib.Path
-    table: Any
+    table: Foreign
     parameters: dict[str, str]
     metrics: dict[str, str]
     keys: dict[str, str]
-    sweep: dict[str, Any]
+    sweep: JsonDict
     unfinished: bool = False
 
     def __repr__(self) -> str:
@@ -113,7 +113,7 @@ class Results(Shown):
         frame.attrs = {"units": units, "sweep": self.sweep}
         return frame
 
-    def to_xarray(self) -> Any:
+    def to_xarray(self) -> Foreign:
         """The cases as an xarray Dataset (needs xarray).
 
         Returns

@@ -1,9 +1,8 @@
 """Studies that a run carries as JSON in `Recording.studies`: what to change first, and bands."""
 
 import dataclasses
-from typing import Any
 
-from afo_sim.common import InputError
+from afo_sim.common import InputError, Json
 from afo_sim.description import Scenario
 from afo_sim.metrics import needless
 from afo_sim.simulation import Recording, limits_of
@@ -40,7 +39,7 @@ def with_studies(
     return recording
 
 
-def _told(recording: Recording, name: str, study: Any) -> Recording:
+def _told(recording: Recording, name: str, study: Json) -> Recording:
     return dataclasses.replace(recording, studies={**recording.studies, name: study})
 
 

@@ -6,9 +6,8 @@ import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
-from typing import Any
 
-from afo_sim.common import InputError
+from afo_sim.common import InputError, JsonDict, JsonMapping
 from afo_sim.metrics import COMPARED, REPORTED, reference_metrics, walkers_metrics
 from afo_sim.simulation import Asked
 from afo_sim.study import engine
@@ -54,7 +53,7 @@ def open_store(plan: Plan, cases: Cases, folder: pathlib.Path, changed: Changed 
     """The store of a sweep: a new one, or one to be continued."""
     now = fingerprint(SWEEP.name, plan.canonical())
 
-    def first(scenario: dict[str, Any]) -> dict[str, Any]:
+    def first(scenario: JsonDict) -> JsonDict:
         metrics, seconds = _tried(scenario, plan, cases)
         return {"metrics": metrics, "seconds_per_case": seconds, "chunk": plan.chunk}
 
@@ -136,7 +135,7 @@ def _bytes(store: Store, cases: int) -> float:
     return cases * (8.0 * (len(store.metrics) + len(store.cases.values)) + _ROW_BYTES)
 
 
-def _tried(scenario: Mapping[str, Any], plan: Plan, cases: Cases) -> tuple[dict[str, str], float]:
+def _tried(scenario: JsonMapping, plan: Plan, cases: Cases) -> tuple[dict[str, str], float]:
     """The metrics that cases have, with their units, and what one case takes [s]."""
     last = len(cases) - 1
     words = [cases.values[p.name] for p in plan.parameters if p.words]
@@ -153,7 +152,7 @@ def _tried(scenario: Mapping[str, Any], plan: Plan, cases: Cases) -> tuple[dict[
 
 
 def probe(
-    scenario: Mapping[str, Any], sets: Sequence[Mapping[str, Any]], plan: Plan
+    scenario: JsonMapping, sets: Sequence[Mapping[str, object]], plan: Plan
 ) -> tuple[dict[str, str], dict[str, str], float]:
     """Cases tried before a study begins: {metric: unit}, the same of comparisons, what one case takes [s]."""
     asked, sets = Asked(walkers=plan.walkers), sets[-1:] if plan.walkers else sets  # of which each is slow

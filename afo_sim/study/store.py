@@ -6,13 +6,14 @@ import shutil
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from afo_sim.common import (
     MOST_GROUPS,
+    Foreign,
     InputError,
+    JsonDict,
     disk,
     identity,
     keeping,
@@ -81,13 +82,13 @@ class Store:
         with self._beside_others(), keeping(SWEEP.part(self.folder, chunk)) as path:
             write_parquet(path, self.table(chunk, outcomes), "chunk")
 
-    def table(self, chunk: int, outcomes: Sequence[Outcome]) -> Any:
+    def table(self, chunk: int, outcomes: Sequence[Outcome]) -> Foreign:
         """A chunk's rows as a pyarrow Table."""
         import pyarrow as pa
 
         numbers = self.jobs.numbers(chunk)
         rows = slice(numbers.start, numbers.stop)
-        columns: list[Any] = [
+        columns: list[Foreign] = [
             np.arange(numbers.start, numbers.stop),
             self.cases.seeds[rows].astype(np.int64),
             [outcome.status for outcome in outcomes],
@@ -104,7 +105,7 @@ class Store:
             columns.append(["\n".join(map(line, outcome.warnings)) for outcome in outcomes])
         return pa.table([parquet_column(column) for column in columns], schema=self.schema())
 
-    def schema(self) -> Any:
+    def schema(self) -> Foreign:
         """Of chunks and results: role and unit in each column's metadata, the sweep in the schema's."""
         import pyarrow as pa
 
@@ -170,7 +171,7 @@ class Store:
             for path in self.folder.glob(f".{name}.*"):
                 path.unlink(missing_ok=True)
 
-    def _read(self, chunk: int) -> Any:
+    def _read(self, chunk: int) -> Foreign:
         """A chunk's rows, or None if they are not what `write` has written for this sweep."""
         try:
             table = read_parquet(SWEEP.part(self.folder, chunk))
@@ -206,7 +207,7 @@ def recover(folder: pathlib.Path) -> tuple[int, int]:
     return whole, file.metadata.num_rows
 
 
-def _spread(spread: Any) -> dict[str, Any]:
+def _spread(spread: Foreign) -> JsonDict:
     if isinstance(spread, Range):
         scale = "log" if spread.logarithmic else "linear"
         return {"distribution": "uniform", "from": spread.lower, "to": spread.upper, "scale": scale}

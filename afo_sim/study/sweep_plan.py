@@ -6,12 +6,12 @@ import pathlib
 import re
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import asdict
-from typing import Annotated, Any
+from typing import Annotated
 
 from pydantic import AfterValidator, InstanceOf, StrictInt, StrictStr, field_validator
 from pydantic import Field as Option
 
-from afo_sim.common import InputError, Shown, assets
+from afo_sim.common import Given, InputError, JsonDict, JsonMapping, Keywords, Shown, assets
 from afo_sim.description import Scenario, load, refusal, refused_name
 from afo_sim.description.reader import split_key
 from afo_sim.metrics import OTHER, WORDS, instead, named, no_metric, told, words
@@ -52,14 +52,14 @@ class SweepTable(StrictTable):
     """What a sweep's file states and its plan keeps."""
 
     description: StrictStr = ""
-    scenario: StrictStr | dict[str, Any]
+    scenario: StrictStr | JsonDict
     design: Annotated[StrictStr, one_of(_DESIGNS, "is not a valid design")]
     cases: StrictInt | None = Option(default=None, ge=1)
     seed: StrictInt = Option(default=0, ge=0)
     metrics: tuple[Metric, ...] = ()
     keep: tuple[StrictInt, ...] = ()
     chunk: StrictInt = Option(default=32, ge=1)  # cases
-    set: dict[str, Any] = Option(default_factory=dict)
+    set: JsonDict = Option(default_factory=dict)
     walkers: StrictStr | None = None  # the condition whose patients walk in every case
 
     @field_validator("keep")
@@ -108,7 +108,7 @@ class Plan(SweepTable):
             return self
         return self.model_copy(update={"set": self.set | {"gait.settled": "walked"}})
 
-    def canonical(self) -> dict[str, Any]:
+    def canonical(self) -> JsonDict:
         """Everything that decides the results, as JSON-able data, to tell whether two sweeps are the same."""
         parameters = []
         for one in self.parameters:
@@ -130,12 +130,12 @@ class Plan(SweepTable):
         }
 
 
-def _content(description: Any) -> dict[str, Any]:
+def _content(description: Given) -> JsonDict:
     """A description as what it holds, without names, words and places."""
     return _stripped(description.model_dump(mode="json"))
 
 
-def _stripped(node: Any) -> Any:
+def _stripped(node: Given) -> Given:
     if isinstance(node, dict):
         written = {k: v for k, v in node.items() if not (k in ("name", "description") and isinstance(v, str))}
         files = {k: _digest(v) for k, v in written.items() if k in ("file", "cuff", "plate", "cycle") and v}
@@ -150,7 +150,7 @@ def _digest(path: str) -> str:
     return f"sha256:{hashlib.sha256(file.read_bytes()).hexdigest()}"
 
 
-def _digest_of_word(parameter: Parameter, word: str) -> Any:
+def _digest_of_word(parameter: Parameter, word: str) -> Given:
     """The content that a word names, of a description or a file; None where it is the word alone."""
     path = parameter.files.get(word, word)
     if parameter.description:
@@ -164,7 +164,7 @@ def read(path: str | os.PathLike[str]) -> Plan:
     return of_table(file, assets.read_toml(file))
 
 
-def of_table(file: pathlib.Path, table: Mapping[str, Any]) -> Plan:
+def of_table(file: pathlib.Path, table: JsonMapping) -> Plan:
     """A sweep that stands in `file` as `table`; returns and raises as `read`."""
     return planned(file, SweepFile.read(file, table))
 
@@ -230,8 +230,8 @@ def _check_count(file: pathlib.Path, written: SweepFile) -> None:
 
 
 def _with_walkers(
-    file: pathlib.Path, written: SweepFile, sets: Mapping[str, Any], parameters: tuple[Parameter, ...]
-) -> dict[str, Any]:
+    file: pathlib.Path, written: SweepFile, sets: Mapping[str, object], parameters: tuple[Parameter, ...]
+) -> JsonDict:
     """What a plan holds of patients who respond; refused is what does not go with them."""
     taken = {f"set.{key}": key for key in sets}
     taken |= {f"parameters.{one.name}.key": key for one in parameters for key in one.keys}
@@ -245,9 +245,9 @@ def _with_walkers(
     return {"walkers": condition} | ({} if "chunk" in written.model_fields_set else {"chunk": 1})
 
 
-def _flat(table: Mapping[str, Any], above: str = "") -> dict[str, Any]:
+def _flat(table: JsonMapping, above: str = "") -> JsonDict:
     """[set] as dotted keys, whether they were written "a.b" = … or a.b = …"""
-    found: dict[str, Any] = {}
+    found: JsonDict = {}
     for key, value in table.items():
         if isinstance(value, dict) and "value" not in value:
             found |= _flat(value, f"{above}{key}.")
@@ -282,7 +282,7 @@ def _parameters(file: pathlib.Path, written: SweepFile, base: Scenario) -> tuple
     return found
 
 
-def check_keys(file: pathlib.Path, parameters: tuple[Parameter, ...], sets: Mapping[str, Any]) -> None:
+def check_keys(file: pathlib.Path, parameters: tuple[Parameter, ...], sets: Mapping[str, object]) -> None:
     """Refuse what is set twice: the same key, or one below another parameter's."""
     taken: dict[tuple[str, ...], tuple[str, str]] = {}
     for parameter in parameters:
@@ -313,8 +313,8 @@ def _elsewhere(error: InputError, file: pathlib.Path, field: str) -> InputError:
 
 
 def plan_of(
-    scenario: Any, parameters: Mapping[str, Any], sets: Mapping[str, Any] | None = None, *, design: str = "",
-    cases: int | None = None, **options: Any,
+    scenario: Given, parameters: JsonMapping, sets: Mapping[str, object] | None = None, *,
+    design: str = "", cases: int | None = None, **options: Given,
 ) -> Plan:  # fmt: skip
     """A sweep without a file; `options` as its file has them, "" and None for what is not stated."""
     for name in ("metrics", "constraints"):
@@ -330,7 +330,7 @@ def plan_of(
     return of_table(pathlib.Path("sweep"), {k: v for k, v in table.items() if v is not None and v != ""})
 
 
-def plain_scenario(scenario: Any) -> str | dict[str, Any]:
+def plain_scenario(scenario: Given) -> str | JsonDict:
     """A scenario as a plan holds it: a name, a path, or plain data."""
     if isinstance(scenario, Scenario):
         return scenario.resolved()
@@ -338,12 +338,12 @@ def plain_scenario(scenario: Any) -> str | dict[str, Any]:
     return dict(scenario) if table else os.fspath(scenario)
 
 
-def parameter_tables(parameters: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+def parameter_tables(parameters: JsonMapping) -> dict[str, JsonDict]:
     """{column: table as [parameters.NAME] has it}; keys, values and result as `plan_of` has them."""
     if not isinstance(parameters, Mapping):
         example = '{"supply.pressure": ["2 bar", "4 bar"]}'
         raise InputError("is not a dict", field="parameters", value=parameters, allowed="as in " + example)
-    found: dict[str, dict[str, Any]] = {}
+    found: dict[str, Keywords] = {}
     names = column_names([key for key, values in parameters.items() if not _has_key(values)])
     for key, values in parameters.items():
         if isinstance(values, Span):
@@ -375,5 +375,5 @@ def column_names(keys: Sequence[str]) -> dict[str, str]:
     return found
 
 
-def _has_key(values: Any) -> bool:
+def _has_key(values: Given) -> bool:
     return isinstance(values, Mapping) and ("key" in values or "keys" in values)

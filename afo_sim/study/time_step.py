@@ -4,11 +4,10 @@ import json
 import pathlib
 from collections.abc import Mapping
 from dataclasses import asdict
-from typing import Any
 
 import numpy as np
 
-from afo_sim.common import write_json
+from afo_sim.common import JsonDict, JsonMapping, write_json
 from afo_sim.description import load
 from afo_sim.metrics import Metric
 from afo_sim.model import as_run
@@ -21,7 +20,7 @@ from afo_sim.study.results import STEPS, Results
 EVERY, MOST = 4, 100  # one case of so many is checked, and no more than so many
 
 
-def check_sample(results: Results, scenario: Mapping[str, Any], asked: Asked, who: Pool) -> None:
+def check_sample(results: Results, scenario: JsonMapping, asked: Asked, who: Pool) -> None:
     """Write which of a sample of cases have numbers beyond what their time step may change, and the worst."""
     there = np.flatnonzero(results.ok)
     rows = there[:: max(EVERY, -(-len(there) // MOST))]
@@ -56,7 +55,7 @@ def check_sample(results: Results, scenario: Mapping[str, Any], asked: Asked, wh
     write_json(results.folder / STEPS, told, "time step")
 
 
-def longer(scenario: Mapping[str, Any], sets: Mapping[str, Any], times: float) -> dict[str, Any]:
+def longer(scenario: JsonMapping, sets: Mapping[str, object], times: float) -> JsonDict:
     """What a case sets, with so many times its time step."""
     step = times * as_run(load("scenario", scenario, sets)).timestep
     return {**sets, "timestep": f"{step!r} s", "record_rate": None}

@@ -2,11 +2,10 @@
 
 import pathlib
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 
-from afo_sim.common import InputError, Notice, parse_quantity
+from afo_sim.common import Given, InputError, Keywords, Notice, parse_quantity
 from afo_sim.metrics import Metric, walkers_metrics
 
 _MEDIANS = {"toe_clearance": ("right/clearance", 1e3), "ankle_swing": ("right/ankle_swing", 1.0)}
@@ -24,7 +23,7 @@ def decided_by(condition: str) -> list[pathlib.Path]:
 
 
 def responding(
-    scenario: Any, sets: Mapping[str, Any], condition: str, threads: int
+    scenario: Given, sets: Mapping[str, object], condition: str, threads: int
 ) -> tuple[dict[str, Metric], tuple[str, ...]]:
     """Metrics and warnings of a case: its patients walk without the device, and with it."""
     from afo_sim.walker import populate
@@ -32,7 +31,7 @@ def responding(
     from afo_sim.walker.patients_answer import outcomes
 
     # a scenario's own duration is the recorded walk's
-    how: dict[str, Any] = {"duration": parse_quantity(sets["duration"], "s")} if "duration" in sets else {}
+    how: Keywords = {"duration": parse_quantity(sets["duration"], "s")} if "duration" in sets else {}
     found, of = populate(scenario, sets, patients=condition, threads=threads, **how), dict[str, float]()
     if DEVICE not in found.cases:
         raise InputError("no device with muscles is worn", field="orthosis", allowed="one with muscles")

@@ -1,12 +1,13 @@
 """Aim of a search: an objective over the patients, and limits that a share of them must keep; its problem."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
+from afo_sim.common import Function, Mixed
 from afo_sim.study.constraint import Constraint
 from afo_sim.study.parameter import Parameter
 
@@ -26,7 +27,7 @@ class Objective:
     def of(self, values: np.ndarray) -> np.ndarray:
         """Of designs (n,), of the metric (n, patients); NaN where any patient's is."""
         worst = np.max if self.goal == "lowest" else np.min
-        ways: dict[str, Callable[..., Any]] = {"mean": np.mean, "median": np.median, "worst": worst}
+        ways: dict[str, Function] = {"mean": np.mean, "median": np.median, "worst": worst}
         return np.asarray(ways[self.over](values, axis=1))
 
 
@@ -36,7 +37,7 @@ class Limit:
 
     metric: str
     at_least: bool
-    bound: Any
+    bound: Mixed
     share: float = 1.0
     number: int = 1
     sampled: bool = False

@@ -1,12 +1,10 @@
 """The best design of a search: as Python users see it, and in words and tables."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from afo_sim.common import Shown
+from afo_sim.common import JsonDict, JsonMapping, Shown
 from afo_sim.description import Scenario, load
 from afo_sim.metrics import Metric, metric_words
 from afo_sim.study.effect import number
@@ -17,7 +15,7 @@ Table = tuple[str, list[str], list[list[str]]]  # title, header, rows
 _SIGNS = {"least": ">=", "most": "<="}
 
 
-def tables(best: Mapping[str, Any]) -> list[Table]:
+def tables(best: JsonMapping) -> list[Table]:
     """Tables of best.json: the design, and its objective and limits."""
     kind = "best design" if best["feasible"] else "the design that violates least"
     rows = []
@@ -47,7 +45,7 @@ def tables(best: Mapping[str, Any]) -> list[Table]:
     return [*found, ("objective and limits", header, rows)]
 
 
-def statement(best: Mapping[str, Any]) -> list[str]:
+def statement(best: JsonMapping) -> list[str]:
     """Lines on a result: is it feasible, what do the limits lack if not, how much was searched."""
     tried = f"{best['designs']} designs in {best['generations']} generations"
     patients = f"{best['patients']} patient{'s' if best['patients'] > 1 else ''}"
@@ -82,12 +80,12 @@ def statement(best: Mapping[str, Any]) -> list[str]:
     return lines
 
 
-def _fails(again: Mapping[str, Any]) -> bool:
+def _fails(again: JsonMapping) -> bool:
     """Whether a design that is judged again does not keep every limit."""
     return bool(again["lacking"] or any(limit["short"] != 0.0 for limit in again["limits"]))
 
 
-def spread_over_starts(best: Mapping[str, Any]) -> list[str]:
+def spread_over_starts(best: JsonMapping) -> list[str]:
     """The distance between the ends of the starts; nothing of a single one."""
     starts, goal = best["starts"], best["objective"]
     if len(starts) < 2:
@@ -107,7 +105,7 @@ def spread_over_starts(best: Mapping[str, Any]) -> list[str]:
     return [text + (lacking if len(values) < len(starts) else "")]
 
 
-def _lacks(best: Mapping[str, Any]) -> str:
+def _lacks(best: JsonMapping) -> str:
     """The shortfalls of the least violating design."""
     if best["outside"]:
         return "no design was within the constraints on the parameters"
@@ -128,7 +126,7 @@ def _value_text(value: float | None, unit: str) -> str:
     return f"{metric_words.number(value, unit)} {metric_words.UNITS.get(unit, unit)}".strip()
 
 
-def _kept(found: Mapping[str, Any], limit: Mapping[str, Any], patients: int) -> str:
+def _kept(found: JsonMapping, limit: JsonMapping, patients: int) -> str:
     level = _value_text(found["level"], limit["unit"])
     if patients == 1:
         return level
@@ -163,7 +161,7 @@ class BestDesign(Shown):
     converged: bool
     starts: tuple[Metric, ...]
     scenario: Scenario
-    summary: dict[str, Any]
+    summary: JsonDict
 
     def __repr__(self) -> str:
         """One line: objective, parameters, limits."""
@@ -175,7 +173,7 @@ class BestDesign(Shown):
         return f"<BestDesign: {best} with {values}{limits}{open_ended}>"
 
 
-def best_design(search: SearchPlan, summary: Mapping[str, Any]) -> BestDesign:
+def best_design(search: SearchPlan, summary: JsonMapping) -> BestDesign:
     """The best design of a finished search."""
     goal, limits = summary["objective"], summary["limits"]
     parameters, kept = {}, {}

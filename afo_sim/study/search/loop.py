@@ -2,13 +2,12 @@
 
 import math
 import pathlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from afo_sim.common import InputError, disk, keeping, optional
+from afo_sim.common import InputError, JsonDict, JsonMapping, disk, keeping, optional
 from afo_sim.simulation import Asked
 from afo_sim.study.design import Cases
 from afo_sim.study.engine import OK, Jobs
@@ -37,7 +36,7 @@ Evaluate = Callable[[Columns, np.ndarray], Answers]
 
 
 def answers(
-    scenario: Mapping[str, Any], designs: Cases, patients: Cases | None, metrics: Sequence[str], who: Pool,
+    scenario: JsonMapping, designs: Cases, patients: Cases | None, metrics: Sequence[str], who: Pool,
     only: np.ndarray | None = None,
 ) -> Answers:  # fmt: skip
     """Simulate every design with every patient, or with the one of `only` (designs,) where that is not -1."""
@@ -45,7 +44,7 @@ def answers(
     alone = np.full(len(designs), -1) if only is None else only
     runs = [(d, p) for d, one in enumerate(alone) for p in (range(many) if one < 0 else (int(one),))]
 
-    def sets(number: int) -> dict[str, Any]:
+    def sets(number: int) -> JsonDict:
         design, patient = runs[number]
         return designs.sets(design) | (patients.sets(patient) if patients else {})
 

@@ -5,13 +5,13 @@ import pathlib
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import Field as Option
 from pydantic import InstanceOf, StrictFloat, StrictInt, StrictStr, model_validator
 
-from afo_sim.common import InputError, assets, parse_quantity
+from afo_sim.common import Given, InputError, JsonDict, JsonMapping, assets, parse_quantity
 from afo_sim.description import refusal
 from afo_sim.metrics import OwnMetric, named
 from afo_sim.study import sweep_plan
@@ -44,7 +44,7 @@ class SearchTable(StrictTable):
     """What a search's file states and its plan keeps."""
 
     description: StrictStr = ""
-    scenario: StrictStr | dict[str, Any]
+    scenario: StrictStr | JsonDict
     seed: StrictInt = Option(default=0, ge=0)
     generations: StrictInt = Option(default=40, ge=1)
     population: StrictInt | None = Option(default=None, ge=4)
@@ -108,7 +108,7 @@ class SearchPlan(SearchTable):
         count = len(next(iter(values.values())))
         return Cases(self.designs, dict(values), case_seeds(self.designs.seed, count), 0)
 
-    def fingerprint(self) -> dict[str, Any]:
+    def fingerprint(self) -> JsonDict:
         """Everything that decides the result: the search, this program's code, its libraries."""
         written = {
             "designs": self.designs.canonical(),
@@ -154,7 +154,7 @@ class SearchFile(SearchTable):
     """A search's file as it is written."""
 
     constraints: tuple[StrictStr, ...] = ()
-    set: dict[str, Any] = Option(default_factory=dict)
+    set: JsonDict = Option(default_factory=dict)
     walkers: StrictStr | None = None
     parameters: dict[str, ParameterTable] = Option(min_length=1)
     objective: ObjectiveTable
@@ -169,9 +169,9 @@ def read(path: str | os.PathLike[str]) -> SearchPlan:
 
 
 def search_of(
-    scenario: Any, over: Mapping[str, Any], *, lowest: str | OwnMetric = "", highest: str | OwnMetric = "",
-    of: Literal["mean", "median", "worst"] = "mean", limits: Sequence[str] = (),
-    patients: Mapping[str, Any] | None = None, **options: Any,
+    scenario: Given, over: Mapping[str, object], *, lowest: str | OwnMetric = "",
+    highest: str | OwnMetric = "", of: Literal["mean", "median", "worst"] = "mean",
+    limits: Sequence[str] = (), patients: Mapping[str, object] | None = None, **options: Given,
 ) -> SearchPlan:  # fmt: skip
     """A design search without a file."""
     file = pathlib.Path("search")
@@ -199,7 +199,7 @@ def search_of(
     return _of_table(file, table | ({"patients": dict(patients)} if patients else {}))
 
 
-def _of_table(file: pathlib.Path, table: Mapping[str, Any]) -> SearchPlan:
+def _of_table(file: pathlib.Path, table: JsonMapping) -> SearchPlan:
     """A search that stands in `file` as `table`; raises as `read`."""
     written = SearchFile.read(file, table)
     if written.walkers is not None and written.patients is not None:
@@ -232,7 +232,7 @@ def _of_table(file: pathlib.Path, table: Mapping[str, Any]) -> SearchPlan:
 
 
 def _patients(
-    file: pathlib.Path, base: dict[str, Any], written: PatientsTable, designs: sweep_plan.Plan
+    file: pathlib.Path, base: JsonDict, written: PatientsTable, designs: sweep_plan.Plan
 ) -> sweep_plan.Plan:
     stated = {name: getattr(written, name) for name in PatientsTable.model_fields}
     try:

@@ -1,13 +1,11 @@
 """A design search from its description to its result, in a folder that it can be resumed from."""
 
 import pathlib
-from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
-from typing import Any
 
 import numpy as np
 
-from afo_sim.common import optional, together, write_json, write_sealed
+from afo_sim.common import JsonDict, JsonMapping, Keywords, optional, together, write_json, write_sealed
 from afo_sim.description import load, toml_text
 from afo_sim.description.portable import portable
 from afo_sim.study.design import Cases
@@ -39,12 +37,12 @@ class Opened:
 
     search: SearchPlan
     folder: pathlib.Path
-    scenario: dict[str, Any]
+    scenario: JsonDict
     units: dict[str, str]
     patients: Cases | None
     problem: Problem
     seconds: float
-    best: dict[str, Any] | None
+    best: JsonDict | None
     mixed: bool = False
 
     @property
@@ -68,7 +66,7 @@ def open_search(search: SearchPlan, folder: pathlib.Path, changed: Changed = "re
     if search.proposer == CMA_ES:
         optional("cma")  # says so at once if it is missing
 
-    def first(scenario: dict[str, Any]) -> dict[str, Any]:
+    def first(scenario: JsonDict) -> JsonDict:
         middle = {p.name: p.range.at(np.array([0.5])) for p in plan.parameters}
         sets = search.as_cases(middle).sets(0) | (patients.sets(0) if patients else {})
         units, beside, seconds = probe(scenario, [plan.set, sets], plan)
@@ -91,13 +89,13 @@ def open_search(search: SearchPlan, folder: pathlib.Path, changed: Changed = "re
 
 def optimise(
     search: SearchPlan, folder: pathlib.Path, *, threads: int = 0, report: Report | None = None
-) -> dict[str, Any]:
+) -> JsonDict:
     """A whole search, or what is left of it: `open_search` and `run` in one; returns and raises as these."""
     with pool(threads) as who:
         return run(open_search(search, folder), who, report)
 
 
-def run(opened: Opened, who: Pool, report: Report | None = None) -> dict[str, Any]:
+def run(opened: Opened, who: Pool, report: Report | None = None) -> JsonDict:
     """Search to the end; what was done before is not done again."""
     if opened.finished:
         assert opened.best is not None
@@ -132,7 +130,7 @@ def run(opened: Opened, who: Pool, report: Report | None = None) -> dict[str, An
     return summary
 
 
-def _judged_again(found: Answers, aim: Aim) -> dict[str, Any]:
+def _judged_again(found: Answers, aim: Aim) -> JsonDict:
     """What one design is with other patients, or at another step."""
     again = aim.judge(found.metrics)
     return {
@@ -143,12 +141,10 @@ def _judged_again(found: Answers, aim: Aim) -> dict[str, Any]:
     }
 
 
-def _summary(
-    opened: Opened, searched: tuple[Columns, bool, int], best: Columns, design: Cases
-) -> dict[str, Any]:
+def _summary(opened: Opened, searched: tuple[Columns, bool, int], best: Columns, design: Cases) -> JsonDict:
     """The result but for the best design tried again, as JSON-able data."""
     problem, aim, (columns, converged, runs) = opened.problem, opened.problem.aim, searched
-    found: dict[str, Any] = {
+    found: JsonDict = {
         "search": opened.search.file.stem,
         "scenario": opened.search.designs.scenario_name,
         "feasible": bool(aim.feasible(best)[0]),
@@ -185,10 +181,10 @@ def _summary(
     return found | ({"mixed": True} if opened.mixed else {})
 
 
-def _starts(opened: Opened, columns: Columns) -> list[dict[str, Any]]:
+def _starts(opened: Opened, columns: Columns) -> list[JsonDict]:
     """The best design of each start, by which the spread over seeds is shown."""
     problem = opened.problem
-    found: list[dict[str, Any]] = []
+    found: list[Keywords] = []
     for start, seed in enumerate(problem.seeds):
         own = {name: values[columns["start"] == start] for name, values in columns.items()}
         best = row(own, best_of(problem.aim, own))
@@ -212,7 +208,7 @@ def _found(aim: Aim, columns: Columns) -> list[dict[str, float | None]]:
     ]
 
 
-def _write(opened: Opened, columns: Columns, summary: Mapping[str, Any]) -> None:
+def _write(opened: Opened, columns: Columns, summary: JsonMapping) -> None:
     """All files of the result."""
     aim, folder = opened.problem.aim, opened.folder
     units = {p.name: p.unit for p in opened.problem.parameters}

@@ -3,9 +3,8 @@
 import json
 import pathlib
 from collections.abc import Mapping
-from typing import Any
 
-from afo_sim.common import InputError, parquet_column, read_parquet, write_parquet
+from afo_sim.common import InputError, JsonMapping, parquet_column, read_parquet, write_parquet
 from afo_sim.study.folder import PARTS, FolderKind
 from afo_sim.study.search.aim import Columns
 
@@ -16,7 +15,7 @@ RESTART = "`changed=restart`"  # allowed where a file is damaged
 
 
 def write_table(
-    path: pathlib.Path, columns: Columns, kind: str, units: Mapping[str, str], about: Mapping[str, Any]
+    path: pathlib.Path, columns: Columns, kind: str, units: Mapping[str, str], about: JsonMapping
 ) -> None:
     """Designs; {column: unit} in its columns' metadata."""
     import pyarrow as pa

@@ -4,11 +4,11 @@ import itertools
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
-from afo_sim.common import assets
+from afo_sim.common import JsonDict, JsonMapping, assets
 from afo_sim.description import Muscle, MuscleGroup, Scenario, Valve, highest_pressures, load
 from afo_sim.model import valves_of
 from afo_sim.study.sizing.limits import Requirement
@@ -35,7 +35,7 @@ class Candidate:
 
     name: str
     size: float  # by which candidates are ordered [SI]; inf where it is not known
-    sets: Mapping[str, Any] = field(default_factory=dict)  # laid over the scenario
+    sets: JsonMapping = field(default_factory=dict)  # laid over the scenario
     facts: Mapping[str, str] = field(default_factory=dict)  # of its data sheet, in words
     reason: str = ""  # why it was not run
     notes: tuple[str, ...] = ()  # what to mind
@@ -59,7 +59,7 @@ class Candidate:
         return requirement.margin(self.values.get(requirement.metric, math.nan))
 
 
-def _all(kind: str) -> dict[str, Any]:
+def _all(kind: str) -> JsonDict:
     """Everything of a kind in the catalogue."""
     return {name: load(kind, name) for name in assets.names(kind)}
 
@@ -145,7 +145,7 @@ def why_not(scenario: Scenario, side: str, proportional: bool, valve: Valve) -> 
     return f"is made for {bar(high)} at most, and the supply has {bar(pressure)}" if pressure > high else ""
 
 
-def _valve_sets(scenario: Scenario, chamber: str, side: str, name: str, valve: Valve) -> dict[str, Any]:
+def _valve_sets(scenario: Scenario, chamber: str, side: str, name: str, valve: Valve) -> JsonDict:
     """What lays a valve over a chamber."""
     key, now = f"orthosis.chamber.{chamber}", scenario.orthosis.chamber[chamber]
     if not valve.three_way and not now.three_way:
@@ -167,7 +167,7 @@ def tubes(scenario: Scenario, length: float) -> list[Candidate]:
             "b": f"{tube.critical_ratio(length):.2g}",
             "air [ml]": f"{1e6 * tube.volume(length):.3g}",
         }
-        sets: dict[str, Any] = {}
+        sets: JsonDict = {}
         for chamber, now in scenario.orthosis.chamber.items():
             key = f"orthosis.chamber.{chamber}"
             sets |= {f"{key}.tube": name, f"{key}.tube_length": f"{length!r} m"}
@@ -203,7 +203,7 @@ def sources(scenario: Scenario) -> list[Candidate]:
             full = bar((source.switch_off if pumps else source.filling_pressure) or 0.0)
             has = f"stops at {full}" if pumps else f"has {full} when full"
             reason = f"{has}, and the supply is set to {bar(pressure)}"
-        sets: dict[str, Any] = {"supply.source": name}
+        sets: JsonDict = {"supply.source": name}
         if scenario.supply.line_pressure is not None:  # a source takes the line's place
             table = scenario.resolved()["supply"]
             sets = {"supply": {k: v for k, v in table.items() if k != "line_pressure"} | {"source": name}}
@@ -221,7 +221,7 @@ def muscles(scenario: Scenario, group: str, count: tuple[int, int] | None = None
         volume = f"{1e6 * size:.0f}" if size >= 1e-4 else f"{1e6 * size:.3g}"
         facts = {"bore [mm]": f"{1e3 * muscle.bore:.3g}", "volume [ml]": volume}
         key = f"orthosis.muscle.{group}"
-        sets: dict[str, Any] = {f"{key}.type": name, f"{key}.count": n}
+        sets: JsonDict = {f"{key}.type": name, f"{key}.count": n}
         link, reason = link_for(now, muscle), ""
         if link is not None:
             facts["link [cm]"] = f"{1e2 * link:.3g}".replace("-", "−")

@@ -8,7 +8,7 @@ import os
 import pathlib
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from afo_sim.common import Shown, as_stored, check_writable, together, with_code, write_json, write_text
 from afo_sim.metrics import UNITS, words
@@ -89,7 +89,7 @@ class Sizing(Shown):
     tried: tuple[Candidate, ...]
     air: str
     part: str = ""
-    request: dict[str, Any] = field(default_factory=dict)
+    request: dict[str, object] = field(default_factory=dict)
     asked: Candidate | None = None
     interval: tuple[float, float] | None = None
     notes: tuple[str, ...] = ()
@@ -217,7 +217,7 @@ class Sizing(Shown):
         legend = (f"{k}: {each.label} {each.wanted}" for k, each in enumerate(self.requirements, 1))
         return (*legend, *(f"{', '.join(names)}: {text}" for text, names in grouped.items()), *self.notes)
 
-    def rows(self) -> list[dict[str, Any]]:
+    def rows(self) -> list[dict[str, object]]:
         """One for each candidate; what is not known is NaN."""
         label, unit, factor = KINDS[self.kind].axis
         facts = list(dict.fromkeys(name for each in self.tried for name in each.facts))
@@ -235,7 +235,7 @@ class Sizing(Shown):
             for each in self.tried
         ]
 
-    def to_json(self) -> dict[str, Any]:
+    def to_json(self) -> dict[str, object]:
         """Contents of size.json."""
         return {
             "kind": self.kind,
@@ -300,7 +300,7 @@ def _margin(margin: float, unit: str) -> str:
     return f"{margin:+.2f}".replace("-", "−") if unit == "h" else signed(margin, unit)
 
 
-def _plain(value: Any) -> Any:
+def _plain(value: object) -> object:
     """A value as JSON has it: "endless" of what has no end, None of what is not known."""
     if not isinstance(value, float) or math.isfinite(value):
         return value

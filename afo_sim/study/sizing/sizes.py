@@ -2,9 +2,9 @@
 
 import os
 from collections.abc import Mapping, Sequence
-from typing import Any, get_args
+from typing import get_args
 
-from afo_sim.common import InputError, unknown
+from afo_sim.common import Given, InputError, JsonMapping, Mixed, unknown
 from afo_sim.description import Pressure, Quantity, Scenario, TubeLength, load
 from afo_sim.study.pool import Report
 from afo_sim.study.sizing.limits import EXAMPLES, read_requirements, usual
@@ -25,13 +25,13 @@ _MOST = 8  # parallel muscles that are tried
 
 def size(
     kind: str,
-    scenario: str | os.PathLike[str] | Scenario | Mapping[str, Any],
-    sets: Mapping[str, Any] | None = None,
+    scenario: str | os.PathLike[str] | Scenario | JsonMapping,
+    sets: Mapping[str, object] | None = None,
     *,
     limits: str | Sequence[str] | None = None,
     threads: int = 0,
     progress: Report | None = None,
-    **options: Any,
+    **options: Given,
 ) -> Sizing:
     """The smallest component of the catalogue, or the least pressure, that meets limits; from runs.
 
@@ -72,8 +72,8 @@ def size(
 
 
 def requested(
-    kind: str, scenario: str | os.PathLike[str] | Scenario | Mapping[str, Any],
-    sets: Mapping[str, Any] | None = None, *, limits: str | Sequence[str] | None = None, **options: Any,
+    kind: str, scenario: str | os.PathLike[str] | Scenario | JsonMapping,
+    sets: Mapping[str, object] | None = None, *, limits: str | Sequence[str] | None = None, **options: Given,
 ) -> Request:  # fmt: skip
     """What `size` is asked for, checked before anything is run; arguments and errors as its own."""
     if kind not in KINDS:
@@ -122,7 +122,7 @@ def _chamber_of(scenario: Scenario, name: str | None, group: str | None) -> str:
     return name or (filled or chambers)[0]
 
 
-def _read(name: str, value: Any, scenario: Scenario) -> Any:
+def _read(name: str, value: Given, scenario: Scenario) -> Mixed:
     """An option's value, checked, SI."""
     if name == "between":
         ends = value if isinstance(value, tuple | list) else [value]
@@ -150,7 +150,7 @@ def _read(name: str, value: Any, scenario: Scenario) -> Any:
     return ends[0], ends[1]
 
 
-def _quantity(field: str, value: Any, which: str) -> float:
+def _quantity(field: str, value: Given, which: str) -> float:
     """A number [SI] within its bounds."""
     try:
         return _QUANTITIES[which].read(value)

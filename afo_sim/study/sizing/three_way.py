@@ -5,8 +5,8 @@ the outlet would. The other way round the outlet is open wherever that coil has 
 """
 
 from collections.abc import Sequence
-from typing import Any
 
+from afo_sim.common import JsonDict
 from afo_sim.description import Scenario
 
 Interval = tuple[float, float]
@@ -45,7 +45,7 @@ def within(intervals: Sequence[Interval], period: float) -> list[Interval]:
     return sorted(found)
 
 
-def times_for(scenario: Scenario, chamber: str, *, three_way: bool) -> dict[str, Any]:
+def times_for(scenario: Scenario, chamber: str, *, three_way: bool) -> JsonDict:
     """The keys that set a chamber's valve times for one 3/2 valve, or for two 2/2 valves."""
     for key, table in (("phases", scenario.phases), ("timer", scenario.timer)):
         if table is None or chamber not in table.chambers:

@@ -4,11 +4,10 @@ import dataclasses
 import itertools
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
-from afo_sim.common import InputError, with_code
+from afo_sim.common import InputError, JsonDict, JsonMapping, Keywords, Mixed, with_code
 from afo_sim.description import USUAL_LIMITS, Scenario, load
 from afo_sim.metrics import NEED, is_filling, words
 from afo_sim.model import check_air
@@ -38,9 +37,9 @@ class Request:
     scenario: Scenario
     requirements: tuple[Requirement, ...]
     chamber: str
-    options: Mapping[str, Any]
+    options: JsonMapping
 
-    def to_json(self) -> dict[str, Any]:
+    def to_json(self) -> JsonDict:
         """As plain data, by which a folder's content is known again."""
         found = {
             "kind": self.kind,
@@ -206,7 +205,7 @@ class Trials:
                 raise InputError(problem, field="limit", value=str(requirement), allowed=allowed)
         return tried
 
-    def _moved(self, first: dict[str, Any], last: dict[str, Any], unit: str) -> str:
+    def _moved(self, first: JsonDict, last: JsonDict, unit: str) -> str:
         """Metrics that two candidates differ most in, by a hundredth at least; those of a unit first."""
         every, doing = Asked(doubts=False), "trying the extremes"
         ran = self.who.in_order(self.scenario, [first, last], every, doing, self.report)
@@ -249,10 +248,10 @@ class Trials:
 
     def _sizing(
         self, tried: Sequence[Candidate], more: tuple[Requirement, ...] = (), notes: Sequence[str] = (),
-        **found: Any,
+        **found: Mixed,
     ) -> Sizing:  # fmt: skip
         requirements = (*self.request.requirements, *more)
-        told = {"air": self.air, "request": self.request.to_json()} | found
+        told: Keywords = {"air": self.air, "request": self.request.to_json()} | found
         answer = Sizing(self.request.kind, self.scenario.name, requirements, tuple(tried), **told)
         return dataclasses.replace(answer, notes=(*KINDS[self.request.kind].notes, *notes, *answer.worse()))
 

@@ -4,12 +4,11 @@ import pathlib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
-from typing import Any
 
 import numpy as np
 from scipy.special import ndtri
 
-from afo_sim.common import InputError, format_quantity, nearest_name, quantity_at
+from afo_sim.common import InputError, JsonDict, format_quantity, nearest_name, quantity_at
 from afo_sim.description import Field, Muscle, Scenario, field_at, holder, leaves
 from afo_sim.description.reader import split_key
 from afo_sim.model import recorded_stride, stride_time_of
@@ -257,7 +256,7 @@ class Draws:
     left_out: tuple[str, ...]
     notes: tuple[str, ...]
 
-    def sets(self, draw: int) -> dict[str, Any]:
+    def sets(self, draw: int) -> JsonDict:
         """The overrides of one draw by dotted key, as `load` takes them."""
         return {
             key: format_quantity(float(column.values[draw]), column.unit)

@@ -4,11 +4,10 @@ import dataclasses
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from afo_sim.common import InputError, with_code
+from afo_sim.common import InputError, JsonDict, Keywords, with_code
 from afo_sim.description import Scenario
 from afo_sim.metrics import BELOW, HELP, LIFT, ORTHOSIS, OWN, Metric, settled, words
 from afo_sim.metrics.strides import strides
@@ -112,7 +111,7 @@ def check_draws(scenario: Scenario, count: int, spreads: str) -> Applied:
 def uncertainty(
     scenario: Scenario, recording: Recording, draws: int, spreads: str = "usual",
     report: Report | None = None, *, seed: int = 0, threads: int = 0,
-) -> dict[str, Any]:  # fmt: skip
+) -> JsonDict:  # fmt: skip
     """Bands of a run's numbers and curves, by drawing all that is not known together."""
     drawn = draw(check_draws(scenario, draws, spreads), scenario, draws, seed)
     kept = frozenset(name for name in (*_METRICS, *OWN, *_JUDGED) if name in recording.metrics)
@@ -134,12 +133,12 @@ def need_bands(scenario: Scenario, draws: int) -> dict[str, list[float]]:
     return {phase: quantiles(np.array([each[phase] for each in found])) for phase in found[0]}
 
 
-def _bands_of(found: Found, recording: Recording) -> dict[str, Any]:
+def _bands_of(found: Found, recording: Recording) -> JsonDict:
     """What draws that have run say, as `uncertainty` returns it."""
     draws, ok = found.draws, found.ok
     failed = [outcome for outcome in found.outcomes if outcome.status != OK]
     reasons = Counter(f"{outcome.status}: {outcome.reason.splitlines()[0]}" for outcome in failed)
-    bands: dict[str, Any] = {
+    bands: JsonDict = {
         "draws": draws.count,
         "seed": draws.seed,
         "failed": {
@@ -194,7 +193,7 @@ def _notes(found: Found, recording: Recording) -> list[str]:
     return notes
 
 
-def _drawn(column: Column) -> dict[str, Any]:
+def _drawn(column: Column) -> JsonDict:
     """One drawn number: where it stands, its own value and its band [SI], and why it spreads so."""
     low, middle, high = quantiles(column.values)
     return {
@@ -209,7 +208,7 @@ def _drawn(column: Column) -> dict[str, Any]:
     }
 
 
-def _trips(found: Found, recording: Recording) -> dict[str, Any]:
+def _trips(found: Found, recording: Recording) -> JsonDict:
     """Share of the drawn strides whose forefoot comes to a height, and the band of one wearer's own share."""
     if not all(name in found.outcomes[int(np.argmax(found.ok))].curves for name in _FOREFOOT):
         return {}
@@ -221,7 +220,7 @@ def _trips(found: Found, recording: Recording) -> dict[str, Any]:
     heights = np.min([found.curves(name)[:, passing] for name in _FOREFOOT], axis=(0, 2))
     path = found.draws.heights(each_stride=True)
     alone = heights - path[found.ok]
-    trips: dict[str, Any] = {}
+    trips: JsonDict = {}
     for name, limit in (("touch", 0.0), ("within_10mm", BELOW)):
         of_one = quantiles(shares_of_one(alone, path, limit))
         trips[name] = {"height": limit, "share": float(np.mean(heights <= limit)), "of_one": of_one}
@@ -239,7 +238,7 @@ def _kept(found: Found, recording: Recording) -> dict[str, float]:
     values = {name: found.metric(name) - steady.get(name, 0.0) for name in asked}
     for k in np.flatnonzero(found.ok):
         metrics = {name: Metric(float(of[k]), recording.metrics[name].unit) for name, of in values.items()}
-        bare: dict[str, Any] = {"columns": {}, "strides": {}, "studies": {}, "warnings": ()}
+        bare: Keywords = {"columns": {}, "strides": {}, "studies": {}, "warnings": ()}
         drawn = dataclasses.replace(recording, metrics=metrics | compared, **bare)
         for answer in drawn.verdict:
             judged.setdefault(answer.name, []).append(answer.status)
@@ -257,10 +256,10 @@ def _own_walk(recording: Recording) -> bool:
     return (recording.described["gait"] or {}).get("walker") == "patient"
 
 
-def _worth(found: Found, recording: Recording, names: Sequence[str]) -> dict[str, Any]:
+def _worth(found: Found, recording: Recording, names: Sequence[str]) -> JsonDict:
     """What each group explains of some metrics, and what it is worth to know it."""
     wanted = 1e3 * limits_of(recording).toe_clearance[0]
-    groups: list[dict[str, Any]] = [
+    groups: list[JsonDict] = [
         {"name": group.name, "each_stride": group.each_stride, "measure": group.measure, "explained": {}}
         | ({} if group.each_stride else {"band_left": {}, "band_left_error": {}})
         for group in found.draws.groups
@@ -288,7 +287,7 @@ def _worth(found: Found, recording: Recording, names: Sequence[str]) -> dict[str
     first = next(iter(rest), "")
     next_ = [group for _, group in measured if group["band_left"].get(_CLEARANCE, 1.0) < _NOTICED]
 
-    def worth_most(group: dict[str, Any]) -> tuple[float, float]:
+    def worth_most(group: JsonDict) -> tuple[float, float]:
         gain = known.get("wrong", 0.0) - group.get("wrong_left", 0.0)
         sure = gain > group.get("wrong_left_error", np.inf)  # less is noise
         return -gain if sure else 0.0, group["band_left"][_CLEARANCE]

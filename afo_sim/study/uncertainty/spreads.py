@@ -5,14 +5,14 @@ import os
 import pathlib
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from pydantic import Field as Option
 from pydantic import StrictBool, StrictStr
 from scipy.special import ndtr, ndtri
 
-from afo_sim.common import InputError, assets, nearest_name, parse_quantity, read_any_quantity
+from afo_sim.common import Given, InputError, Mixed, assets, nearest_name, parse_quantity, read_any_quantity
 from afo_sim.description import SETS, Scenario, fields_of, of_chambers, tables
 from afo_sim.study.parameter import deviate
 from afo_sim.study.parameter_table import StrictTable
@@ -84,15 +84,15 @@ class SpreadTable(StrictTable):
     height: Literal["each stride", "derived path"] | None = None
     each_stride: StrictBool = False
     distribution: Kind | None = None
-    sd: Any = None
+    sd: Given = None
     relative_sd: float | None = Option(default=None, ge=0.0, le=1.0)
     factor_sd: float | None = Option(default=None, ge=0.0, le=2.0)
     factor_sd_measured: float | None = Option(default=None, ge=0.0, le=2.0)
-    within: Any = None
+    within: Given = None
     relative_within: float | None = Option(default=None, ge=0.0, le=1.0)
     skew: float | None = Option(default=None, ge=-4.0, le=4.0)
-    at_least: Any = None
-    at_most: Any = None
+    at_least: Given = None
+    at_most: Given = None
     scale: float = Option(default=1.0, ge=0.0, le=10.0)
     measure: StrictStr = ""
     kind: Literal["published", "fitted", "derived", "assumed", "user"]
@@ -144,7 +144,7 @@ def _check(file: pathlib.Path, name: str, table: SpreadTable) -> None:
     if table.measure and table.each_stride:
         raise wrong("goes with what a measurement can give, not with what varies", "measure")
     for key in table.keys or filter(None, (table.key,)):
-        told: dict[str, Any] = {"file": file, "field": f"parameters.{name}", "value": key}
+        told: dict[str, Mixed] = {"file": file, "field": f"parameters.{name}", "value": key}
         if key.partition(".")[0] in _NOT_DRAWN:
             raise InputError("is not a property of orthosis, wearer or walk", **told)
         if (unknown_part := astray(key.split("."))) is not None:
@@ -187,7 +187,7 @@ def _check(file: pathlib.Path, name: str, table: SpreadTable) -> None:
         raise wrong("has nothing to be relative to: a height is added", given[0], "sd or within")
 
 
-def _no_quantity(given: Any, *, width: bool) -> str:
+def _no_quantity(given: Given, *, width: bool) -> str:
     """What is wrong with a quantity whose unit is not known yet; "" where nothing is."""
     if given is None:
         return ""
@@ -212,7 +212,7 @@ def in_words(spreads: Spreads) -> list[tuple[str, str]]:
     return found
 
 
-def astray(parts: list[str], node: Any = Scenario) -> tuple[str, list[str]] | None:
+def astray(parts: list[str], node: Mixed = Scenario) -> tuple[str, list[str]] | None:
     """The first part of a key that no scenario has, by the types alone, and what may stand there; or None."""
     if not parts:
         return None
