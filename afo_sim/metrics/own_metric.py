@@ -8,17 +8,17 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
-from afo_sim.common import InputError, Notice, place_of, register, takes, unknown
+from afo_sim.common import InputError, Keywords, Mixed, Notice, place_of, register, takes, unknown
 from afo_sim.metrics import metric as registry
 from afo_sim.metrics.facts import Columns, Run, cut
 from afo_sim.metrics.metric import METRICS, REPORTED, YOURS, Found, Metric, MetricEntry, Of
 from afo_sim.metrics.strides import Stride
 
-Function = Callable[[Any], float]
+Function = Callable[[Mixed], float]
 OWN: dict[str, "OwnMetric"] = {}  # by name
 _SAID: set[tuple["OwnMetric", str]] = set()  # metrics whose failure at a place was warned of
 # By name, what is said of those that fail and are NaN; None where their errors are raised
@@ -31,7 +31,7 @@ class OwnMetric(MetricEntry):
 
     function: Function
 
-    def __call__(self, columns: Any) -> float:
+    def __call__(self, columns: Mixed) -> float:
         return self.function(columns)
 
     def value(self, columns: Columns) -> float:
@@ -45,7 +45,7 @@ class OwnMetric(MetricEntry):
                 error.add_note(f"in the metric {self.name}, {place}")
                 raise
             text = "the metric {subject} is undefined, since it failed at {place}: {error}"
-            told: dict[str, Any] = {"place": place, "error": f"{type(error).__name__}: {error}"}
+            told: Keywords = {"place": place, "error": f"{type(error).__name__}: {error}"}
             failed[self.name] = Notice("own-metric-failed", text, subject=self.name, **told)
             if (self, place) not in _SAID:  # once, and not of each case
                 _SAID.add((self, place))
@@ -86,8 +86,8 @@ def metric(
     >>> print(run("seated", {"duration": "1 s"}, metrics=[mean_angle]).metrics["mean_angle"].unit)
     deg
     """
-    facts: Any = {"group": YOURS, "name": name, "unit": unit, "label": label, "meaning": meaning, "of": of}
-    return lambda function: OwnMetric(**facts, function=function)
+    facts: Keywords = {"name": name, "unit": unit, "label": label, "meaning": meaning, "of": of}
+    return lambda function: OwnMetric(group=YOURS, **facts, function=function)
 
 
 def named(metrics: Iterable[str | OwnMetric], field: str = "metrics") -> tuple[str, ...]:
