@@ -15,17 +15,16 @@ The table of the names is `__init__.pyi`.
 
 import importlib
 import warnings
-from typing import Any
 
 import lazy_loader
 
-from afo_sim.common import RENAMED, RETIRED, missing_extra, older, show_with, takes_older
+from afo_sim.common import RENAMED, RETIRED, Foreign, missing_extra, older, show_with, takes_older
 
 # A name is imported when it is first asked for: MuJoCo and numba take a second, `afo-sim --help` must not.
 _resolve, _, __all__ = lazy_loader.attach_stub(__name__, __file__)
 
 
-def __getattr__(name: str) -> Any:
+def __getattr__(name: str) -> Foreign:
     if name == "__version__":
         return importlib.import_module("afo_sim.common.versions").versions()["afo-sim"]
     if name in RENAMED:
@@ -53,7 +52,7 @@ def __dir__() -> list[str]:
     return sorted([*__all__, "__doc__", "__file__", "__name__", "__path__", "__version__"])
 
 
-def _room(module: str) -> Any:
+def _room(module: str) -> Foreign:
     """A module of an extra, or the sentence that says what brings it."""
     try:
         return importlib.import_module(f"afo_sim.{module}")
@@ -66,22 +65,24 @@ def _room(module: str) -> Any:
 class _Show:
     """Shows and exports results, and draws bands; what it takes is imported when it is first asked for."""
 
-    def write(self, recording: Any, path: Any, rate: float | None = None) -> None:
+    def write(self, recording: Foreign, path: Foreign, rate: float | None = None) -> None:
         _room("show.rerun").write_rrd(recording, path, rate=rate)
 
-    def open(self, paths: Any) -> None:
+    def open(self, paths: Foreign) -> None:
         _room("show.rerun").open_recordings(paths)
 
-    def html(self, result: Any) -> Any:
+    def html(self, result: Foreign) -> Foreign:
         return _room("show.notebook").html(result)
 
-    def both(self, legs: Any, path: Any) -> None:
+    def both(self, legs: Foreign, path: Foreign) -> None:
         _room("show.compared_figures").draw_both(legs, path)
 
-    def credibility(self, found: Any, folder: Any) -> Any:
+    def credibility(self, found: Foreign, folder: Foreign) -> Foreign:
         return _room("show.credibility_page").write_credibility(found, folder)
 
-    def export(self, recording: Any, out: Any, to: Any, rate: Any, columns: Any, force: bool) -> Any:
+    def export(
+        self, recording: Foreign, out: Foreign, to: Foreign, rate: Foreign, columns: Foreign, force: bool
+    ) -> Foreign:
         exported = _room("export.exported").export(
             recording, out, to, rate=rate, columns=columns, force=force
         )
@@ -89,7 +90,7 @@ class _Show:
             warnings.warn(note, stacklevel=3)
         return exported.files
 
-    def bands(self, scenario: Any, draws: int, progress: Any) -> Any:
+    def bands(self, scenario: Foreign, draws: int, progress: Foreign) -> Foreign:
         studies = _room("study.run_studies")
         studies.check_studies(scenario, draws=draws)  # before anything is walked
         report = None if progress is None else lambda done, count, _: progress(done, count)
