@@ -117,7 +117,7 @@ def read_sets(
     sets: list[str] | None, field: str = "--set", example: str = 'supply.pressure="3 bar"'
 ) -> JsonDict:
     """`--set key=value` options as dotted keys and values; a value is TOML, or else plain text."""
-    values: Keywords = {}
+    values: JsonDict = {}
     for text in sets or []:
         key, equals, value = text.partition("=")
         if not equals or not key.strip():

@@ -14,7 +14,7 @@ from afo_sim.cli import common
 from afo_sim.cli.common import RecordingOption, Scenario, Sets, Threads
 from afo_sim.cli.overwriting import check_same
 from afo_sim.cli.printed_run import print_line
-from afo_sim.common import Foreign, Function, InputError, Json, JsonDict, Keywords, Mixed, optional
+from afo_sim.common import Foreign, Function, InputError, Json, JsonDict, Mixed, optional
 
 _Texts = Sequence[str]
 _Table = tuple[list[str], list[list[str]]]
@@ -85,7 +85,7 @@ def _condition_of(walk: _Walk, key: str) -> str | None:
     from afo_sim.description import load
     from afo_sim.walker import prepared
 
-    of_one: Keywords = {"strength": walk.strength, "adapted-device": walk.adapted_device}
+    of_one: JsonDict = {"strength": walk.strength, "adapted-device": walk.adapted_device}
     of_one |= {"subset": walk.subset != "all", "gait": walk.gait != "natural", "rrd": walk.rrd}
     sets, own = common.read_sets(walk.sets), ("patient", "strength")
     of_one |= {"vary": key.partition(".")[0] in own and walk.vary}

@@ -13,8 +13,8 @@ from afo_sim.common import (
     EXAMPLES,
     GRAVITY,
     InputError,
+    JsonDict,
     JsonMapping,
-    Keywords,
     Table,
     TableLike,
     in_unit,
@@ -72,7 +72,7 @@ class Measured:
     change: np.ndarray | None
     curve: np.ndarray
     loaded: bool
-    facts: Keywords
+    facts: JsonDict
     slack: np.ndarray | None = None
 
     def __len__(self) -> int:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import OptimizeResult
 
-from afo_sim.common import Given, InputError, JsonDict, Keywords, Notice, Shown, SimulationError, TableLike
+from afo_sim.common import Given, InputError, JsonDict, Notice, Shown, SimulationError, TableLike
 from afo_sim.description import Scenario, load
 from afo_sim.lab.identifiability import Believed, memory, refused, rms, unidentified
 from afo_sim.lab.run_problem import HELD_OUT, RunProblem, differences, pose, run_at, sets_of
@@ -117,7 +117,7 @@ class FitRun(Believed, Shown):
     @property
     def sets(self) -> JsonDict:
         """Dotted keys and values that lay the fitted parameters over the scenario, each with its source."""
-        found: Keywords = {}
+        found: JsonDict = {}
         for parameter in self.problem.free:
             source = f"fitted to {self.problem.log.file.name}; {self.belief(parameter)}"
             found |= sets_of(parameter, self.values[parameter.name], source)

@@ -10,7 +10,6 @@ from afo_sim.common import (
     Given,
     InputError,
     JsonDict,
-    Keywords,
     TableLike,
     format_quantity,
     quantity_at,
@@ -73,7 +72,7 @@ class Log:
     file: pathlib.Path
     time: np.ndarray
     channels: tuple[Channel, ...]
-    facts: Keywords
+    facts: JsonDict
 
 
 def read_log(data: TableLike, scenario: Scenario) -> Log:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import least_squares
 
-from afo_sim.common import JsonDict, JsonMapping, Keywords, assets, read_table
+from afo_sim.common import JsonDict, JsonMapping, assets, read_table
 from afo_sim.description import Muscle, reader
 from afo_sim.lab.identifiability import rms
 from afo_sim.lab.measured import Known, columns_of
@@ -134,7 +134,7 @@ def fit(tests: tuple[KneeTest, ...], offset: bool = False) -> tuple[float, float
 def of_test(told: JsonMapping) -> JsonDict:
     """A test's torque: "rigid", "measured" (length, arm), or the others' "stiffness" (and "offset")."""
     test, how = knee_tests()[told["test"]], told["torque"]
-    known: Keywords = {"count": len(test)}
+    known: JsonDict = {"count": len(test)}
     if how in ("rigid", "measured"):
         found = rigid_torque(test, measured=how == "measured")
     else:

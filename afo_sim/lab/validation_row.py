@@ -18,7 +18,7 @@ from typing import Literal, TypeVar
 
 import numpy as np
 
-from afo_sim.common import JsonMapping, Keywords, Mixed
+from afo_sim.common import JsonDict, JsonMapping, Keywords, Mixed
 from afo_sim.lab.identifiability import rms
 
 Outcome = Literal["agrees", "FAILED", "erratum", "disagrees", "cannot tell", "compared", "lost"]
@@ -61,7 +61,7 @@ class Row:
     @classmethod
     def of(cls, told: JsonMapping, value: Mixed) -> "Row":
         """What is told with its value: a number, a curve's errors, or either as `simulated` of a table."""
-        known: Keywords = {**ABSENT, **told}
+        known: JsonDict = {**ABSENT, **told}
         known |= value if isinstance(value, Mapping) else {"simulated": value}
         quantity, sourcing = (known[key].format_map(known) for key in ("quantity", "sourcing"))
         if known.get("outcome") == "lost":

@@ -5,15 +5,7 @@ import pathlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from afo_sim.common import (
-    InputError,
-    JsonDict,
-    Shown,
-    assets,
-    gauge,
-    unique,
-    unknown,
-)
+from afo_sim.common import InputError, JsonDict, Shown, assets, gauge, unique, unknown
 from afo_sim.description import Orthosis, Scenario, load
 from afo_sim.model.build import Built, build, check_description
 from afo_sim.model.leg_shapes import ThroughLeg, through_leg

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from afo_sim.common import Keywords
+from afo_sim.common import JsonDict
 from afo_sim.lab import (
     FitRun,
     LawFit,
@@ -122,10 +122,10 @@ def write_log_figure(fit: FitRun, folder: pathlib.Path) -> list[pathlib.Path]:
 
 def _rows(figure: Figure, fit: FitRun) -> None:
     channels, time, seen = fit.problem.log.channels, fit.problem.log.time, fit.problem.seen
-    dots: Keywords = {"lw": 0.0, "marker": "o", "ms": 4.0, "mew": 0.0}
+    dots: JsonDict = {"lw": 0.0, "marker": "o", "ms": 4.0, "mew": 0.0}
     axes = figure.subplots(len(channels), 2, sharex=True, squeeze=False, width_ratios=(1.35, 1.0))
-    first: Keywords = {"color": _BEFORE, "ls": "--", "lw": 1.0}
-    last: Keywords = {"color": _AFTER, "lw": 1.0}
+    first: JsonDict = {"color": _BEFORE, "ls": "--", "lw": 1.0}
+    last: JsonDict = {"color": _AFTER, "lw": 1.0}
     runs = [("before", fit.before, {}, first), ("after", fit.after, fit.values, last)]
     for (left, right), channel in zip(axes, channels, strict=True):
         look = {"lw": 3.5} if len(time) > _SPARSE else dots

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from afo_sim.common import JsonDict, Keywords, parse_quantity
+from afo_sim.common import JsonDict, parse_quantity
 from afo_sim.description import WORN
 from afo_sim.gait import norm as gait_norm
 from afo_sim.show.run_view import PERCENT, PHASE, SET_PRESSURE, Over, RunView
@@ -247,7 +247,7 @@ def shade_stance(axis: Axes, run: RunView, over: Over = "time") -> None:
 
 def keys(axes: Iterable[Axes]) -> JsonDict:
     """{name: what it is drawn as} of all panels, each name once."""
-    found: Keywords = {}
+    found: JsonDict = {}
     for axis in axes:
         for handle, label in zip(*axis.get_legend_handles_labels(), strict=True):
             found.setdefault(label, handle)

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from afo_sim.common import InputError, Keywords, as_stored, called, check_text, digest, optional, read_text
+from afo_sim.common import InputError, JsonDict, as_stored, called, check_text, digest, optional, read_text
 from afo_sim.common.versions import PACKAGE
 from afo_sim.description import Scenario
 from afo_sim.physics import GAINS
@@ -74,7 +74,7 @@ class Population:
     cases: Mapping[str, tuple[Patient, ...]]  # "without", "device", "device adapted", …
     others: Mapping[str, Mapping[str, tuple[Patient, ...]]]  # who differ, by case and how; they keep the gait
     gaits: Gaits  # those that are known
-    asked: Keywords = field(default_factory=dict)
+    asked: JsonDict = field(default_factory=dict)
 
     def __getitem__(self, case: str) -> tuple[Patient, ...]:
         return self.cases[case]
@@ -119,7 +119,7 @@ def populate(
         allowed = "a condition that draws it, or one patient alone"
         raise InputError("is the condition's", field=own, value=str((sets or {})[own]), allowed=allowed)
     described = prepared(scenario, {**TIMESTEP, **(sets or {})}).set({"patient": condition.patient})
-    asked: Keywords = {"duration": duration, "starts": starts, "push": push, "seed": seed}
+    asked: JsonDict = {"duration": duration, "starts": starts, "push": push, "seed": seed}
     asked |= {"generations": generations}
     check_limits(**asked, others=others)
     if spring is not None and not 0.0 < spring <= STIFFEST:
@@ -183,7 +183,7 @@ def populate(
     asked |= {"timestep": described.timestep, "worn": worn, "spring": spring, "unadapted": unadapted}
     middle, left = who.person(condition.middle, worn=True)
     shares = {"dorsiflexor": left.get("tibialis", 1.0), "plantarflexor": left.get("soleus", 1.0)}
-    recorded: Keywords = {f"patient.{name}_strength": min(share, 1.0) for name, share in shares.items()}
+    recorded: JsonDict = {f"patient.{name}_strength": min(share, 1.0) for name, share in shares.items()}
     recorded |= {"worn_on": "one"} | ({} if middle.ground is None else LEVEL)  # as the recorded walk is
     middle = middle.set(recorded)
     return Population(described, middle, condition, who.drawn, cases, unlike, known, asked)
@@ -245,7 +245,7 @@ def _let_adapt(
     healthy = read_gait(HEALTHY)
     missing = [(case, k) for case in worn for k in range(len(who.drawn)) if (worn[case], k) not in known]
     cost, free = Cost(healthy.speed, speed=60.0, lean=60.0), Free()
-    asked: Keywords = {"cost": cost, "free": free, "threads": how["threads"]}
+    asked: JsonDict = {"cost": cost, "free": free, "threads": how["threads"]}
     asked |= {"generations": how["generations"], "seed": how["seed"] + 1}
     first = healthy.vector
     if any(case == WITHOUT for case, _ in missing):  # one in the middle of all ranges goes ahead

@@ -10,7 +10,6 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from afo_sim.common import (
     JsonDict,
     JsonMapping,
-    Keywords,
     as_stored,
     check_writable,
     parquet_column,
@@ -75,7 +74,7 @@ def save(
 
 def _numbers(case: Case) -> JsonDict:
     """A case in plain data; a number that there is not is None."""
-    found: Keywords = {"gait": case.gait.name, "search": dict(case.gait.search)}
+    found: JsonDict = {"gait": case.gait.name, "search": dict(case.gait.search)}
     found |= {"fell": case.walked.fell, "signs": signs_of(case)}
     found["falls"] = case.falls and dataclasses.asdict(case.falls) | {"interval": list(case.falls.interval)}
     return found | {"numbers": _finite(case.numbers)}

@@ -13,13 +13,7 @@ from afo_sim.gait_lab.readers.markers import Markers, lost_as_nan, marker_set
 from afo_sim.gait_lab.readers.opensim_table import OpenSimTable
 from afo_sim.gait_lab.readers.plates import Plate, plate_of
 from afo_sim.gait_lab.readers.signals import check_clock, even_clock, refuse_slow
-from afo_sim.gait_lab.readers.text import (
-    cells_of,
-    numbers,
-    read_lines,
-    unique_names,
-    without_empty_end,
-)
+from afo_sim.gait_lab.readers.text import cells_of, numbers, read_lines, unique_names, without_empty_end
 from afo_sim.gait_lab.readers.unit_checks import UNITS, length_name, metres
 
 _EXAMPLE = (

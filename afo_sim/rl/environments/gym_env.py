@@ -9,7 +9,7 @@ from operator import index
 import mujoco
 import numpy as np
 
-from afo_sim.common import Foreign, Function, Given, InputError, JsonDict, Keywords, missing_extra, unknown
+from afo_sim.common import Foreign, Function, Given, InputError, JsonDict, missing_extra, unknown
 from afo_sim.model import ANKLE
 from afo_sim.rl.environments.episodes import Episodes, Setting
 from afo_sim.rl.environments.task import checked
@@ -60,7 +60,7 @@ class OrthosisEnv(Forkable, gymnasium.Env[np.ndarray, np.ndarray]):
 
     _memory = (*EPISODES, "_np_random", "_np_random_seed", "_going", "spec")
 
-    metadata: Keywords = {"render_modes": list(RENDER_MODES), "render_fps": FPS}  # noqa: RUF012
+    metadata: JsonDict = {"render_modes": list(RENDER_MODES), "render_fps": FPS}  # noqa: RUF012
 
     def __init__(
         self, task: str | Setting = "seated_tracking", sets: Sets = None, render_mode: str | None = None
@@ -94,7 +94,7 @@ class OrthosisEnv(Forkable, gymnasium.Env[np.ndarray, np.ndarray]):
         if not self._going:
             raise InputError("the episode is over, or has not begun: reset()", field="step")
         outcome = self._episodes.step([0], checked(action, self.action_space.shape)[None])
-        info: Keywords = {"failure": str(outcome.failures[0])} if outcome.failures else {}
+        info: JsonDict = {"failure": str(outcome.failures[0])} if outcome.failures else {}
         truncated = bool(outcome.over[0]) or bool(info)
         self._going = not truncated
         return outcome.observation[0], float(outcome.reward[0]), False, truncated, info
@@ -145,7 +145,7 @@ class OrthosisVectorEnv(Forkable, gymnasium.vector.VectorEnv[np.ndarray, np.ndar
     """Simulations of one task side by side, with the numbers of single environments of the same seeds."""
 
     _memory = (*EPISODES, "_randoms", "_over", "_last", "spec")
-    metadata: Keywords = {"autoreset_mode": gymnasium.vector.AutoresetMode.NEXT_STEP}  # noqa: RUF012
+    metadata: JsonDict = {"autoreset_mode": gymnasium.vector.AutoresetMode.NEXT_STEP}  # noqa: RUF012
 
     def __init__(
         self,
@@ -204,7 +204,7 @@ class OrthosisVectorEnv(Forkable, gymnasium.vector.VectorEnv[np.ndarray, np.ndar
         given = checked(actions, self.action_space.shape)
         going, again = np.flatnonzero(~self._over), np.flatnonzero(self._over)
         reward, truncated = np.zeros(self.num_envs), np.zeros(self.num_envs, bool)
-        infos: Keywords = {}
+        infos: JsonDict = {}
         if len(going):
             outcome = self._episodes.step(going.tolist(), given[going])
             self._last[going], reward[going] = outcome.observation, outcome.reward
