@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from afo_sim.common import Notice, find_gait
+from afo_sim.common import Keywords, Notice, find_gait
 from afo_sim.gait import family
 from afo_sim.gait.checks import stance
 from afo_sim.gait.cycle import DEGREE, GaitCycle
@@ -99,6 +99,6 @@ def signs(cycle: GaitCycle, body_height: float) -> tuple[Notice, ...]:
         seen = "the hip is up to {risen:.0f} mm higher than theirs: vaulting, a raised pelvis or "
         seen += "circumduction, which one leg's sagittal stride does not tell apart"
     text = "in swing the ankle is {low:.0f}° lower than healthy people's of this height at {speed:.2g} m/s; "
-    data = {"speed": healthy.walking_speed, "low": -low / DEGREE, "bent": bent / DEGREE}
+    data: Keywords = {"speed": healthy.walking_speed, "low": -low / DEGREE, "bent": bent / DEGREE}
     data |= {"flexed": flexed / DEGREE, "risen": 1e3 * risen}
     return (Notice(code, text + seen, subject="swing", **data),)

@@ -56,12 +56,14 @@ from .first_strides import share_left as share_left
 from .first_strides import strides_needed as strides_needed
 from .first_strides import undefined as undefined
 from .metric import GROUPS as GROUPS
+from .metric import METRICS as METRICS
 from .metric import NEED as NEED
 from .metric import OTHER as OTHER
 from .metric import REPORTED as REPORTED
 from .metric import Metric as Metric
 from .metric import Metrics as Metrics
 from .metric import instead as instead
+from .metric import known as known
 from .metric import made_of as made_of
 from .metric import no_metric as no_metric
 from .metric import of_strides as of_strides

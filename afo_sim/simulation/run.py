@@ -14,10 +14,11 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common import InputError, Notice, register, shown, unique
+from afo_sim.common import InputError, Notice, shown, unique
 from afo_sim.control import Controller, OwnController, make
 from afo_sim.description import Scenario, load
 from afo_sim.metrics import (
+    METRICS,
     SOLVED,
     LazyColumns,
     Metric,
@@ -25,6 +26,9 @@ from afo_sim.metrics import (
     OwnMetric,
     WalkMetrics,
     emptied,
+    known,
+    named,
+    no_metric,
     sag_of_both,
     settling_metrics,
     until_empty,
@@ -119,7 +123,9 @@ def run(
     """
     description = load("scenario", scenario, sets)
     check_step(step)
-    register(*metrics)
+    for name in named(metrics):
+        if known(name) is None:
+            raise no_metric("is an unknown metric", name, METRICS, field="metrics")
     if uncertainty and not (controller is None and policy is None):
         problem = "does not go with a controller in Python or a policy: the draws would run without it"
         raise InputError(problem, field="uncertainty", value=uncertainty, allowed="0")
