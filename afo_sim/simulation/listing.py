@@ -4,7 +4,8 @@ from collections.abc import Iterable, Sequence
 from typing import overload
 
 from afo_sim.common import assets, unknown
-from afo_sim.metrics.metric import METRICS, load_all
+from afo_sim.metrics import METRICS
+from afo_sim.metrics.metric import load_all
 from afo_sim.physics import FRICTIONS, LAWS
 
 
