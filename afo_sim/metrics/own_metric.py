@@ -45,8 +45,8 @@ class OwnMetric(MetricEntry):
                 error.add_note(f"in the metric {self.name}, {place}")
                 raise
             text = "the metric {subject} is undefined, since it failed at {place}: {error}"
-            told: Keywords = {"place": place, "error": f"{type(error).__name__}: {error}"}
-            failed[self.name] = Notice("own-metric-failed", text, subject=self.name, **told)
+            what = f"{type(error).__name__}: {error}"
+            failed[self.name] = Notice("own-metric-failed", text, subject=self.name, place=place, error=what)
             if (self, place) not in _SAID:  # once, and not of each case
                 _SAID.add((self, place))
                 warnings.warn(failed[self.name], stacklevel=2)
