@@ -10,13 +10,17 @@ from typing import Any
 import numpy as np
 import pytest
 from command import Call
+from sweep_runs import exact
 
 import afo_sim as afo
 from afo_sim.common import extending
+from afo_sim.description import load
 from afo_sim.metrics import WORDS, OwnMetric, words
 from afo_sim.metrics.metric_words import METRICS
-from afo_sim.simulation import run_checks
+from afo_sim.simulation import Asked, run_checks
 from afo_sim.simulation.checks import check_metric
+from afo_sim.study import engine
+from afo_sim.study.processes import Processes
 
 WALK = {"duration": "2.6 s"}
 SHORT = {"duration": "0.3 s"}
@@ -241,3 +245,35 @@ print(repr(float(run.metrics["mean_angle"])))
 """
     done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
     assert float(done.stdout) == float(afo.run("seated", SHORT).metrics["mean_angle"])
+
+
+@pytest.mark.filterwarnings("ignore:the metric lowest_angle")
+def test_the_processes_of_a_sweep_compute_it_and_tell_where_it_fails() -> None:
+    sets = [{"duration": "1 s", "supply.pressure": f"{2.0 + 0.1 * k} bar"} for k in range(24)]
+    scenario, asked = load("scenario", "seated").resolved(), Asked(frozenset({"lowest_angle"}))
+    plain = [afo.run("seated", each).metrics["peak_dorsiflexion_angle"] for each in (sets[0], sets[-1])]
+    afo.register(lowest(float(np.mean(plain))))
+    expected = {n: exact(each) for n, each in engine.outcomes(scenario, enumerate(sets), asked=asked)}
+    assert 0 < sum("never there" in repr(each) for each in expected.values()) < len(sets)
+    with Processes(1, 0.0) as beside:
+        assert {n: exact(e) for n, e in beside.outcomes(scenario, enumerate(sets), asked=asked)} == expected
+        assert len(beside.children) == 1
+
+
+def test_a_sweep_goes_on_with_the_same_metric_only(tmp_path: pathlib.Path) -> None:
+    def of(factor: float) -> OwnMetric:
+        @afo.metric("last_angle", "deg", "Last angle")
+        def found(columns: Any) -> float:
+            return factor * float(columns["ankle/angle"][-1])
+
+        return found
+
+    def swept(factor: float) -> Any:
+        over = {"supply.pressure": ["2 bar", "3 bar"]}
+        metrics = [of(factor)]
+        return afo.sweep("seated", over, SHORT, out=tmp_path / "sweep", metrics=metrics, threads=1)
+
+    assert (swept(2.0)["last_angle"] == swept(2.0)["last_angle"]).all()
+    with pytest.raises(afo.InputError) as caught:
+        swept(3.0)
+    assert caught.value.field == "out"
