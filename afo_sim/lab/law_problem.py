@@ -1,5 +1,6 @@
 """A static fit as it is posed: law, free and held parameters, data, and the law's predictions of them."""
 
+import math
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -92,6 +93,8 @@ class LawProblem(FitProblem):
             "cauchy": (1.0 / (1.0 + z), -1.0 / (1.0 + z) ** 2),
         }[self.loss]
         slope = float(np.mean(first + 2.0 * z * second))
+        if slope <= 1e-12:  # all of them are outliers: the loss tells no width
+            return math.inf
         return float(np.sum((first * residuals) ** 2)) / freedom / slope**2
 
     def settled(self, best: OptimizeResult) -> bool:
