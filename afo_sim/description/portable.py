@@ -2,6 +2,7 @@
 
 import copy
 import pathlib
+import re
 import shutil
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Mapping
@@ -11,6 +12,7 @@ import tomli_w
 from afo_sim.common import Given, JsonDict, JsonMapping, assets
 from afo_sim.description.tree import SCENARIO_FILES
 
+_QUANTITY = re.compile(r"^-?\d+\.\d+(?:e[+-]?\d+)?(?= \S+$)")  # the number before a unit
 FILES = "files"  # folder of what is copied
 _ASSETS = {"mesh": ("meshdir", "assetdir"), "hfield": ("assetdir",), "texture": ("texturedir", "assetdir")}
 
@@ -75,17 +77,21 @@ def _parts(file: pathlib.Path, above: tuple[pathlib.Path, ...] = ()) -> list[pat
     return found
 
 
-def toml_text(table: JsonMapping) -> str:
-    """A description as TOML."""
-    return tomli_w.dumps(_plain(table))
+def toml_text(table: JsonMapping, *, exact: bool = True) -> str:
+    """A description as TOML; without what conversions leave behind the twelfth digit, unless `exact`."""
+    return tomli_w.dumps(_plain(table, exact))
 
 
-def _plain(node: Given) -> Given:
+def _plain(node: Given, exact: bool) -> Given:
     """A table, also in a list, without None, with the sources beside their values."""
     if isinstance(node, list | tuple):
-        return [_plain(item) for item in node]
+        return [_plain(item, exact) for item in node]
     if not isinstance(node, Mapping):
-        return node
+        if exact or not isinstance(node, float | str):
+            return node
+        if isinstance(node, float):
+            return float(f"{node:.12g}")
+        return _QUANTITY.sub(lambda found: repr(float(f"{float(found[0]):.12g}")), node)
     sources = node.get("provenance", {})
-    found = {k: _plain(value) for k, value in node.items() if value is not None and k != "provenance"}
+    found = {k: _plain(value, exact) for k, value in node.items() if value is not None and k != "provenance"}
     return {k: {"value": value, **sources[k]} if k in sources else value for k, value in found.items()}

@@ -22,6 +22,12 @@ def calibrate(
     if abs(slope) <= 2.0 * errors[0] or np.ptp(output) < step:
         raise InputError("does not depend on the reference", file=table.file, field="reading")
     residual, full = output - slope * basis - intercept, abs(slope) * np.ptp(basis)
+    off = [
+        np.abs(_digits(slope, d) * basis + _digits(intercept, d) - output + residual).max()
+        for d in range(4, 9)
+    ]
+    few = 0.005 * np.sqrt(np.mean(residual**2))  # changes no digit of what is said of the line
+    digits = next((d for d, moved in enumerate(off, start=4) if moved <= few), 9)
     middle, nonlinearity, gap = _without_hysteresis(x, residual)
     found = {
         "slope": (slope, per),
@@ -43,8 +49,8 @@ def calibrate(
         "hysteresis": _fitted(play, unit, f"{name}: between runs up and down") if play >= 0.0 else None,
         "calibration": {
             "shape": "inverse" if inverse else "linear",
-            "slope": _fitted(slope, per, f"{name}: standard error {errors[0]:.3g}"),
-            "intercept": _fitted(intercept, "V", f"{name}: standard error {errors[1]:.3g}"),
+            "slope": _fitted(slope, per, f"{name}: standard error {errors[0]:.3g}", digits),
+            "intercept": _fitted(intercept, "V", f"{name}: standard error {errors[1]:.3g}", digits),
         },
     }
     return {key: (float(v), of) for key, (v, of) in found.items() if np.isfinite(v)}, toml_text(sensor)
@@ -80,5 +86,9 @@ def _without_hysteresis(x: np.ndarray, residual: np.ndarray) -> tuple[np.ndarray
     return middle, largest, gap
 
 
-def _fitted(value: float, unit: str, source: str) -> dict[str, str]:
-    return {"value": f"{value:.9g} {unit}", "kind": "fitted", "source": source}
+def _digits(value: float, digits: int) -> float:
+    return float(f"{value:.{digits}g}")
+
+
+def _fitted(value: float, unit: str, source: str, digits: int = 9) -> dict[str, str]:
+    return {"value": f"{value:.{digits}g} {unit}", "kind": "fitted", "source": source}

@@ -43,6 +43,18 @@ class LawFit(Believed):
         """The fitted values."""
         return self.solution.values
 
+    @cached_property
+    def written(self) -> dict[str, float]:
+        """The fitted values with four digits, or as many as leave the printed errors as they are."""
+        for digits in range(4, 17):
+            found = {name: float(f"{value:.{digits}g}") for name, value in self.values.items()}
+            missed = errors(self.problem, found, self.problem.data)
+            if all(
+                f"{a:.3g}" == f"{b:.3g}" for a, b in zip(_told(missed), _told(self.residuals), strict=True)
+            ):
+                return found
+        return self.values
+
     @property
     def half_width(self) -> dict[str, float]:
         """Half the 95 % interval of each; infinite where it is refused."""
@@ -78,6 +90,11 @@ class LawFit(Believed):
     def worst(self) -> float:
         """The largest residual [N or m]."""
         return float(np.abs(self.residuals).max())
+
+
+def _told(residuals: np.ndarray) -> tuple[float, ...]:
+    """What is printed of residuals: their RMS and the largest [N or m]."""
+    return rms(residuals), float(np.abs(residuals).max())
 
 
 def fit_law(problem: LawProblem, *, seed: int = 0, starts: int = STARTS) -> LawFit:

@@ -128,7 +128,7 @@ def _fitted(fit: LawFit, name: str) -> tuple[Json, dict[str, str]]:
     if math.isfinite(fit.half_width[name]):
         p = next(p for p in fit.problem.free if p.name == name)
         belief = f"95 % interval ± {p.number(fit.half_width[name]):.3g} {p.shown}".rstrip()
-    return format_quantity(fit.values[name], si), _source("fitted", f"{summary}; {belief}")
+    return format_quantity(fit.written[name], si), _source("fitted", f"{summary}; {belief}")
 
 
 def _files(fit: LawFit) -> str:

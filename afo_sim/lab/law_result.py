@@ -214,7 +214,7 @@ def write(result: StaticFit, folder: pathlib.Path) -> None:
         own = data.file.stem if stems.count(data.file.stem) == 1 else data.name.replace("/", "_")
         place = folder / own if len(stems) > 1 else folder
         law_muscle.muscle(best, data, result.like)  # it must be one
-        text = toml_text(law_muscle.muscle_table(best, data, result.like))
+        text = toml_text(law_muscle.muscle_table(best, data, result.like), exact=False)
         write_sealed(place / "muscle.toml", text, "muscle")
 
 

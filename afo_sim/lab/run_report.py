@@ -17,7 +17,7 @@ def write(fit: FitRun, folder: pathlib.Path) -> None:
         comments = [f"# Fitted to {fit.problem.log.file.name}; what it does not say is as it was before."]
         for p in (p for p in fit.problem.free if not p.keys):
             comments.append(f"# {p.name} = {fit.value_text(p)}, of the log: {fit.belief(p)}")
-        text = "\n".join([*comments, toml_text(portable(fit.scenario.resolved(), folder))])
+        text = "\n".join([*comments, toml_text(portable(fit.scenario.resolved(), folder), exact=False)])
         write_sealed(folder / SCENARIO, text, "scenario", folder)
         reader.load("scenario", folder / SCENARIO)  # it must be one
 

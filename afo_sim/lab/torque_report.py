@@ -29,7 +29,9 @@ def write(fit: TorqueFit, folder: pathlib.Path, place: pathlib.Path) -> None:
         (folder / own).mkdir(parents=True, exist_ok=True)
         table = {"orthosis": fit.orthoses[name].model_dump(mode="json", exclude_none=True)}
         # with its cuff and plate beside it where they are not shipped
-        text = "\n".join([*lacking, toml_text(portable(table, place / own, folder / own)["orthosis"])])
+        text = "\n".join(
+            [*lacking, toml_text(portable(table, place / own, folder / own)["orthosis"], exact=False)]
+        )
         write_sealed(folder / own / ORTHOSIS, text, "orthosis", folder / own)
         reader.load("orthosis", folder / own / ORTHOSIS)  # it must be one
 

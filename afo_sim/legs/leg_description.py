@@ -142,7 +142,7 @@ def _lines(table: JsonDict) -> Iterator[str]:
 
 
 def _text(value: str | float) -> str:
-    return toml_text({"x": value}).partition("=")[2].strip()
+    return toml_text({"x": value}, exact=False).partition("=")[2].strip()
 
 
 def _number(value: float, unit: str, kind: str, source: str) -> JsonDict:

@@ -11,7 +11,7 @@ from command import call
 import afo_sim
 from afo_sim.cli.doctor.kinds import check_file
 from afo_sim.common import InputError, assets
-from afo_sim.description import fields_of, load, of_chambers, tables
+from afo_sim.description import fields_of, load, of_chambers, tables, toml_text
 from afo_sim.description.air.source import MAY_HAVE, NEEDED, OF_ONE_KIND
 from afo_sim.description.new import new, reference
 from afo_sim.description.schema import KINDS, SPECS, Leaf, allowed, is_table, type_below, unit_of
@@ -287,3 +287,9 @@ def test_sweep_of_ones_own_scenario_runs(
     code, printed, complaint = call(capsys, "sweep", "many.toml", "--threads", "1")
     assert code == 0, complaint
     assert "3 of 3 are done" in printed
+
+
+def test_what_conversions_leave_behind_the_twelfth_digit_is_not_written() -> None:
+    table = {"a": 0.030000000000000002, "b": "0.11199999999999999 m", "name": "1.50", "told": "0.1 of 0.3 m"}
+    assert tomllib.loads(toml_text(table, exact=False)) == table | {"a": 0.03, "b": "0.112 m"}
+    assert tomllib.loads(toml_text(table)) == table

@@ -1,6 +1,7 @@
 """Calibrating a sensor: coefficients with their errors, hysteresis and nonlinearity of constructed cases."""
 
 import pathlib
+import tomllib
 from typing import Any
 
 import numpy as np
@@ -131,3 +132,17 @@ def test_refusals_name_file_field_and_what_is_allowed(
     code, _, err = call("calibrate", tmp_path / "log.csv", *options, "--out", tmp_path / "own")
     assert code == 2 and len(err.splitlines()) == 1 and says in err, err
     assert not (tmp_path / "own").exists()
+
+
+def test_the_line_is_written_with_the_digits_that_its_residual_bears() -> None:
+    """Four or five where the readings scatter; as many as a line without scatter asks for."""
+    noise = np.random.default_rng(1).normal(0.0, 0.01, len(UP))
+    for volts, fewest, most in (
+        (0.3123456 + 0.1234567 * UP + noise, 4, 5),
+        (0.3123456 + 0.1234567 * UP, 6, 9),
+    ):
+        table = tomllib.loads(calibrate(log(UP, volts))[1])["calibration"]
+        digits = [
+            len(table[key]["value"].split()[0].replace(".", "").strip("0")) for key in ("slope", "intercept")
+        ]
+        assert fewest <= max(digits) <= most

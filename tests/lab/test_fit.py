@@ -4,6 +4,7 @@ import dataclasses
 import json
 import math
 import pathlib
+from decimal import Decimal
 from typing import Any
 
 import numpy as np
@@ -504,3 +505,37 @@ def test_bad_requests_are_one_message(
     assert said in complaint and "Traceback" not in complaint
     assert len(complaint.strip().splitlines()) == 1
     assert not out.exists()
+
+
+@pytest.mark.parametrize(
+    ("law", "files", "fewest"),
+    [
+        ("tondu_lopez_2000_bladder", ("s1_215mm/table_1.csv", "s1_120mm/table_2.csv"), 4),
+        ("polynomial", ("dmsp_20/characteristic.csv",), 5),  # terms that cancel need more
+    ],
+)
+def test_the_written_muscle_errs_as_is_said_with_the_fewest_digits(
+    law: str, files: tuple[str, ...], fewest: int, tmp_path: pathlib.Path
+) -> None:
+    found = afo_sim.fit([MUSCLES / file for file in files], law=law, hold_out="none")
+    best = found.best
+    write(found, tmp_path)
+    for data in best.problem.data:
+        own = tmp_path / data.file.stem if len(files) > 1 else tmp_path
+        parameters = load("muscle", own / "muscle.toml").laws[law].parameters
+        for name in best.values.keys() & parameters.keys():
+            assert parameters[name] == pytest.approx(best.written[name], rel=1e-12)
+    missed = errors(best.problem, best.written, best.problem.data)
+    assert f"{math.sqrt(np.mean(missed**2)):.3g}" == f"{best.rms:.3g}"
+    assert f"{np.abs(missed).max():.3g}" == f"{best.worst:.3g}"
+    written = [Decimal(repr(value)).normalize() for value in best.written.values()]
+    digits = max(len(value.as_tuple().digits) for value in written)
+    assert digits == 4 if fewest == 4 else fewest <= digits < 10
+
+
+def test_points_that_are_all_outliers_tell_no_width(s1: list[Measured]) -> None:
+    """Huber's ψ is constant there: its slope, by which the variance is divided, is 0."""
+    problem = pose("tondu_lopez_2000_bladder", s1, loss="huber")
+    far = np.full(9, 10.0 * problem.outlying)
+    assert problem.variance(far, 5.0) == math.inf
+    assert math.isfinite(problem.variance(0.05 * far, 5.0))
