@@ -1,4 +1,3 @@
-from .controls import Control as Control
 from .controls import controls as controls
 from .design import Design as Design
 from .design import Document as Document

@@ -158,7 +158,7 @@ class Answers:
         return {
             "kind": "state",
             "title": design.scenario.description or design.scenario.name,
-            "controls": [asdict(control) for control in controls(design)],
+            "controls": controls(design),
             "anchors": anchors,
             "timing": {  # of each chamber the intervals of gait phase in which its valves have current
                 f"phases.{name}.{side}": [list(interval) for interval in getattr(times, side)]

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import asdict, dataclass, replace
 from typing import Literal
 
-from afo_sim.common import InputError, Json, assets, in_unit, parse_quantity
+from afo_sim.common import InputError, Json, JsonDict, assets, in_unit, parse_quantity
 from afo_sim.description import load
 from afo_sim.description.keys import Key
 from afo_sim.studio.design import Design
@@ -62,28 +62,8 @@ _AIR = (
 _ROWS: dict[Group, tuple[_Row, ...]] = {"patient": _PATIENT, "device": _DEVICE, "air": _AIR}
 
 
-@dataclass(frozen=True)
-class Control:
-    """A control as a page draws it."""
-
-    key: str
-    group: Group
-    label: str
-    unit: str
-    value: float | str | None
-    low: float
-    high: float
-    step: float
-    choices: tuple[tuple[str, str], ...]
-    more: bool
-    source: str
-    reference: str
-    allowed: str
-    meaning: str
-
-
-def controls(design: Design) -> list[Control]:
-    """The controls of a design, in the order of the page."""
+def controls(design: Design) -> list[JsonDict]:
+    """The controls of a design as a page draws them, in its order."""
     found = []
     for group, row in ((group, row) for group, row in _rows(design) if row.key in design.keys):
         key = design.keys[row.key]
@@ -97,7 +77,7 @@ def controls(design: Design) -> list[Control]:
             "allowed": key.allowed,
             "meaning": key.meaning,
         }
-        found.append(Control(**(asdict(row) | own)))
+        found.append(asdict(row) | own)
     return found
 
 

@@ -339,16 +339,17 @@ def test_variants_and_their_folder(tmp_path: pathlib.Path) -> None:
 
 def test_controls_show_what_the_scenario_says_in_the_pages_unit() -> None:
     document: Document = opened(SCENARIO)
-    found = {control.key: control for control in controls(document.design)}
-    assert (found[PRESSURE].value, found[PRESSURE].unit) == (4.0, "bar")
-    assert (found[LINK].value, found[LINK].unit) == (112.0, "mm")
-    assert found["orthosis.anchor.shank.stiffness"].source == "assumed"
-    known = [control for control in found.values() if control.value is not None]
-    sent = {control.key: read(control.key, control.value) for control in known}
-    again = {control.key: control for control in controls(document.design.changed(sent))}
-    for control in known:  # what a page sends back unchanged changes nothing but who says so
-        assert again[control.key].value == control.value and again[control.key].source == "set here"
-        assert not isinstance(control.value, float) or control.low <= control.value <= control.high
+    found = {control["key"]: control for control in controls(document.design)}
+    assert (found[PRESSURE]["value"], found[PRESSURE]["unit"]) == (4.0, "bar")
+    assert (found[LINK]["value"], found[LINK]["unit"]) == (112.0, "mm")
+    assert found["orthosis.anchor.shank.stiffness"]["source"] == "assumed"
+    known = {key: control for key, control in found.items() if control["value"] is not None}
+    sent = {key: read(key, control["value"]) for key, control in known.items()}
+    again = {control["key"]: control for control in controls(document.design.changed(sent))}
+    for key, control in known.items():  # what a page sends back unchanged changes nothing but who says so
+        value = control["value"]
+        assert again[key]["value"] == value and again[key]["source"] == "set here"
+        assert not isinstance(value, float) or control["low"] <= value <= control["high"]
     assert shown(PRESSURE, "335756.28 Pa") == "3.358 bar"
 
 
