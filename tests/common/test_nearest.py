@@ -38,7 +38,8 @@ MISTYPED = {
     "product": {
         "seatd": "seated", "seeted": "seated", "walk-drop-foot": "walk-dropfoot", "dropfoot": "drop-foot",
         "drop_foot": "drop-foot", "dmsp20": "dmsp_20", "s1-215mm": "s1_215mm", "MH1": "mh1",
-        "adult": "adult_75kg", "walk_dropfoot_afo": "walk-dropfoot-afo", "afo-walk-dropfoot": "walk-dropfoot-afo",
+        "adult": "adult_75kg", "walk_dropfoot_afo": "walk-dropfoot-afo", 
+        "afo-walk-dropfoot": "walk-dropfoot-afo",
     },
     "key": {
         "supply.presure": "supply.pressure", "supply_pressure": "supply.pressure",
@@ -50,7 +51,8 @@ MISTYPED = {
     },
     "column": {
         "angle": "ankle/angle", "ankle/angel": "ankle/angle", "ankel/angle": "ankle/angle",
-        "ankle_angle": "ankle/angle", "ankle.angle": "ankle/angle", "angle/ankle": "ankle/angle", "tiem": "time",
+        "ankle_angle": "ankle/angle", "ankle.angle": "ankle/angle", "angle/ankle": "ankle/angle",
+        "tiem": "time",
         "muscle/dorsiflexor/force": "muscle/dorsiflexor_1/force", "phase": "gait/phase",
         "dorsiflexor/presure": "chamber/dorsiflexor/pressure",
         "chamber/dorsiflexors/pressure": "chamber/dorsiflexor/pressure",

@@ -9,6 +9,7 @@ import numpy as np
 
 from afo_sim.common import InputError, JsonDict, Keywords, with_code
 from afo_sim.description import Scenario
+from afo_sim.description.scenario_text import own_walk
 from afo_sim.metrics import BELOW, HELP, LIFT, ORTHOSIS, OWN, Metric, settled, words
 from afo_sim.metrics.strides import strides
 from afo_sim.model import person_of
@@ -242,18 +243,13 @@ def _kept(found: Found, recording: Recording) -> dict[str, float]:
         drawn = dataclasses.replace(recording, metrics=metrics | compared, **bare)
         for answer in drawn.verdict:
             judged.setdefault(answer.name, []).append(answer.status)
-    own = _own_walk(recording)
+    own = own_walk(recording.described)  # whose help and toe rest on a stride that is not drawn, too
     known = {
         name: found
         for name, found in judged.items()
         if set(found) != {"unknown"} and not (own and name in (HELP, LIFT))
     }
     return {name: statuses.count("good") / len(statuses) for name, statuses in known.items()}
-
-
-def _own_walk(recording: Recording) -> bool:
-    """Help and toe of an own walk rest on a stride without compensation, too, which is not drawn."""
-    return (recording.described["gait"] or {}).get("walker") == "patient"
 
 
 def _worth(found: Found, recording: Recording, names: Sequence[str]) -> JsonDict:
@@ -280,7 +276,7 @@ def _worth(found: Found, recording: Recording, names: Sequence[str]) -> JsonDict
                 band, _, error, _ = of_metric.left[:, k + 1].tolist()
                 group["band_left"][name], group["band_left_error"][name] = band, error
     steady = found.metric(_CLEARANCE) - 1e3 * found.draws.heights(each_stride=True)  # as in _kept
-    if _CLEARANCE in rest and not _own_walk(recording) and (of_toe := of(steady)) is not None:
+    if _CLEARANCE in rest and not own_walk(recording.described) and (of_toe := of(steady)) is not None:
         _, known["wrong"], _, known["wrong_error"] = of_toe.left[:, 0].tolist()
         for k, group in measured:
             _, group["wrong_left"], _, group["wrong_left_error"] = of_toe.left[:, k + 1].tolist()
