@@ -94,7 +94,8 @@ def run(
             allowed = "a folder with more room, or fewer cases"
             raise InputError(problem, field="out", value=str(store.folder), allowed=allowed)
         scenario = SWEEP.read(store.folder)["scenario"]
-        due = (chunk for chunk in pending if not store.has(chunk))  # nor computed by another process since
+        # nor computed by another process since
+        due = (k for k in pending if not (store.finished or SWEEP.part(store.folder, k).is_file()))
         with (
             pool(threads, workers, scheduler) as who,
             closing(who.outcomes(scenario, store.jobs, due, asked)) as done,

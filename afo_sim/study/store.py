@@ -66,10 +66,6 @@ class Store:
         """True where the results are there."""
         return (self.folder / RESULTS).is_file()
 
-    def has(self, chunk: int) -> bool:
-        """True where a chunk is computed, by this process or another."""
-        return self.finished or SWEEP.part(self.folder, chunk).is_file()
-
     def pending(self) -> list[int]:
         """The chunks that are not computed yet."""
         if self.finished:
