@@ -15,24 +15,15 @@ import numpy as np
 import rerun as rr
 
 import afo_sim.show.rerun.curves as curves
+import afo_sim.show.rerun.recording_file as recording_file
 import afo_sim.show.rerun.walk_scene as walk_scene
 from afo_sim.common import InputError, child_environment, write_bytes
 from afo_sim.show.rerun.layout import blueprint
-from afo_sim.show.rerun.recording_file import (
-    APPLICATION,
-    POSE_RATE,
-    RunScene,
-    contents,
-    log_poses,
-    log_still,
-    run_scene,
-)
 from afo_sim.show.rerun.run_rows import TIMELINE, from_recording
 from afo_sim.simulation import Recording
 
 _LOOPBACK = "127.0.0.1"
 _START_LIMIT = 60.0  # how long a viewer may take to start or load [s]
-_Watch = Callable[[Recording], None]
 
 
 def open_recordings(paths: Sequence[pathlib.Path]) -> None:
@@ -133,29 +124,29 @@ def _wait(done: Callable[[], object]) -> None:
 
 
 @contextmanager
-def live_viewer(*, headless: bool = False) -> Iterator[_Watch]:
+def live_viewer(*, headless: bool = False) -> Iterator[Callable[[Recording], None]]:
     """Open a viewer, and yield what takes each new stretch of a run (as a Recording of its rows)."""
     if not headless:
         require_display()
     options = ["--headless"] if headless else ["--hide-welcome-screen"]
     rr.set_strict_mode(True)
     with viewer_process(options, wait_for_close=not headless) as url:
-        stream = rr.RecordingStream(APPLICATION)
+        stream = rr.RecordingStream(recording_file.APPLICATION)
         stream.set_log_time_enabled(False)
-        started: list[RunScene] = []
+        started: list[recording_file.RunScene] = []
 
         def watch(stretch: Recording) -> None:
             source = from_recording(stretch)
             if not started:
-                started.append(run_scene(source, walk_scene.expected_carriage))
-                stream.connect_grpc(url, default_blueprint=blueprint(contents(started)))
+                started.append(recording_file.run_scene(source, walk_scene.expected_carriage))
+                stream.connect_grpc(url, default_blueprint=blueprint(recording_file.contents(started)))
                 stream.send_recording_name(source.name)
-                log_still(stream, started)
+                recording_file.log_still(stream, started)
             run = started[0]
             for block in source.read(curves.columns_of(source, run.lines), 1):
                 curves.log_curves(stream, run.lines, block)
-            for block in source.read(run.view.columns, source.every(POSE_RATE)):
-                log_poses(stream, run, block)
+            for block in source.read(run.view.columns, source.every(recording_file.POSE_RATE)):
+                recording_file.log_poses(stream, run, block)
             stream.flush()
 
         try:
