@@ -113,15 +113,13 @@ def gait_import_command(trial: Trial) -> None:
         asked = {k: v for k, v in vars(trial).items() if k not in ("files", "out", "write_map", "force")}
         choices = read_options(asked)
         check_writable(trial.out.parent)
-        stems = (
-            [f"{trial.out.stem}_{side}" for side in ("right", "left")] if choices.each else [trial.out.stem]
-        )
-        written = [trial.out.with_stem(stem).with_suffix(end) for stem in stems for end in (".csv", ".png")]
-        check_files(written, force=trial.force)
+        names = {side: trial.out.with_stem(f"{trial.out.stem}_{side}") for side in ("right", "left")}
+        outs = names.values() if choices.each else [trial.out]
+        check_files((out.with_suffix(end) for out in outs for end in (".csv", ".png")), force=trial.force)
         try:
             if choices.each:
                 sides = import_sides(trial.files, choices)
-                found = {trial.out.with_stem(f"{trial.out.stem}_{side}"): sides[side] for side in sides}
+                found = {names[side]: done for side, done in sides.items()}
             else:
                 found = {trial.out: import_gait(trial.files, choices)}
         except InputError as error:  # where a map of markers would help, say how to get one
