@@ -206,7 +206,7 @@ def colours(design: Design) -> dict[str, str]:
 def scale_of(design: Design, box: Box) -> _Scale:
     """The largest usual scale at which the leg in all its postures fits in the side view's box."""
     shapes: list[np.ndarray] = []
-    for pose in (Pose.at(design.built, angle) for angle in _postures(design)):
+    for pose in (Pose.at(design.built, angle) for angle in (0.0, *design.facts[0].range)):
         found = pose.outlines()
         paths = [pose.flat(pose.path(muscle)) for entry in design.facts for muscle in entry.muscles]
         shapes += [*found["limb"], *found["part"], *paths]
@@ -217,11 +217,6 @@ def scale_of(design: Design, box: Box) -> _Scale:
     ratio = next((scale for scale in _SCALES if scale >= needed), needed)
     x, z = 0.5 * (low + high)
     return _Scale(ratio, (float(x) + 0.5 * _NAME * ratio, float(z)))
-
-
-def _postures(design: Design) -> list[float]:
-    low, high = design.facts[0].range
-    return [0.0, low, high]
 
 
 def place(axis: Axes, box: Box, scale: _Scale, across: float) -> None:
@@ -236,7 +231,7 @@ def side_view(axis: Axes, design: Design, box: Box, scale: _Scale) -> None:
     """From the wearer's right: leg, orthosis, muscles, ghosts, anchors, moment arms."""
     place(axis, box, scale, scale.middle[0])
     pose = Pose.at(design.built, 0.0)
-    for angle in _postures(design)[1:]:
+    for angle in design.facts[0].range:
         _draw_ghost(axis, Pose.at(design.built, angle), design.facts, angle)
     _draw_leg(axis, pose)
     named = colours(design)
