@@ -4,7 +4,6 @@ import contextlib
 import itertools
 import pathlib
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -32,13 +31,11 @@ from afo_sim.simulation import (
     PARQUET,
     RERUN,
     SUMMARY,
+    Both,
     Recording,
     angle_differences,
     litres_a_minute,
 )
-
-if TYPE_CHECKING:
-    from afo_sim.simulation import Both
 
 _FIGURE, _TABLE = "comparison", "differences.csv"
 _COLOUR: dict[Side, str] = {"right": BLUE, "left": RED}
@@ -117,7 +114,7 @@ def draw(runs: Mapping[str, Recording], path: pathlib.Path) -> None:
         figure.suptitle(title, x=0.01, ha="left", fontsize=9.0)
 
 
-def draw_both(legs: "Both", path: pathlib.Path) -> None:
+def draw_both(legs: Both, path: pathlib.Path) -> None:
     """Draw what two legs take from one source, over one cycle of the right one."""
     with new_figure(path, (7.1, 2.9)) as figure:
         axis = figure.subplots()

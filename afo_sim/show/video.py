@@ -32,7 +32,6 @@ _PULLEY_MUSCLE = 0.01  # radius at which a muscle over a pulley is drawn [m]
 _LINE = 40  # height of the title [pixel]
 _FORCE_SCALE = 50.0  # tension at which a muscle is fully coloured [N]
 _SLACK, _PULLING = np.array([0.62, 0.64, 0.68, 1.0]), np.array([0.84, 0.20, 0.05, 1.0])  # RGBA
-_Progress = Callable[[int, int], None]
 _Shot = tuple[str, Recording, WalkingFigure | None]  # title, run, and who walks
 _MOST = 3  # walks beside one another
 _SLOW = 4.0  # slow motion of a walk [-]
@@ -188,7 +187,7 @@ def write_video(
     rate: float = 25.0,
     width: int = 1280,
     height: int = 720,
-    progress: _Progress | None = None,
+    progress: Callable[[int, int], None] | None = None,
 ) -> tuple[str, ...]:
     """Film one stride of a walk in slow motion, or a seated run from its beginning to its end, as MP4."""
     shots = _shots({"": runs} if isinstance(runs, Recording) else runs, stride, reference)
