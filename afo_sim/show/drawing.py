@@ -43,7 +43,6 @@ _RERUN = "rrd"
 _ALLOWED = (*FORMATS, _RERUN)
 _DESIGN, AIR = "design", "air"
 VIEWS = {_DESIGN: _ALLOWED, AIR: FORMATS}  # what is drawn, and the formats that there are of it
-_View = Literal["design", "air"]
 
 
 def table(design: Design) -> tuple[list[str], list[list[str]]]:
@@ -311,7 +310,7 @@ def draw(
     *,
     leg: str | None = None,
     pressure: float | str | None = None,
-    view: _View = "design",
+    view: Literal["design", "air"] = "design",
 ) -> Design | AirScheme:
     """Draw an orthosis on its leg: to scale with dimensions, and what its muscles do over the angle.
 

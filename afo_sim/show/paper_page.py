@@ -253,8 +253,7 @@ def _pair(axis: Axes, x: np.ndarray, y: np.ndarray, style: str, colour: Foreign,
 
 
 _WEAK_CALF = {"patient": "plantarflexor-weak"}
-_Fill = Callable[[Figure], None]
-FIGURES: dict[str, dict[str, tuple[tuple[float, float], _Fill]]] = {
+FIGURES: dict[str, dict[str, tuple[tuple[float, float], Callable[[Figure], None]]]] = {
     "S0": {"static_load": ((12.0, 6.4), _static_load), "isobaric": ((6.0, 4.2), _isobars)},
     "S1": {
         "figures_6_to_8": ((8.0, 3.6), _device),

@@ -9,7 +9,6 @@ from afo_sim.common import JsonMapping
 from afo_sim.description import unchanged
 from afo_sim.show.style import plain
 
-ALONE = "this run"
 _LONGEST = 60  # letters of a name
 _CLAUSE = r"[,;:] "  # ends one
 
@@ -46,7 +45,7 @@ def whom(scenario: JsonMapping) -> str:
 def apart(scenarios: Sequence[JsonMapping]) -> tuple[str, list[str]]:
     """What the descriptions of scenarios begin with, and the clauses that set each apart, if any do."""
     if len(scenarios) == 1:
-        return "", [ALONE]
+        return "", ["this run"]
     texts, changed = zip(*map(in_words, scenarios), strict=True)
     if len(set(texts)) == 1:
         told = ["; ".join(each) or "as described" for each in changed]

@@ -10,7 +10,6 @@ from afo_sim.common import InputError, JsonDict, JsonMapping, SimulationError
 from afo_sim.studio.answers import Answers
 from afo_sim.studio.design import Design
 
-Tell = Callable[[JsonDict], None]
 _STILL, _IDLE = 0.12, 0.4  # from the last change to what takes longer, and to what takes long [s]
 
 
@@ -32,7 +31,7 @@ class Wish:
 class Engine:
     """Answers the newest wish, stage by stage, and tells each answer with the design's serial number."""
 
-    def __init__(self, tell: Tell) -> None:
+    def __init__(self, tell: Callable[[JsonDict], None]) -> None:
         self._tell, self._answers = tell, Answers()
         self._wish: Wish | None = None
         self._changed, self._ended = threading.Condition(), False

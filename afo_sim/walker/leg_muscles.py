@@ -64,8 +64,7 @@ MUSCLES = {
 
 # Points of each path: segment, then x forward, y left, z up from hip (thigh), ankle (shank, foot) or the
 # trunk's origin [m], of the right leg. H0914v3's, its bodies' origins moved to those joints.
-Path = tuple[tuple[str, float, float, float], ...]
-PATHS: dict[str, Path] = {
+PATHS: dict[str, tuple[tuple[str, float, float, float], ...]] = {
     "hamstrings": (
         ("trunk", -0.05526, -0.06944, -0.10257),
         ("shank", -0.028, -0.11293, 0.4100),

@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from afo_sim.common import InputError, JsonMapping, assets, nearest_name, refuse
 
 Findings = list[tuple[str, str]]
-_HERE = "afo_sim.cli.doctor"
 # {suffix of a file: "module:function" of this package that takes its path}
 _OF_SUFFIX = {
     ".toml": "kinds:check_toml",
@@ -45,7 +44,7 @@ def check_file(path: pathlib.Path) -> Findings:
 def _checked(check: str, given: object) -> Findings:
     """What "module:function" finds."""
     module, _, function = check.partition(":")
-    return getattr(importlib.import_module(f"{_HERE}.{module}"), function)(given)
+    return getattr(importlib.import_module(f"{__package__}.{module}"), function)(given)
 
 
 def check_gait(path: pathlib.Path) -> Findings:

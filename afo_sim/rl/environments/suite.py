@@ -117,7 +117,6 @@ class OrthosisTask(control.Task):
         return f"OrthosisTask({self.setting.task.name})"
 
 
-DOMAIN = "orthosis"
 SUITE = containers.TaggedTasks()
 OWN = ("n_sub_steps", "control_timestep")
 
@@ -155,7 +154,7 @@ def dropfoot_walk(**kwargs: Given) -> OrthosisEnvironment:
     return _environment("dropfoot_walk", **kwargs)
 
 
-ALL_TASKS = tuple((DOMAIN, name) for name in SUITE)
+ALL_TASKS = tuple(("orthosis", name) for name in SUITE)
 
 
 def load(
