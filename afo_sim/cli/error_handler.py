@@ -159,11 +159,8 @@ def _message(error: BaseException) -> tuple[int, str]:
     from afo_sim.common import missing_extra, reason
 
     error = missing_extra(error) or error
-    if isinstance(error, AfoSimError):  # without what nobody reads: beyond 20 lines, amid one of 1000 letters
-        told = str(error).split("\n")
-        lines = [f"{line[:500]} … {line[-400:]}" if len(line) > 1000 else line for line in told]
-        more = [f"… and {len(lines) - 20} more"] if len(lines) > 20 else []
-        return error.exit_code, "\n".join(lines[:20] + more)
+    if isinstance(error, AfoSimError):
+        return error.exit_code, _bounded(str(error))
     if isinstance(error, KeyboardInterrupt):
         return _INTERRUPTED, "stopped"
     if isinstance(error, OSError):
@@ -183,6 +180,13 @@ def _message(error: BaseException) -> tuple[int, str]:
     text = " ".join(str(error).split())
     short = text if len(text) <= 120 else text[:117] + "..."
     return _BUG, f"this is a bug in afo-sim ({type(error).__name__}: {short}); {where}"
+
+
+def _bounded(text: str) -> str:
+    """A message without what nobody reads: beyond 20 lines, and amid a line of 1000 characters."""
+    lines = [f"{line[:500]} … {line[-400:]}" if len(line) > 1000 else line for line in text.split("\n")]
+    more = [f"… and {len(lines) - 20} more"] if len(lines) > 20 else []
+    return "\n".join(lines[:20] + more)
 
 
 def _encodable(text: str) -> str:

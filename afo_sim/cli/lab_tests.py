@@ -386,7 +386,8 @@ def _ledger(
             if "air_per_stride" not in bands:
                 raise InputError("uses no air", field="--scenario", value=scenario)
             rows.append(air_log.air_row(air, bands["air_per_stride"]["quantiles"]))
-    values = [asdict(row) | {"verdict": row.verdict} for row in (*benches, *rows)]
+    all_rows: list[bench_sets.BenchRow | lab.LedgerRow] = [*benches, *rows]
+    values = [asdict(row) | {"verdict": row.verdict} for row in all_rows]
     if as_json:
         print(json.dumps(values, ensure_ascii=False, indent=1))
         return
