@@ -96,7 +96,7 @@ STEP = 0.025  # of the filling at first; half of it changes air and pressure by 
 SLOWER = 0.25  # time from which on it grows with the time that has passed [s]
 STABLE = 0.8  # of the time in which a chamber follows its supply, or its wall: a step is no longer [-]
 SAME = 1e-5  # relative residual of the pressure, or of the pressure at rest
-JUMP = 1e-9  # relative change of the pressure within which a volume may jump
+JUMP = 1e-9  # relative change of ambient pressure over which a muscle that nothing stretches takes up air
 TRIES = 60  # of a pressure at rest; each halves its residual, or its bounds once there are two
 CLOSE = 2e-3  # relative change of the pressure over which the volume follows as it did before
 FLAT = 1e-5  # relative change of the pressure below which it does not tell how the volume follows
@@ -214,8 +214,7 @@ def _pressure_at_rest(volume: Volume, held: float, power: float, guess: float, g
     for _ in range(TRIES):
         log_v = math.log(volume(math.exp(log_p)))
         left = wanted - log_p - power * log_v
-        # A muscle that nothing stretches takes up air at one pressure: its volume jumps there
-        if abs(left) < SAME or high - low < JUMP:
+        if abs(left) < SAME or (high - low < JUMP and abs(log_p - math.log(AMBIENT_PRESSURE)) < SAME):
             return math.exp(log_p)
         low, high = (log_p, high) if left > 0.0 else (low, log_p)
         if abs(log_p - last_p) > FLAT:  # never of no number
