@@ -4,9 +4,9 @@ import functools
 import inspect
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, cast
+from typing import cast
 
-from afo_sim.common import InputError, nearest_name, takes, unknown
+from afo_sim.common import Function, Given, InputError, Mixed, nearest_name, takes, unknown
 from afo_sim.control.controller import Controller
 from afo_sim.description import Scenario
 
@@ -18,9 +18,9 @@ class OwnController:
     """A controller of a user's own; called, it is the function or class that it was made of."""
 
     name: str
-    made_of: Callable[..., Any]
+    made_of: Function
 
-    def __call__(self, *given: Any, **named: Any) -> Any:
+    def __call__(self, *given: Given, **named: Given) -> Mixed:
         return self.made_of(*given, **named)
 
     def fresh(self, scenario: Scenario) -> Controller:
@@ -39,7 +39,7 @@ class OwnController:
         return functools.partial(self.made_of, **parameters) if parameters else self.made_of
 
 
-def controller(name: str) -> Callable[[Callable[..., Any]], OwnController]:
+def controller(name: str) -> Callable[[Function], OwnController]:
     """Make a function or a class a controller that scenarios name once it is registered (`register`).
 
     A function is called with what is seen, at every command, and remembers nothing. A class is called with
