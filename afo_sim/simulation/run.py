@@ -10,11 +10,10 @@ import math
 import os
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from typing import Any
 
 import numpy as np
 
-from afo_sim.common import InputError, Notice, shown, unique
+from afo_sim.common import InputError, JsonMapping, Keywords, Notice, register, shown, unique
 from afo_sim.control import Controller, OwnController, make
 from afo_sim.description import Scenario, load
 from afo_sim.metrics import (
@@ -64,8 +63,8 @@ Watch = Callable[[Recording], None]  # takes each new stretch of a run while it 
 
 
 def run(
-    scenario: str | os.PathLike[str] | Scenario | Mapping[str, Any],
-    sets: Mapping[str, Any] | None = None,
+    scenario: str | os.PathLike[str] | Scenario | JsonMapping,
+    sets: Mapping[str, object] | None = None,
     *,
     controller: Controller | None = None,
     rate: float | str = RATE,
@@ -260,7 +259,7 @@ def unsettled_warning(settled: Settled) -> tuple[Notice, ...]:
     text = "no stride was found that repeats: after {strides} strides the air still changes by {air:.2g} % "
     text += "over one, and the ankle's angle by {angle:.2g}° ({air_limit:g} % and {angle_limit:.2g}° would "
     text += "be settled); the numbers are the last one's"
-    still: dict[str, Any] = {"air": 100.0 * settled.air, "angle": float(np.degrees(settled.angle))}
+    still: Keywords = {"air": 100.0 * settled.air, "angle": float(np.degrees(settled.angle))}
     still |= {"air_limit": 100.0 * AIR, "angle_limit": float(np.degrees(ANGLE))}
     return (Notice("strides-unsettled", text, strides=settled.strides, **still),)
 
@@ -279,10 +278,10 @@ def run_settled(
     check_sensors(second)
     resolved = Later(lambda: with_person(scenario).resolved())
     if seen:
-        first, see = begins(), None
+        first = begins()
+        see = None if watch is None else lambda stretch: watch(make_recording(first, stretch))
         if watch is not None:
             _ = first.xml, second.xml  # compiled now: MuJoCo cannot compile beside Python callbacks
-            see = lambda stretch: watch(make_recording(first, stretch))  # noqa: E731
         walked = simulate(first, schedule.controls(first), progress=progress, see=see)
         if walked.failure is not None:
             return make_recording(first, walked).changed(described=resolved)
