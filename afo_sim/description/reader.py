@@ -1,4 +1,7 @@
-"""TOML → description: follow the names of legs, orthoses, muscles and valves, apply --set, check."""
+"""TOML → description: follow the names of legs, orthoses, muscles and valves, apply --set, check.
+
+`Any` is what a file or a user gives before it is read, or a part of one of the description's kinds.
+"""
 
 import copy
 import os

@@ -11,9 +11,9 @@ import inspect
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, Literal, cast, get_args
+from typing import Literal, cast, get_args
 
-from afo_sim.common import InputError, Lazy, Notice, in_unit, unknown
+from afo_sim.common import InputError, Json, JsonMapping, Keywords, Lazy, Notice, in_unit, unknown
 from afo_sim.control import OwnController
 from afo_sim.description import Scenario
 from afo_sim.metrics import Metric, Metrics, failures
@@ -129,7 +129,7 @@ def _tried(scenario: Scenario, step: float, simulate: Simulated, start: bool) ->
 def _with_errors(run: Recording, longer: Recording | None, step: float, asked: float) -> Recording:
     """A run with its step [s] and the errors of its metrics beside another's, read later, in `studies`."""
     errors = Later(lambda: {} if longer is None else step_errors(run.metrics, longer.metrics))
-    study = Lazy[str, Any](
+    study = Lazy[str, Json](
         {"step": step, "asked": asked},
         lambda: {"metrics": {name: dataclasses.asdict(error) for name, error in errors().items()}},
     )
@@ -153,7 +153,7 @@ def _told(run: Recording, errors: Mapping[str, StepError], step: float) -> tuple
         )
         text = "{count} of {among} numbers still depend on the time step at {step:.3g} ms, beside twice "
         text += "that: {named}"
-        data: dict[str, Any] = {"count": len(beyond), "among": len(errors), "step": 1e3 * step}
+        data: Keywords = {"count": len(beyond), "among": len(errors), "step": 1e3 * step}
         kept.append(Notice("step-matters", text, named=named, names=beyond, **data))
     return tuple(kept)
 
@@ -169,7 +169,7 @@ def found_step_errors(recording: Recording) -> dict[str, StepError]:
     return errors_of(recording.studies.get(STEP_STUDY, {}).get("metrics", {}))
 
 
-def errors_of(table: Mapping[str, Mapping[str, Any]]) -> dict[str, StepError]:
+def errors_of(table: Mapping[str, JsonMapping]) -> dict[str, StepError]:
     """Errors as a file has them."""
     return {
         name: StepError(math.nan if each["error"] is None else each["error"], each["bound"], each["unit"])

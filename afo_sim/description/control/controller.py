@@ -6,11 +6,11 @@ time after which it repeats [s].
 """
 
 from collections.abc import Collection
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import Field
 
-from afo_sim.common import nearest_name
+from afo_sim.common import Mixed, nearest_name
 from afo_sim.description.control.feedback import Pid
 from afo_sim.description.control.switching import ClockTimer, GaitPhase, StateMachine, Threshold, in_si
 from afo_sim.description.muscle import Pressure
@@ -152,7 +152,7 @@ class ControllerDescription(Described):
         return self._there[0]
 
     @property
-    def described(self) -> Any:
+    def described(self) -> Mixed:
         """The description of its kind."""
         return getattr(self, self.kind)
 
