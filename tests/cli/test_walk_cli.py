@@ -177,7 +177,7 @@ def test_a_killed_adaptation_goes_on_in_its_folder(
         body, vector, _, *more = of
         return walk(body, vector, 0.3, *more, **kinds)
 
-    monkeypatch.setattr(sys.modules[pushes_at.__module__], "walk", brief)
+    monkeypatch.setattr(sys.modules[pushes_at.__module__], "walk_body", brief)
     asked = (
         *SHORT[:4],
         "--starts",
@@ -362,7 +362,7 @@ def test_patients_walk_unless_one_is_described(
 def test_options_that_do_not_go_together_are_refused_in_a_sentence(
     asked: tuple[str, ...], named: str, call: Call, tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(sys.modules["afo_sim.walker.patients"], "walk", None)  # nobody walks
+    monkeypatch.setattr(sys.modules["afo_sim.walker.patients"], "walk_body", None)  # nobody walks
     monkeypatch.setattr(sys.modules["afo_sim.walker.respond"], "walk_body", None)
     code, _, err = call("walk", SCENARIO, *asked, "--out", tmp_path / "out")
     assert code == 2 and named in err and "Traceback" not in err, err

@@ -7,7 +7,7 @@ import pytest
 
 from afo_sim.common import InputError
 from afo_sim.model.build import build
-from afo_sim.walker import Body, build_body, prepared, read_gait, strides_of, walk
+from afo_sim.walker import Body, build_body, prepared, read_gait, strides_of, walk_body
 from afo_sim.walker.body import BARE
 
 
@@ -30,7 +30,7 @@ def test_a_symmetric_walker_fills_both_alike_half_a_stride_apart(switched: str) 
         "column": "ankle/moment/biological", "full": "20 N*m", "chamber": "dorsiflexor",
     }}}  # fmt: skip
     body = body_of(worn_on="both", **(sets if switched == "controller" else {}))
-    walked = walk(body, read_gait("natural").vector, 30.0)
+    walked = walk_body(body, read_gait("natural").vector, 30.0)
     assert walked.fell is None
     curves = []
     for side, prefix in (("right", ""), ("left", "left_")):

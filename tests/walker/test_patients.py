@@ -306,7 +306,7 @@ def test_gaits_of_after_weeks_are_those_of_this_device(
 def test_what_is_out_of_range_is_refused_before_anybody_walks(
     asked: dict[str, Any], field: str, condition: pathlib.Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(module, "walk", None)
+    monkeypatch.setattr(module, "walk_body", None)
     call = {"scenario": SCENARIO, "patients": condition} | asked
     with pytest.raises(InputError) as found:
         populate(call.pop("scenario"), call.pop("sets", None), **call)

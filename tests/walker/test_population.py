@@ -11,7 +11,7 @@ import pytest
 
 from afo_sim.common import InputError, assets
 from afo_sim.model import person_of
-from afo_sim.walker import build_body, prepared, read_gait, walk
+from afo_sim.walker import build_body, prepared, read_gait, walk_body
 from afo_sim.walker.body import BARE
 from afo_sim.walker.population import SHARES, Range, as_drawn, draw, draw_about, read_condition
 
@@ -298,7 +298,7 @@ def test_a_bare_walk_is_the_same_at_any_mass_and_one_with_a_device_is_not() -> N
     for name, wearing in (("bare", scenario.set(BARE)), ("worn", scenario)):
         for mass in (60.0, 75.0, 90.0):
             body = build_body(wearing.set({"patient.body_mass": f"{mass} kg"}), {"tibialis": 0.7})
-            walked = walk(body, read_gait("natural").vector, 3.0)
+            walked = walk_body(body, read_gait("natural").vector, 3.0)
             assert walked.fell is None
             ankles[name, mass] = np.degrees(walked["right/ankle"])
     for mass in (60.0, 90.0):
