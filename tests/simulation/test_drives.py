@@ -149,10 +149,12 @@ def test_a_drive_that_nothing_asks_is_said_to_change_nothing() -> None:
     assert not any("is never asked" in text for text in asked.warnings)
 
 
-def test_a_text_in_place_of_a_pressure_is_told_what_a_pressure_is() -> None:
-    run = driven("pwm", lambda seen: {"dorsiflexor": "2 bar"}, duration="0.1 s")
-    assert "'2 bar': is not a valid command" in run.status and "or a number, a gauge pressure" in run.status
-    assert "timed" in run.status
+@pytest.mark.parametrize("command", ["hold", "2 baar"])
+def test_a_text_that_is_no_pressure_is_refused_by_its_chamber(command: str) -> None:
+    with pytest.raises(InputError) as refused:
+        driven("pwm", lambda seen: {"dorsiflexor": command}, duration="0.1 s")
+    assert (refused.value.field, refused.value.value) == ("dorsiflexor", command)
+    assert "bar" in str(refused.value)  # as a pressure is written
 
 
 def test_how_often_a_proportional_valve_opens_is_not_how_many_steps_there_are() -> None:
