@@ -116,7 +116,7 @@ def _sensitivity(test: _Test) -> None:
     from afo_sim.description import load
     from afo_sim.lab.stand import sensitivity
 
-    others = {*_OF_A_TEST, "time", "static", "compare", "bench", "fit"} - {"pressure"}
+    others = {*_OF_A_TEST, "time", "static", "compare", "bench", "free"} - {"pressure"}
     if given := sorted(name for name in others if getattr(test, name)):
         raise InputError("is not accepted by sensitivity", field=given[0], allowed="--pressure or --set")
     for name in test.muscles:

@@ -41,7 +41,8 @@ def list(kind: str | None = None) -> Sequence[str] | dict[str, Sequence[str]]:
         raise unknown(kind, assets.LISTS, field="kind", problem="is no kind of what is shipped")
     if plural == "metrics":
         load_all()
-    registry: dict[str, Iterable[str]] = {"laws": LAWS, "frictions": FRICTIONS, "metrics": METRICS}
+    metrics = (name.replace("{}", "…") for name in METRICS)
+    registry: dict[str, Iterable[str]] = {"laws": LAWS, "frictions": FRICTIONS, "metrics": metrics}
     if plural in registry:
         return [*registry[plural]]
     if plural == "gaits":

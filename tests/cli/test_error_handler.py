@@ -130,11 +130,11 @@ def test_a_bug_leaves_a_file_to_send(
 
 def test_arguments_in_a_message_are_options_at_the_command_line() -> None:
     command = typer.main.get_command(cli.app).commands["optimise"]
-    error = InputError("is old; see `out`", value=1, allowed="`changed=restart`, `nothing`, `rerun FILE`")
+    error = InputError("is old; see `out`", value=1, allowed="`changed=restart`, `nothing`, `rerun FILE` (1 more below)")
     error.others = (InputError("is not a number", field="threads", value="x"),)
     found = error_handler.with_options(error, command)
     assert str(found).splitlines() == [
-        "1: is old; see --out; allowed: --if-changed restart, `nothing`, `rerun FILE`",
+        "1: is old; see --out; allowed: --if-changed restart, `nothing`, `rerun FILE` (1 more below)",
         "--threads = 'x': is not a number",
     ]
     of_a_file = InputError("is out of range", file="a.toml", field="threads", value=3)

@@ -152,7 +152,7 @@ def test_new_muscle_does_not_take_over_another_ones_covariance(tmp_path: pathlib
     file = new("muscle", "mine", tmp_path, like="s1_215mm")
     assert load("muscle", "s1_215mm").covariance is not None
     assert load("muscle", file).covariance is None
-    assert "# [covariance]" in new("muscle", "other", tmp_path).read_text()
+    assert "# [covariance]" in new("muscle", "other", tmp_path, whole=True).read_text()
 
 
 @pytest.mark.parametrize(

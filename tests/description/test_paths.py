@@ -132,7 +132,7 @@ def test_new_begins_from_a_path_and_shows_one(tmp_path: pathlib.Path) -> None:
     assert {name: group.path for name, group in like.muscle.items()} == {
         name: group.path for name, group in shipped.muscle.items()
     }
-    text = new("orthosis", "plain", tmp_path).read_text()
+    text = new("orthosis", "plain", tmp_path, whole=True).read_text()
     example = next(line for line in text.splitlines() if line.startswith("# path = "))
     path = tomllib.loads(example.removeprefix("# "))["path"]
     assert load("scenario", "seated", {PATH: path}).orthosis.muscle["dorsiflexor"].path[0].surface

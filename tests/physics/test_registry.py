@@ -40,6 +40,7 @@ THIS = Law(name="{name}", native_id={native_id}, kernel={kernel}, parameters=PAR
 
 FRICTION = """
 from numba.extending import register_jitable  # numba's own does as well
+from afo_sim.physics.friction.law import Friction
 from afo_sim.physics.law import LawParameter, plain
 
 @register_jitable

@@ -100,8 +100,8 @@ def test_a_torque_map_takes_texts() -> None:
 @pytest.mark.parametrize(
     ("use", "field"),
     [
-        (lambda: afo.respond("walk-dropfoot-afo", duration="20 m"), "duration"),
-        (lambda: afo.respond("walk-dropfoot-afo", push="50 s"), "push"),
+        (lambda: afo.walk("walk-dropfoot-afo", duration="20 m"), "duration"),
+        (lambda: afo.walk("walk-dropfoot-afo", push="50 s"), "push"),
         (lambda: afo.torque_map("seated", angles=["5 bar"]), "angles"),
         (lambda: afo.torque_map("seated", pressures=["5 deg"]), "pressures"),
         (lambda: afo.load("muscle", "dmsp_20").force("3 m", contraction=0.1), "pressure"),
