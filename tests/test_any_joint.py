@@ -16,7 +16,7 @@ from afo_sim.common import InputError
 from afo_sim.description import Orthosis
 from afo_sim.lab import knee_tests, validation_knee
 from afo_sim.legs import Attached, write_attached
-from afo_sim.legs.attached_files import read_attached as attached
+from afo_sim.legs import read_attached as attached
 from afo_sim.model import torque_map as tm
 from afo_sim.model.build import build
 

@@ -45,7 +45,7 @@ from afo_sim.gait import file as gait_file
 from afo_sim.gait_lab import write_role_map
 from afo_sim.gait_lab.trial.roles import read_role_map
 from afo_sim.legs import attach, import_leg, write_attached
-from afo_sim.legs.attached_files import read_attached as attached
+from afo_sim.legs import read_attached as attached
 from afo_sim.simulation import Recording, intact_picture, read_recording, recover_recording
 from afo_sim.simulation.files import FORMAT, RUN_KEY
 from afo_sim.studio import Design, Document, opened, save

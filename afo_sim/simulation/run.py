@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 
 import numpy as np
 
-from afo_sim.common import InputError, JsonMapping, Keywords, Notice, register, shown, unique
+from afo_sim.common import InputError, JsonMapping, Keywords, Notice, shown, unique
 from afo_sim.control import Controller, OwnController, make
 from afo_sim.description import Scenario, load
 from afo_sim.metrics import (

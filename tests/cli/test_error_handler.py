@@ -130,7 +130,7 @@ def test_a_bug_leaves_a_file_to_send(
 
 def test_arguments_in_a_message_are_options_at_the_command_line() -> None:
     command = typer.main.get_command(cli.app).commands["optimise"]
-    error = InputError("is old; see `out`", value=1, allowed="`changed=restart`, `nothing`, `rerun FILE` (1 more below)")
+    error = InputError("is old; see `out`", value=1, allowed="`changed=restart`, `nothing`, `rerun FILE`")
     error.others = (InputError("is not a number", field="threads", value="x"),)
     found = error_handler.with_options(error, command)
     assert str(found).splitlines() == [

@@ -11,7 +11,7 @@ from turned_leg import beside_its_scenario
 import afo_sim as afo
 from afo_sim.description import Orthosis
 from afo_sim.legs import Attached, write_attached
-from afo_sim.legs.attached_files import read_attached as attached
+from afo_sim.legs import read_attached as attached
 
 NETWORK: dict[str, Any] = {
     f"chamber.{name}.{key}": value
