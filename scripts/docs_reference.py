@@ -12,8 +12,8 @@ import afo_sim
 from afo_sim.cli import app
 from afo_sim.description import SETS, fields_of, of_chambers, schema, tables
 from afo_sim.description.schema import KINDS
-from afo_sim.metrics import GROUPS, UNITS
-from afo_sim.metrics.metric import METRICS, RENAMED, MetricEntry, load_all
+from afo_sim.metrics import GROUPS, METRICS, UNITS
+from afo_sim.metrics.metric import RENAMED, MetricEntry, load_all
 from afo_sim.metrics.peak import MEANING
 from afo_sim.simulation.columns import DESCRIBED
 

@@ -12,7 +12,7 @@ from command import Call
 
 import afo_sim as afo
 from afo_sim.common import identities, packed
-from afo_sim.control.function import OwnController
+from afo_sim.control import OwnController
 
 PRESSURE = "chamber/dorsiflexor/pressure"
 SHORT: dict[str, Any] = {"duration": "0.4 s", "timer": None}

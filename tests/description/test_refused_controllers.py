@@ -72,7 +72,7 @@ def test_a_drive_without_an_orthosis() -> None:
 
 @pytest.mark.parametrize("rate", ["100 m", True, None, [1]])
 def test_a_rate_that_is_no_number(rate: Any) -> None:
-    with pytest.raises(InputError, match="controller.rate"):
+    with pytest.raises(InputError, match=r"controller\.rate"):
         afo.run("seated", {"duration": "0.1 s"}, controller=lambda seen: {}, rate=rate)
 
 

@@ -17,6 +17,7 @@ from synthetic_walk import MASS, STEP, walk_columns, with_orthosis
 from afo_sim.common import InputError, parse_quantity
 from afo_sim.metrics import (
     GROUPS,
+    METRICS,
     OTHER,
     REPORTED,
     WORDS,
@@ -41,7 +42,7 @@ from afo_sim.metrics.air_per_stride import air_of, efficiency, sag_metrics
 from afo_sim.metrics.bottle import bottle_metrics, cycle_metrics
 from afo_sim.metrics.clearance import clearances
 from afo_sim.metrics.heel_contact import laid
-from afo_sim.metrics.metric import METRICS, all_measured, measured, reported, reporting
+from afo_sim.metrics.metric import all_measured, measured, reported, reporting
 from afo_sim.metrics.muscle_limits import life_metrics, muscle_metrics
 from afo_sim.metrics.skin_pressure import pressures, skin
 from afo_sim.metrics.valves import filling

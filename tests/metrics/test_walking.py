@@ -12,8 +12,7 @@ from synthetic_walk import AMPLITUDE, MASS, OMEGA, SHANK, STEP, STRIDE, TOE_OFF,
 
 import afo_sim
 from afo_sim.gait import norm as gait_norm
-from afo_sim.metrics import Metric, WalkMetrics, ankle_metrics, settled, walk_metrics, walking
-from afo_sim.metrics.metric import METRICS
+from afo_sim.metrics import METRICS, Metric, WalkMetrics, ankle_metrics, settled, walk_metrics, walking
 from afo_sim.metrics.peak import MEANING
 from afo_sim.metrics.strides import strides
 
