@@ -18,7 +18,16 @@ import warnings
 
 import lazy_loader
 
-from afo_sim.common import RENAMED, RETIRED, Foreign, missing_extra, older, show_with, takes_older
+from afo_sim.common import (
+    RENAMED,
+    RETIRED,
+    Foreign,
+    missing_extra,
+    nearest_name,
+    older,
+    show_with,
+    takes_older,
+)
 
 # A name is imported when it is first asked for: MuJoCo and numba take a second, `afo-sim --help` must not.
 _resolve, _, __all__ = lazy_loader.attach_stub(__name__, __file__)
@@ -32,6 +41,8 @@ def __getattr__(name: str) -> Foreign:
         return found
     if name not in __all__:
         instead = f" any more; instead: {RETIRED[name]}" if name in RETIRED else ""
+        if not instead and not name.startswith("_") and (near := nearest_name(name, __all__)):
+            instead = f"; did you mean {near!r}?"
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}{instead}")
     try:
         found = _resolve(name)
@@ -45,6 +56,7 @@ def __getattr__(name: str) -> Foreign:
         register_installed()
     if any(entry.startswith(f"{name}(") for entry in RENAMED):
         globals()[name] = found = takes_older(found)
+        found.__module__ = __name__  # by which pickle finds it
     return found
 
 

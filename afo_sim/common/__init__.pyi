@@ -115,6 +115,7 @@ from .units import dimension as dimension
 from .units import format_quantity as format_quantity
 from .units import gauge as gauge
 from .units import in_unit as in_unit
+from .units import is_si as is_si
 from .units import parse_quantity as parse_quantity
 from .units import quantity_at as quantity_at
 from .units import read_any_quantity as read_any_quantity

@@ -191,7 +191,7 @@ def _mistypings(name: str, other: str, most: int) -> int:
 
 def no_attribute(thing: object, name: str) -> AttributeError:
     """An error for an attribute that a thing lacks, with the nearest one that it has."""
-    own = [each for each in dir(thing) if not each.startswith("_")]
+    own = [each for each in dir(thing) if not each.startswith("_") and each != name]
     nearest = None if name.startswith("_") else nearest_name(name, own)
     told = f"; did you mean {nearest!r}?" if nearest else ""
     text = f"{type(thing).__name__!r} object has no attribute {name!r}{told}"

@@ -56,11 +56,13 @@ def register(*things: Mixed) -> None:
     >>> load("valve", "my_valve").name
     'my_valve'
     """
+    before = list(ADDED)
     for thing in things:
         if isinstance(thing, str | os.PathLike):
-            register(_module(pathlib.Path(thing)))
-        elif isinstance(thing, types.ModuleType):
-            if not (found := [each for each in vars(thing).values() if _adds(each)]):
+            thing = _module(pathlib.Path(thing))  # which may register by itself
+        if isinstance(thing, types.ModuleType):
+            found = [each for each in vars(thing).values() if _adds(each)]
+            if not found and before == ADDED:
                 file = getattr(thing, "__file__", None) or thing.__name__
                 raise InputError("has nothing to register", field="extension", value=file, allowed=_TAKEN)
             register(*found)
@@ -88,7 +90,8 @@ def _module(file: pathlib.Path) -> types.ModuleType:
     name = f"_extension_{file.stem}"
     spec = importlib.util.spec_from_file_location(name, file)
     if not file.is_file() or spec is None or spec.loader is None:
-        raise InputError("is no Python file", field="extension", value=str(file), allowed="such as mine.py")
+        allowed = f"such as mine.py; in Python {_TAKEN}"
+        raise InputError("is no Python file", field="extension", value=str(file), allowed=allowed)
     module = importlib.util.module_from_spec(spec)
     sys.modules[name] = module
     try:

@@ -89,6 +89,8 @@ def takes_older(function: Callable[P, R]) -> Callable[P, R]:
         name, now = function.__name__, Keywords()
         for argument, value in given.items():
             new = RENAMED.get(f"{name}({argument})")
+            if new and new in given:
+                raise TypeError(f"{name}() got {argument}, and {new}, which is its newer name")
             if new:
                 warnings.warn(notice(f"{name}({argument}=)", f"{new}="), FutureWarning, stacklevel=2)
             now[new or argument] = value

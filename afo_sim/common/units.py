@@ -5,6 +5,7 @@ import math
 import re
 from collections import Counter
 from collections.abc import Mapping
+from contextlib import suppress
 from math import pi
 from numbers import Real
 
@@ -112,6 +113,13 @@ def _si_units() -> dict[Dimension, str]:
 def _dimension(quantity: Foreign) -> Dimension:
     items = quantity.to_base_units().unit_items()
     return tuple(sorted((str(name), float(power)) for name, power in items if power))
+
+
+def is_si(unit: str) -> bool:
+    """Whether a unit is SI's own: 1 of it is 1 in base units."""
+    with suppress(Exception):  # whatever pint raises of what is no unit
+        return bool(abs(_registry().Quantity(1.0, unit).to_base_units().magnitude - 1.0) < 1e-12)
+    return False
 
 
 def in_unit(value: float, si_unit: str, unit: str) -> float:

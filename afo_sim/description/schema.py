@@ -263,7 +263,7 @@ def child_of(node: Mixed, name: str) -> Mixed:
     if isinstance(node, LawSet | FrictionSet) and name in node.parameters:
         return node.parameters[name]
     if isinstance(node, BaseModel):
-        return dict(node).get(name)  # its fields, and chambers
+        return dict(iter(node)).get(name)  # its fields, and chambers; `dict` itself would ask for `keys`
     if isinstance(node, Mapping):
         return node.get(name)
     if isinstance(node, list | tuple) and name.isdigit() and int(name) < len(node):

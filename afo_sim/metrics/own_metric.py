@@ -95,6 +95,10 @@ def named(metrics: Iterable[str | OwnMetric], field: str = "metrics") -> tuple[s
     if isinstance(metrics, str):
         raise InputError("is one text, not a list", field=field, value=metrics, allowed=f"[{metrics!r}]")
     found = tuple(metrics)
+    for each in found:
+        if not isinstance(each, str | OwnMetric):
+            problem, allowed = "is no metric", "a name, or what afo_sim.metric(name, unit, label) makes of it"
+            raise InputError(problem, field=field, value=each, allowed=allowed)
     register(*(each for each in found if isinstance(each, OwnMetric)))
     return tuple(each.name if isinstance(each, OwnMetric) else each for each in found)
 

@@ -35,6 +35,7 @@ def _functions(kind: str, prototype: Any, compile_: Callable[[], list[machine_co
     """C function pointers, which know where the installed MuJoCo's fields stand."""
     if (library := _shipped(kind)) is not None:
         ctypes.memmove(type(places()).in_dll(library, PLACES), places(), ctypes.sizeof(places()))
+        library.afo_sim_look()
     return machine_code.functions(kind, prototype, follows(), compile_, _outside)
 
 

@@ -160,6 +160,14 @@ def _function(body: Body) -> Callable[..., float]:
     return made
 
 
+def anew(kernel: Callable[..., Any]) -> Callable[..., Any]:
+    """A copy of a function: numba keeps what it has compiled, with the numbers that it read from outside."""
+    if not isinstance(kernel, types.FunctionType) or hasattr(kernel, "slopes"):
+        return kernel
+    own = kernel.__code__, kernel.__globals__, kernel.__name__, kernel.__defaults__, kernel.__closure__
+    return types.FunctionType(*own)
+
+
 def _marked(kernel: Callable[..., Any]) -> Callable[..., Any]:
     """A kernel, and the functions beside it that it calls, as compiled code may call them."""
     if not (isinstance(kernel, types.FunctionType) and marked(kernel)):

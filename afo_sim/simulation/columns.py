@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common import AMBIENT_PRESSURE, InputError, JsonMapping, nearest_name, takes, unknown
+from afo_sim.common import AMBIENT_PRESSURE, InputError, JsonMapping, is_si, nearest_name, unknown
 from afo_sim.control import CONTROLLER_COLUMNS
 from afo_sim.metrics import SOLVED, LazyColumns
 from afo_sim.model import JOINTS, SINK, Index
@@ -295,14 +295,14 @@ def _of_sensor(column: str, scenario: JsonMapping) -> tuple[str, str]:
     return unit, f"reading of {sensor['column']}: {sign}"
 
 
-def _add(own: OwnColumn) -> None:
+def add(own: OwnColumn) -> None:
     """Put a column of a user's own among those of the package, in the place of an older one of its name."""
     if not re.fullmatch(r"[\w-]+(/[\w-]+)+", own.name):
         raise InputError("is no name of a column", field="name", value=own.name, allowed='"strap/force"')
+    if own.unit and not is_si(own.unit):
+        problem, allowed = "is no unit of SI's own", 'such as "rad", "N", "N*m", "Pa"; "" of a bare number'
+        raise InputError(problem, field="unit", value=own.unit, allowed=allowed)
     if own.name not in OWN and (own.name.startswith(SENSOR) or _pattern(own.name) in DESCRIBED):
         problem, allowed = "is the name of a column of the package", f"another, such as my/{own.name}"
         raise InputError(problem, field="name", value=own.name, allowed=allowed)
     OWN[own.name] = own
-
-
-takes(OwnColumn, _add)

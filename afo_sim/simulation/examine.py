@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from afo_sim.common import Mixed, Notice
+from afo_sim.common import Mixed, Notice, identities
 from afo_sim.common.versions import versions
 from afo_sim.description import Scenario
 from afo_sim.metrics import (
@@ -127,7 +127,7 @@ def recording_of(
         described=later(lambda: with_person(scenario).resolved()),
         model_xml=later(lambda: LABEL + built().xml),
         model_binary=later(lambda: to_binary(built().full_model)),
-        versions=versions(),
+        versions=versions() | {name: digest[:12] for name, digest in identities().items()},
         parameters=later(lambda: parameters_of(built().model)),
     )
 

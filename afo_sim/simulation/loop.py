@@ -57,6 +57,9 @@ class Seen:
     def __getitem__(self, column: str) -> float:
         return float(self.rows(column)[-1])
 
+    def __contains__(self, column: str) -> bool:
+        return column in self.columns or column.removeprefix(SENSOR) in self.readings
+
 
 def unit_of(scenario: Scenario, column: str) -> str:
     """SI unit of what a controller sees; a sensor's is that of its column, and a switch has none."""

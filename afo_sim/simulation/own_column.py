@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from afo_sim.common import place_of
+from afo_sim.common import place_of, takes
 from afo_sim.metrics import LazyColumns
 
 Rows = Mapping[str, np.ndarray]
@@ -42,6 +42,10 @@ class OwnColumn:
             found = np.asarray(self.function(LazyColumns(columns, lambda name: _kept(columns[name]))), float)
             if found.shape != (rows := columns["time"].shape):
                 raise ValueError(f"gives an array of shape {found.shape}, where the columns have {rows}")
+            half = LazyColumns(columns, lambda name: _kept(columns[name][len(found) // 2 :]))
+            again = np.asarray(self.function(half), float)
+            if not np.allclose(again, found[len(found) // 2 :], rtol=1e-9, atol=0.0, equal_nan=True):
+                raise ValueError("is another for a part of the rows: each must follow from its own row")
         except Exception as error:  # of the user's code
             error.add_note(f"in the column {self.name}, {place_of(error, self.function)}")
             raise
@@ -83,7 +87,7 @@ def column(name: str, unit: str, sign: str = "") -> Callable[[Function], OwnColu
     Raises
     ------
     InputError
-        Its name is none or one of the package's: once it is registered.
+        Its name is none or one of the package's, its unit none of SI's own: once it is registered.
 
     Examples
     --------
@@ -95,3 +99,6 @@ def column(name: str, unit: str, sign: str = "") -> Callable[[Function], OwnColu
     (500,)
     """
     return lambda function: OwnColumn(name, unit, sign, function)
+
+
+takes(OwnColumn, "afo_sim.simulation.columns")

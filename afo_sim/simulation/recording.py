@@ -45,6 +45,9 @@ class Columns(Brief[str, np.ndarray]):
     def __getitem__(self, which: Any) -> Any:
         if not isinstance(which, slice):
             return super().__getitem__(which)
+        if not (which.step is None or isinstance(which.step, Integral)):
+            problem, allowed = "is not a number of rows", "a whole number, as in [::10]"
+            raise InputError(problem, field="step", value=which.step, allowed=allowed)
         rows = slice(self._row(which.start), self._row(which.stop), which.step)
         return Columns({name: values[rows] for name, values in self.items()})
 
@@ -139,6 +142,12 @@ class Recording(Shown, Mapping[str, np.ndarray]):
 
     def __getstate__(self) -> dict[str, Any]:
         return {each.name: getattr(self, each.name) for each in dataclasses.fields(self)}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Take what was pickled, also of the former version, whose `scenario` was the dict."""
+        if "described" not in state:
+            state = state | {"described": state.pop("scenario"), "labels": {}}
+        vars(self).update(state | {"_later": {}})
 
     def whole(self) -> "Recording":
         """The same with everything computed that was to be when it is read."""

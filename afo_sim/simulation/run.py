@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 
 import numpy as np
 
-from afo_sim.common import InputError, JsonMapping, Keywords, Notice, shown, unique
+from afo_sim.common import InputError, JsonMapping, Keywords, Notice, identities, shown, unique
 from afo_sim.control import Controller, OwnController, make
 from afo_sim.description import Scenario, load
 from afo_sim.metrics import (
@@ -139,7 +139,7 @@ def run(
 
     halvings = HALVINGS if step == "controlled" and forgets(controller, policy) else None
     recording = controlled(description, simulated, halvings)
-    if brings_files(description):  # which may be others, or gone, when it is read
+    if brings_files(description) or identities():  # which may be others, or gone, when it is read
         recording.whole()
     return recording if with_bands is None else with_bands(recording)
 

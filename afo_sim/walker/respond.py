@@ -115,6 +115,9 @@ def prepared(
     read = scenario if isinstance(scenario, Scenario) else load("scenario", scenario, dict(sets or {}))
     if isinstance(scenario, Scenario) and sets:
         read = read.set(sets)
+    if "duration" in (sets or {}):
+        problem, allowed = "is of the recorded walk, which nobody walks here", "the argument `duration`"
+        raise InputError(problem, field="duration", value=dict(sets or {})["duration"], allowed=allowed)
     if not read.walking or read.patient is None:
         allowed = "a scenario with gait and patient, such as walk-dropfoot-afo"
         raise InputError("nobody walks in it", field="scenario", value=read.name, allowed=allowed)

@@ -259,7 +259,8 @@ static const struct { /* mjpPlugin, which all known versions have alike */
             .states = plugin_states, .init = plugin_init, .destroy = plugin_destroy, .reset = plugin_reset,
             .compute = plugin_compute};
 
-__attribute__((constructor)) static void loaded(void) { /* of another MuJoCo's plugins no model can be made */
+/* Of another MuJoCo's plugins no model can be made. The Python package looks again: MuJoCo may have come later. */
+AFO_API __attribute__((constructor)) void afo_sim_look(void) {
   int slot;
   found_mujoco(NULL, 0);
   if (mj.version && !mj.get_plugin(PLUGIN.name, &slot)) mj.register_plugin(&PLUGIN); /* else a copy has done it */

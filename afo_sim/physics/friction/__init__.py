@@ -38,4 +38,5 @@ def add(friction: Friction) -> None:
         number = _checked(replace(friction, native_id=user_kernels.FIRST_USER_ID))
     except (ArithmeticError, KeyError, TypeError, ValueError) as error:
         raise InputError(f"is wrong: {error}", field="Friction", value=friction.name) from error
+    friction = replace(friction, kernel=user_kernels.anew(friction.kernel))
     user_kernels.add(friction, FRICTIONS, user_kernels.friction_bodies(friction, number))

@@ -4,6 +4,7 @@ A shipped law is a file in this folder: its kernel, its parameters, and a `Law` 
 id that no other kernel has. LAWS and the dispatcher of `static_force` follow. One of a user's is registered.
 """
 
+import inspect
 import math
 from dataclasses import replace
 
@@ -37,9 +38,15 @@ CLOSE = 1e-3  # share of the blocked force by which a law's slopes may miss its 
 
 def add(law: Law) -> None:
     """Add a law of a user's own; InputError where it is wrong, or its slopes are not those of its force."""
-    law = replace(law, fitted=law.fitted or without_default(law.parameters))
+    fitted = law.fitted or without_default(law.parameters)
+    law = replace(law, fitted=fitted, kernel=user_kernels.anew(law.kernel))
+    names = [parameter.name for parameter in law.parameters]
+    taken = [*inspect.signature(getattr(law.kernel, "slopes", law.kernel)).parameters][2:]
     try:
         number = _checked(law)
+        if names != taken and sorted(names) == sorted(taken) and len(law.typical) == len(names):
+            took, are = ", ".join(taken), ", ".join(names)
+            raise ValueError(f"its function takes {took} in this order, and its parameters are {are}")
         _check_slopes(law)
     except (ArithmeticError, KeyError, TypeError, ValueError) as error:
         raise InputError(f"is wrong: {error}", field="Law", value=law.name) from error
