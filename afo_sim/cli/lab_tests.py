@@ -212,7 +212,7 @@ class _Fit:
     chamber: Annotated[str | None, Option(help="orthosis: that was filled, if no file says so")] = None
     torque: Annotated[str | None, Option(help="orthosis: device; difference, less that without air")] = None
     rates: Annotated[list[str] | None, Option("--rate", metavar="KEY=VALUE", help=_RATE)] = None
-    out: Annotated[Path, Option(help="folder to write to")] = Path("runs/fit")
+    out: Annotated[Path | None, Option(help="folder to write to; runs/fit, fit-run or fit-torque")] = None
 
 
 @app.command("fit")
@@ -233,7 +233,8 @@ def fit_command(asked: _Fit) -> None:
     held: Mixed = asked.hold_out
     if held and kind != "orthosis":
         held = quantity("--hold-out", held[-1], "") if kind == "scenario" else held[-1]
-    out, data = asked.out, asked.data[0] if len(asked.data) == 1 else asked.data
+    usual = {"law": "fit", "scenario": "fit-run", "orthosis": "fit-torque"}[kind]
+    out, data = asked.out or Path("runs") / usual, asked.data[0] if len(asked.data) == 1 else asked.data
     with progress("reading, compiling the muscles") as report:
         from afo_sim import show
         from afo_sim.common import together

@@ -63,14 +63,21 @@ def register(*things: Mixed) -> None:
         if isinstance(thing, types.ModuleType):
             found = [each for each in vars(thing).values() if _adds(each)]
             if not found and before == ADDED:
-                file = getattr(thing, "__file__", None) or thing.__name__
+                file = pathlib.Path(getattr(thing, "__file__", None) or thing.__name__).name
                 raise InputError("has nothing to register", field="extension", value=file, allowed=_TAKEN)
-            register(*found)
+            try:
+                register(*found)
+            except Exception as error:  # of the user's code
+                if not isinstance(error, InputError):
+                    error.add_note(f"in {getattr(thing, '__file__', thing.__name__)}")
+                raise
         elif (add := _adds(thing)) is None:
             raise InputError("cannot be registered", field="register", value=thing, allowed=_TAKEN)
         else:
             add(thing)
-            ADDED[:] = [*(each for each in ADDED if _called(each) != _called(thing)), thing]
+            names = [*map(_called, ADDED)]
+            at = names.index(_called(thing)) if _called(thing) in names else len(ADDED)
+            ADDED[at : at + 1] = [thing]  # in its place: one may read another that stands before it
 
 
 def _called(thing: Mixed) -> str:
@@ -99,7 +106,7 @@ def _module(file: pathlib.Path) -> types.ModuleType:
     except (Exception, SystemExit) as error:  # of the user's code
         traced = traceback.extract_tb(error.__traceback__)
         lines = [each.lineno for each in traced if each.filename == spec.origin]
-        at = f"{file}:{getattr(error, 'lineno', None) or lines[-1]}"
+        at = f"{file}:{getattr(error, 'lineno', None) or [0, *lines][-1]}"
         if isinstance(error, SystemExit):  # which would end the program
             raise InputError("ends Python", file=at) from error
         if isinstance(error, InputError) and error.file is None:
@@ -120,7 +127,7 @@ def register_installed() -> None:
     for point in importlib.metadata.entry_points(group=GROUP):
         try:
             register(point.load())
-        except Exception as error:  # of another package's code
+        except (Exception, SystemExit) as error:  # of another package's code
             warnings.warn(
                 f"the extension {point.value} is left out: {type(error).__name__}: {error}", stacklevel=2
             )
@@ -133,7 +140,12 @@ def packed() -> bytes:
     import cloudpickle
 
     # each with what adds it, whose module is then imported there
-    things = cloudpickle.dumps([(_adds(each), each) for each in ADDED])
+    try:
+        things = cloudpickle.dumps([(_adds(each), each) for each in ADDED])
+    except Exception as error:  # whatever a user's object raises
+        problem = f"does not go to another process: {error}"
+        names = ", ".join(map(_called, ADDED))
+        raise InputError(problem, field="register", value=names, allowed="threads = 1") from error
     found: bytes = cloudpickle.dumps(([*map(os.path.abspath, sys.path)], things))
     return found
 
@@ -169,34 +181,52 @@ def identity_of(thing: Mixed) -> str:
 
 def _texts(thing: Mixed, seen: set[int]) -> Iterator[str]:
     """Texts that an object follows from, without names of files and numbers of lines."""
+    thing = getattr(thing, "py_func", thing)  # of what numba has compiled
     if id(thing) in seen:
         return
+    parts: list[Mixed] = [type(thing).__name__]
     if isinstance(thing, types.FunctionType):
         seen.add(id(thing))
         own = thing.__globals__
-        used = [own[name] for name in thing.__code__.co_names if name in own]
+        used = [own[name] for name in _names(thing.__code__) if name in own]
         used = [each for each in used if getattr(each, "__module__", thing.__module__) == thing.__module__]
         cells = [cell.cell_contents for cell in thing.__closure__ or ()]
-        parts: list[Mixed] = [thing.__code__, thing.__defaults__, *cells, vars(thing), *used]
+        parts = [thing.__code__, thing.__defaults__, thing.__kwdefaults__, *cells, vars(thing), *used]
     elif isinstance(thing, types.CodeType):
-        parts = [thing.co_code.hex(), thing.co_names, *thing.co_consts]
-    elif is_dataclass(thing) and not isinstance(thing, type):
-        parts = [type(thing).__name__, *(getattr(thing, each.name) for each in fields(thing))]
+        parts = [thing.co_code.hex(), thing.co_names, thing.co_varnames, *thing.co_consts]
     elif isinstance(thing, Mapping):
-        parts = [part for item in thing.items() for part in item]
+        parts += [part for item in thing.items() for part in item]
     elif isinstance(thing, tuple | list):
-        parts = list(thing)
+        parts += thing
     elif isinstance(thing, set | frozenset):  # whose order is another in each process
-        parts = sorted(map(repr, thing))
-    elif isinstance(thing, type):
+        parts += sorted(map(repr, thing))
+    elif isinstance(thing, type | types.ModuleType):
         seen.add(id(thing))
-        kinds = types.FunctionType | int | float | str | tuple
-        named = vars(thing) | {"__module__": None, "__firstlineno__": None}  # which are of a file
-        parts = [thing.__name__, *(each for each in named.values() if isinstance(each, kinds))]
-    elif isinstance(thing, types.ModuleType) or callable(thing):
-        parts = [getattr(thing, "__name__", type(thing).__name__)]
+        parts.append(thing.__name__)
+        if isinstance(thing, type) and thing.__module__ not in sys.stdlib_module_names:
+            of_a_file = "__module__", "__firstlineno__", "__dict__", "__weakref__", "__doc__"
+            parts += [value for name, value in vars(thing).items() if name not in of_a_file]
+            parts += thing.__bases__
+    elif isinstance(thing, staticmethod | classmethod | property | functools.partial):
+        names = "__func__", "fget", "fset", "func", "args", "keywords"
+        parts += [getattr(thing, name) for name in names if hasattr(thing, name)]
+    elif hasattr(thing, "tobytes"):  # numpy's, of which repr leaves digits out
+        parts += [str(getattr(thing, "shape", "")), thing.tobytes().hex()]
+    elif is_dataclass(thing):
+        parts += [getattr(thing, each.name) for each in fields(thing)]
+    elif hasattr(thing, "__dict__"):
+        seen.add(id(thing))
+        parts += [type(thing), vars(thing)]
     else:
         yield repr(thing)
         return
     for part in parts:
         yield from _texts(part, seen)
+
+
+def _names(code: types.CodeType) -> Iterator[str]:
+    """Names outside it that a code uses, with those of the functions within it."""
+    yield from code.co_names
+    for within in code.co_consts:
+        if isinstance(within, types.CodeType):
+            yield from _names(within)

@@ -199,6 +199,10 @@ def _compile(entry: Entry, number: int, functions: Mapping[int, Callable[..., fl
         problem = f"cannot be compiled: {(reasons or ['numba refuses it'])[-1]}{where}"
         allowed = "what numba compiles: numbers, math.*, functions of such"
         raise InputError(problem, field=type(entry).__name__, value=entry.name, allowed=allowed) from error
+    needs = [need for code in codes for need in code.needs if need.startswith(("Py", "numba_gil"))]
+    if needs:
+        problem, allowed = f"calls Python ({needs[0]})", "numbers alone; no print"
+        raise InputError(problem, field=type(entry).__name__, value=entry.name, allowed=allowed)
     for (gives, function), code in zip(functions.items(), codes, strict=True):
         machine_code.add_user_kernel(number, gives, code)
         KERNELS[number, gives] = function

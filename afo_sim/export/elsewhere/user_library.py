@@ -13,6 +13,7 @@ from afo_sim import native
 from afo_sim.common import InputError, child_environment, machine_code, write_bytes, write_text
 
 NAME = "afo_sim_user.so"
+_WHOLE = ("-Wl,-z,defs",) if sys.platform == "linux" else ()  # nothing of it stands in another library
 
 
 def link_user_library(model: mujoco.MjModel, folder: pathlib.Path) -> None:
@@ -45,6 +46,7 @@ def link_user_library(model: mujoco.MjModel, folder: pathlib.Path) -> None:
             str(source),
             *map(str, objects),
             "-lm",
+            *_WHOLE,
             "-o",
             str(folder / NAME),
         ]

@@ -4,6 +4,7 @@ A shipped friction is a file in this folder: its kernels, its parameters, and a 
 with a native id of its own. FRICTIONS and the dispatchers of `dispatch` follow. A user's is registered.
 """
 
+import math
 from dataclasses import replace
 
 from afo_sim.common import InputError
@@ -36,6 +37,9 @@ def add(friction: Friction) -> None:
     """Add a friction of a user's own; InputError where it is wrong."""
     try:
         number = _checked(replace(friction, native_id=user_kernels.FIRST_USER_ID))
+        found = friction.kernel(*[0.01] * friction.n_arguments, *friction.typical)
+        if not all(map(math.isfinite, found)):
+            raise ValueError(f"it gives {found}")
     except (ArithmeticError, KeyError, TypeError, ValueError) as error:
         raise InputError(f"is wrong: {error}", field="Friction", value=friction.name) from error
     friction = replace(friction, kernel=user_kernels.anew(friction.kernel))
