@@ -42,7 +42,8 @@ def list_command(
             tables = product(what)
         else:
             columns = ("name", "what it is")
-            tables = [(kind, columns, _entries(kind)) for kind in ([what] if what else assets.LISTS)]
+            kinds = [what] if what else [kind for kind in assets.LISTS if kind != "metrics"]  # hundreds
+            tables = [(kind, columns, _entries(kind)) for kind in kinds]
     for title, header, rows in tables:
         common.print_table(title, list(header), [list(row) for row in rows] or [["–", "none is shipped yet"]])
 

@@ -24,7 +24,7 @@ from afo_sim.walker import (
     populate,
     strides_of,
     table,
-    walk,
+    walk_body,
 )
 from afo_sim.walker.gait_signs import signs_of
 from afo_sim.walker.search import pushes_at
@@ -175,7 +175,7 @@ def test_a_killed_adaptation_goes_on_in_its_folder(
         if left[0] < 0:
             raise KeyboardInterrupt
         body, vector, _, *more = of
-        return walk(body, vector, 0.3, *more, **kinds)
+        return walk_body(body, vector, 0.3, *more, **kinds)
 
     monkeypatch.setattr(sys.modules[pushes_at.__module__], "walk_body", brief)
     asked = (

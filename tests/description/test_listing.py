@@ -18,7 +18,7 @@ def test_all_is_what_the_command_lists(call: command.Call) -> None:
     found, printed = afo.list(), call("list")[1]
     assert found["muscles"] == afo.list("muscles") == afo.list("muscle")
     assert {"laws", "frictions", "gaits", "limits", "populations"} < set(found)
-    assert all(name in printed for names in found.values() for name in names)
+    assert all(name in printed for kind in found.keys() - {"metrics"} for name in found[kind])
 
 
 @pytest.mark.parametrize("kind", ["limits", "populations"])

@@ -464,7 +464,8 @@ def test_the_command_writes_a_muscle_that_runs(
     assert {p.name for p in tmp_path.iterdir()} == {"muscle.toml", "fit.json", "fit.png", "fit.pdf"}
     told = json.loads((tmp_path / "fit.json").read_text())
     muscle = load("muscle", tmp_path / "muscle.toml")
-    assert told["fits"][0]["values"]["braid_angle"] == muscle.braid_angle
+    # the muscle's file has four digits, if they do
+    assert muscle.braid_angle == pytest.approx(told["fits"][0]["values"]["braid_angle"], rel=5e-4)
     assert muscle.provenance["damping"].kind == "assumed"
     assert muscle.provenance["braid_angle"].kind == "fitted"
     sets = {"orthosis.muscle.dorsiflexor.type": str(tmp_path / "muscle.toml"), "duration": "4 s"}

@@ -14,7 +14,7 @@ from afo_sim.common import InputError
 from afo_sim.study import cases_of, read, replay, runner, sweep_plan
 from afo_sim.study.search import plan as search_plan
 from afo_sim.study.search import runner as search_runner
-from afo_sim.walker import Population, patients, populate
+from afo_sim.walker import Population, populate
 
 CONDITION = """
 patient = "drop-foot"
@@ -64,8 +64,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> pathlib.Path:
     return found
 
 
-def by_hand(folder: pathlib.Path, sets: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> Population:
-    monkeypatch.setattr(patients, "_without", {})  # nobody's walk is taken from another case
+def by_hand(folder: pathlib.Path, sets: dict[str, Any]) -> Population:
     return populate("walk-dropfoot-afo", sets, patients=folder / "two.toml", duration=6.0)
 
 
@@ -91,7 +90,7 @@ def test_a_case_is_the_population_by_hand_to_the_last_digit(
     results = read(folder / "out")
     assert results.ok.all() and results.sweep["walkers"] == "two"
     for row, pressure in enumerate(("1 bar", "4 bar")):
-        found = by_hand(folder, {"supply.pressure": pressure}, monkeypatch)
+        found = by_hand(folder, {"supply.pressure": pressure})
         wanted = numbers(found, "device") | {f"{k}_without": x for k, x in numbers(found, "without").items()}
         assert {name: results[f"walkers_{name}"][row] for name in wanted} == wanted
         assert results["walkers_gain"][row] + results["walkers_lose"][row] <= 1.0
@@ -170,7 +169,7 @@ def test_a_search_keeps_a_limit_on_falls(folder: pathlib.Path, monkeypatch: pyte
     found = search_plan.read(folder / "search.toml")
     best = search_runner.optimise(found, folder / "search", threads=1)
     assert (best["walkers"], best["patients"], best["runs"], best["half_step"]) == ("two", 1, 4, None)
-    hand = numbers(by_hand(folder, best["sets"], monkeypatch), "device")
+    hand = numbers(by_hand(folder, best["sets"]), "device")
     assert best["objective"]["value"] == hand["air_per_stride"]
     assert best["limits"][0]["level"] == hand["falls"]
     assert best["feasible"] == (hand["falls"] <= 60.0)
