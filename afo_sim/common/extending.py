@@ -203,7 +203,7 @@ def _texts(thing: Mixed, seen: set[int]) -> Iterator[str]:
     elif isinstance(thing, type | types.ModuleType):
         seen.add(id(thing))
         parts.append(thing.__name__)
-        if isinstance(thing, type) and thing.__module__ not in sys.stdlib_module_names:
+        if isinstance(thing, type) and _is_users(thing.__module__):
             of_a_file = "__module__", "__firstlineno__", "__dict__", "__weakref__", "__doc__"
             parts += [value for name, value in vars(thing).items() if name not in of_a_file]
             parts += thing.__bases__
@@ -222,6 +222,13 @@ def _texts(thing: Mixed, seen: set[int]) -> Iterator[str]:
         return
     for part in parts:
         yield from _texts(part, seen)
+
+
+def _is_users(module: str) -> bool:
+    """Whether a module is a user's own, and of no library."""
+    top = module.partition(".")[0]
+    file = getattr(sys.modules.get(module), "__file__", "") or ""
+    return top not in {"afo_sim", *sys.stdlib_module_names} - {"__main__"} and "site-packages" not in file
 
 
 def _names(code: types.CodeType) -> Iterator[str]:

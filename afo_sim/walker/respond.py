@@ -115,9 +115,6 @@ def prepared(
     read = scenario if isinstance(scenario, Scenario) else load("scenario", scenario, dict(sets or {}))
     if isinstance(scenario, Scenario) and sets:
         read = read.set(sets)
-    if "duration" in (sets or {}):
-        problem, allowed = "is of the recorded walk, which nobody walks here", "the argument `duration`"
-        raise InputError(problem, field="duration", value=dict(sets or {})["duration"], allowed=allowed)
     if not read.walking or read.patient is None:
         allowed = "a scenario with gait and patient, such as walk-dropfoot-afo"
         raise InputError("nobody walks in it", field="scenario", value=read.name, allowed=allowed)
@@ -192,6 +189,9 @@ def walk(
     >>> list(found.cases), found["healthy"].walked.fell
     (['healthy', 'patient', 'patient adapted', 'device', 'device adapted'], None)
     """
+    if "duration" in (sets or {}):
+        problem, allowed = "is of the recorded walk, which nobody walks here", "the argument `duration`"
+        raise InputError(problem, field="duration", value=dict(sets or {})["duration"], allowed=allowed)
     described = prepared(scenario, sets)
     if subset not in SUBSETS:
         raise unknown(subset, SUBSETS, field="subset", problem="is not a set of gains")

@@ -24,6 +24,7 @@ from afo_sim.walker import (
     populate,
     strides_of,
     table,
+    walk,
     walk_body,
 )
 from afo_sim.walker.gait_signs import signs_of
