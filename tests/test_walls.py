@@ -44,6 +44,7 @@ PLAIN |= {"ctypes", "lazy_loader"}  # to call machine code; the face
 PLAIN |= {
     "importlib",
     "inspect",
+    "itertools",
     "linecache",
     "pkgutil",
     "re",

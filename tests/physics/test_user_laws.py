@@ -170,7 +170,22 @@ def without(contraction: float, pressure: float, area: float) -> float:
     return pressure * area
 
 
-@pytest.mark.parametrize("kernel", [no_number, unknown_to_numba, without])
+def other_order(contraction: float, pressure: float, lost: float, area: float) -> float:
+    return straight(contraction, pressure, area, lost)
+
+
+def printing(contraction: float, pressure: float, area: float, lost: float) -> float:
+    print(contraction)
+    return straight(contraction, pressure, area, lost)
+
+
+def no_number_at_ends(contraction: float, pressure: float, area: float, lost: float) -> float:
+    return math.nan if contraction > 0.2 else straight(contraction, pressure, area, lost)
+
+
+@pytest.mark.parametrize(
+    "kernel", [no_number, unknown_to_numba, without, other_order, printing, no_number_at_ends]
+)
 def test_a_wrong_law_is_refused_and_leaves_nothing(kernel: Any) -> None:
     before = dict(LAWS), dict(KERNELS), list(extending.ADDED)
     with pytest.raises(afo.InputError):
@@ -230,3 +245,38 @@ def test_a_law_goes_to_another_process_by_value(tmp_path: pathlib.Path) -> None:
     said = subprocess.run(command, capture_output=True, text=True, check=True, cwd=tmp_path).stdout
     assert int(said) == LAWS["from_a_file"].native_id
     assert pickle.loads(pickle.loads(packed())[1])[-1][1].name == "from_a_file"
+
+
+def test_what_is_no_number_in_a_run_is_its_status_and_ends_no_process(tmp_path: pathlib.Path) -> None:
+    """In a process in which the library was loaded before MuJoCo was there."""
+    program = """
+import math
+import afo_sim as afo
+from afo_sim.physics import Law, LawParameter
+AREA = LawParameter("area", "A", "m^2", 0.0, 0.01, "area", (1e-3, 3e-3))
+def kernel(contraction, pressure, area):
+    return math.nan if 1e5 < pressure < 1.02e5 else pressure * area * (1.0 - 3.0 * contraction)
+afo.register(Law("law", kernel, (AREA,)))
+muscle = "orthosis.muscle.dorsiflexor.type"
+run = afo.run("seated", {f"{muscle}.law": "law", f"{muscle}.laws.law.area": "20 cm^2", "duration": "1 s"})
+print(run.status)
+"""
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, cwd=tmp_path)
+    assert done.returncode == 0 and "failed: " in done.stdout, done.stderr
+
+
+def test_a_changed_number_outside_is_another_law(monkeypatch: pytest.MonkeyPatch) -> None:
+    def force() -> float:
+        afo.register(Law("scaled", scaled, (AREA,)))
+        return float(forces(LAWS["scaled"].native_id, (2e-3,), np.array([0.1]), np.array([3e5]))[0])
+
+    first = force()
+    monkeypatch.setitem(globals(), "FACTOR", 2.0)
+    assert force() == pytest.approx(2.0 * first, rel=1e-14)
+
+
+FACTOR = 1.0
+
+
+def scaled(contraction: float, pressure: float, area: float) -> float:
+    return FACTOR * pressure * area * (1.0 - contraction)

@@ -1,6 +1,8 @@
 """Columns of a user's own: recorded, described, read by controllers and by sensors."""
 
 import pathlib
+import subprocess
+import sys
 import traceback
 from collections.abc import Mapping
 from typing import Any
@@ -159,3 +161,32 @@ def test_the_command_line_writes_it_and_says_the_line_of_an_error(
     assert afo.read_recording("run").describe("ankle/power")[0] == "W"
     code, _, err = call(*words, "other", "--extension", "bad.py")
     assert code == 2 and "bad.py:9: ValueError" in err and "ankle/bug" in err
+
+
+@pytest.mark.parametrize("unit", ["deg", "percent", "furlong"])
+def test_a_unit_that_is_not_of_si_is_refused(unit: str) -> None:
+    """Thresholds and sensors take the numbers as SI."""
+    with pytest.raises(afo.InputError) as refused:
+        afo.register(afo.column("my/angle", unit)(lambda columns: columns["ankle/angle"]))
+    assert refused.value.field == "unit"
+
+
+def test_a_column_that_is_not_row_by_row_is_refused() -> None:
+    """A controller, which sees a few rows, would see other numbers than the recording has."""
+    afo.register(afo.column("my/sum", "rad")(lambda columns: np.cumsum(columns["ankle/angle"])))
+    with pytest.raises(ValueError, match="own row"):
+        _ = afo.run("seated", {"duration": "0.2 s"})["my/sum"]
+
+
+def test_it_is_registered_before_anything_else_of_the_package_is_used(tmp_path: pathlib.Path) -> None:
+    (tmp_path / "own.py").write_text(
+        "import afo_sim as afo\n@afo.column('my/twice', 'rad')\ndef twice(columns):\n"
+        "    return 2.0 * columns['ankle/angle']\n",
+        encoding="utf-8",
+    )
+    program = "import afo_sim as afo; afo.register('own.py'); "
+    program += (
+        "run = afo.run('seated', {'duration': '0.1 s'}); print((run['my/twice'] / run['ankle/angle'])[0])"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, cwd=tmp_path)
+    assert done.returncode == 0 and float(done.stdout) == 2.0, done.stderr
