@@ -159,7 +159,7 @@ def fields_of(kind: Annotation, name: str = "") -> dict[str, Leaf]:
         if key == "provenance" or (kind in SETS and key not in _RANGES):
             continue
         marked = Annotated[(info.annotation, *info.metadata)] if info.metadata else info.annotation
-        default = None if info.is_required() else info.default
+        default = None if info.is_required() or info.default_factory else info.default
         if info.default_factory_takes_validated_data:
             default = info.get_default(call_default_factory=True, validated_data={"joint": "ankle"})
         found[key] = Leaf((key,), marked, info.is_required() and kind not in SETS, default, kind)
