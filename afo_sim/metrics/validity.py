@@ -34,7 +34,7 @@ CAPPED: tuple[tuple[Status, tuple[str, ...], str], ...] = (
     ("unknown", _ALL, "recovered phase-never-known"),
     ("doubtful", (FORCE,), "law-outside-its-pressure law-outside-its-contraction law-mismatch"),
     ("doubtful", (FORCE,), "path-jumps-below-range path-jumps-above-range path-through-bone"),
-    ("doubtful", (FORCE,), "muscle-length muscle-bends surface-not-touched"),
+    ("doubtful", (FORCE,), "muscle-length muscle-bends surface-not-touched law-of-your-own"),
     ("doubtful", (FLOW,), "law-volume"),
     ("doubtful", (MOTION,), "passive-ankle-extrapolated walker-not-usual side-assumed"),
     ("doubtful", (MOTION,), "stop-reached stop-in-the-air"),

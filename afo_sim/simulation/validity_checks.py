@@ -12,7 +12,7 @@ from afo_sim.common import LEAST_NUMBER, Notice
 from afo_sim.description import WORN, Described, MuscleGroup, Scenario, provenance_note
 from afo_sim.metrics import Metric, Window, cut, skin_metrics
 from afo_sim.model import ANKLE, SOURCE, Built, chamber_of, muscle_names
-from afo_sim.physics import BRAID_BLEND, LAWS, TRIPLE_TEMPERATURE, rubber_force
+from afo_sim.physics import BRAID_BLEND, FIRST_USER_ID, LAWS, TRIPLE_TEMPERATURE, rubber_force
 from afo_sim.physics.static_force import static_force
 from afo_sim.simulation.energy_balance import Columns, Energy, balances
 from afo_sim.simulation.facts import facts_of
@@ -99,6 +99,9 @@ def limit_warnings(
     for name, group in muscle_names(built.scenario.orthosis).items():
         yield from _muscle_limits(name, group, columns)
         if name.endswith("_1"):  # its neighbours say the same
+            if LAWS[group.type.law].native_id >= FIRST_USER_ID:
+                text = "{subject} pulls by {law}, a law of your own: nothing measured stands behind it here"
+                yield Notice("law-of-your-own", text, subject=name, law=group.type.law)
             yield from _law_warnings(name, group, columns, (static or {}).get(name))
         filled = float(columns[f"chamber/{chamber_of(name, group)}/pressure"].max())
         if filled > 1e5 and columns[f"muscle/{name}/force"].max() < 1.0:

@@ -50,6 +50,7 @@ def test_a_law_with_slopes_gives_the_bits_of_the_same_shipped_one() -> None:
     afo.register(replace(LAWS[OWN], name="mine", native_id=0))
     assert LAWS["mine"].native_id >= FIRST_USER_ID
     shipped, own = afo.run("seated", SETS), by_law("mine")
+    assert "law-of-your-own" in [getattr(each, "code", "") for each in own.warnings]
     assert own.ok and float(np.ptp(own["ankle/angle"])) > 0.05
     for column, values in shipped.columns.items():
         np.testing.assert_array_equal(own[column], values, err_msg=column)
@@ -183,8 +184,12 @@ def no_number_at_ends(contraction: float, pressure: float, area: float, lost: fl
     return math.nan if contraction > 0.2 else straight(contraction, pressure, area, lost)
 
 
+def pulls_again(contraction: float, pressure: float, area: float, lost: float) -> float:
+    return pressure * area * (1.0 - 0.0 * lost - 3.0 * contraction) * (1.0 - 2.5 * contraction)
+
+
 @pytest.mark.parametrize(
-    "kernel", [no_number, unknown_to_numba, without, other_order, printing, no_number_at_ends]
+    "kernel", [pulls_again, no_number, unknown_to_numba, without, other_order, printing, no_number_at_ends]
 )
 def test_a_wrong_law_is_refused_and_leaves_nothing(kernel: Any) -> None:
     before = dict(LAWS), dict(KERNELS), list(extending.ADDED)

@@ -34,6 +34,7 @@ def _checked(law: Law) -> int:
 
 LAWS: dict[str, Law] = collected()
 SHIPPED = tuple(LAWS.values())  # whose kernels are compiled together
+PULLS = 60  # contractions of 1 % over which a law that pulls no more may not pull again
 KINKS = 3  # places of 24 at which a force may bend, and its slope be another
 CLOSE = 1e-3  # share of the blocked force by which a law's slopes may miss its difference quotients
 
@@ -56,10 +57,14 @@ def add(law: Law) -> None:
 
 
 def _check_slopes(law: Law) -> None:
-    """Refuse a force that is not a number in the law's range, and slopes of another force (ValueError)."""
+    """Refuse a force that is no number or pulls again when slack, and slopes of another (ValueError)."""
     (_, end), (low, high) = law.contraction_range, law.pressure_range
     typical, steps = law.typical, (1e-4 * end, 1e-4 * high)
     blocked, slopes_at = abs(law.kernel(0.0, high, *typical)), slopes_of(law.kernel)
+    forces = [law.kernel(0.01 * k, high, *typical) for k in range(PULLS)]
+    slack = next((k for k, force in enumerate(forces) if force <= 0.0), PULLS)
+    if again := [k for k in range(slack, PULLS) if forces[k] > CLOSE * blocked]:
+        raise ValueError(f"it pulls again at κ = {0.01 * again[0]:.2f}, beyond its free contraction")
     wrong: list[str] = []
     for k, share in itertools.product(range(1, 12, 3), (0.13, 0.52, 0.91)):
         kappa, pressure = k / 11.0 * end, low + share * (high - low)
