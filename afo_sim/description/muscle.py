@@ -166,7 +166,7 @@ class Muscle(Named, RestCurves, Draws):
             problem = f"the friction {chosen!r} is retired: it gave energy where the pressure rose"
             raise refusal(problem, f"{instead}, in a table [frictions.{instead}] with the same parameters")
         if chosen not in known:
-            own = f"one of your own is registered before: register({info.field_name})"
+            own = "one of your own comes by afo_sim.register, or --extension FILE"
             raise refused_name(f"{chosen!r} is an unknown {info.field_name}; {own}", chosen, known)
         return chosen
 
