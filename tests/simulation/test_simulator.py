@@ -97,7 +97,7 @@ def test_reset_begins_again_with_the_same_bits() -> None:
         assert np.array_equal(second[name], again[name]), name
 
 
-@pytest.mark.parametrize("dt", [0.0, -0.002, 0.003, float("nan"), float("inf"), "0.01 s", True])
+@pytest.mark.parametrize("dt", [0.0, -0.002, 0.003, float("nan"), float("inf"), "0.01 m", True])
 def test_a_wrong_dt_or_command_is_refused_and_nothing_steps(dt: Any) -> None:
     with afo_sim.Simulator("seated", SHORT) as simulator:
         with pytest.raises(InputError) as caught:
