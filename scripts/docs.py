@@ -1,4 +1,4 @@
-"""The documentation as a site that needs no network: pages of docs/, tutorials with their output, reference.
+"""The documentation as a site that needs no network: pages of docs/, notebooks with their output, reference.
 
     python scripts/docs.py [--out site]
 
@@ -7,9 +7,7 @@ the site of them. A warning, a broken link or a request to an outside address fa
 """
 
 import argparse
-import ast
-import contextlib
-import io
+import concurrent.futures
 import os
 import pathlib
 import posixpath
@@ -18,21 +16,25 @@ import shutil
 import subprocess
 import sys
 import tempfile
-import textwrap
 import urllib.parse
 from collections.abc import Callable, Iterator
+from functools import partial
 from html.parser import HTMLParser
 from typing import Any
 
 import docs_reference
+import jinja2
+import jupytext
+import nbclient
+import nbconvert
 import tomli_w
-from PIL import Image
+from traitlets.config import Config
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 DOCS = ROOT / "docs"
+NOTEBOOKS = DOCS / "notebooks"
 LINK = re.compile(r"(\]\()([^)\s#:]+)(#[^)\s]*)?(\))")
 FENCED = re.compile(r"^( *```.*?^ *```)$", re.S | re.M)
-BLOCK = re.compile(r"^```python\n(.*?)^```$", re.S | re.M)
 TERM = re.compile(r"^- \*\*([^*]+)\*\*(.*)$", re.M)
 TABLE = re.compile(r"^(?!\|)(.*\S.*)\n(?=\|.*\|\n\|[-|: ]+\|$)", re.M)
 FETCHED = {"img": "src", "script": "src", "link": "href", "iframe": "src", "source": "src", "video": "src"}
@@ -67,6 +69,13 @@ FILLERS = (
 SEPARATOR = r"""[\s\-_,:;!?=\[\]()\\"`/]+|\.(?!\d)|\b(?:{})\b""".format(
     "|".join(f"[{word[0]}{word[0].upper()}]{word[1:]}" for word in FILLERS.split())
 )
+# Of a notebook's page: a picture's text and half of its pixels, as its cell and the kernel say.
+TEMPLATE = """{% extends "markdown/index.md.j2" %}
+{% block data_png %}
+<img alt="{{ cell.metadata.alt | e }}" src="{{ output.metadata.filenames["image/png"] | path2url }}"
+{%- if output.metadata["image/png"] %} width="{{ output.metadata["image/png"].width }}"{% endif %}>
+{% endblock data_png %}
+"""
 Nav = list[dict[str, Any]]
 
 
@@ -105,6 +114,8 @@ def page(text: str, file: pathlib.Path, links: dict[str, pathlib.Path]) -> str:
         path = links[link]
         if path.is_file() and path.is_relative_to(ROOT):
             link = posixpath.relpath(place(path), posixpath.dirname(place(file)) or ".")
+        if path.parent == NOTEBOOKS:
+            link = link.removesuffix(".py") + ".md"  # the page that is made of it
         return f"{begin}{link}{anchor or ''}{end}"
 
     parts = FENCED.split(text)
@@ -123,50 +134,53 @@ def title(file: pathlib.Path) -> str:
 
 
 def navigation(source: pathlib.Path) -> Nav:
-    """The ways in as docs/index.md has them, then tutorials, reference and glossary."""
+    """The ways in as docs/index.md has them, then notebooks, reference and glossary."""
     nav: Nav = [{"Home": "index.md"}]
     sections = re.split(r"^## ", (source / "index.md").read_text(encoding="utf-8"), flags=re.M)[1:]
     for section in sections:
         pages = re.findall(r"^- \[([^\]]+)\]\((\w+\.md)\)", section, re.M)
         if pages:
             nav.append({re.split(r"[:\n]", section)[0]: [{name: file} for name, file in pages]})
-    for name in ("tutorials", "reference"):
+    for name in (NOTEBOOKS.name, "reference"):
         files = sorted((source / name).glob("*.md"))
         nav.append({name.capitalize(): [{title(file): f"{name}/{file.name}"} for file in files]})
     return [*nav, {"Glossary": "glossary.md"}]
 
 
-def execute(file: pathlib.Path) -> None:
-    """Run a tutorial's blocks one after another; print, last value and new pictures stand below each."""
-    names: dict[str, Any] = {"__name__": "__main__"}
-    pictures = file.parent / file.stem
-    pictures.mkdir()
-
-    def run(found: re.Match[str]) -> str:
-        before = set(pictures.iterdir())
-        shown = textwrap.indent(output(found[1], names).rstrip(), "    ")
-        new = [path for path in sorted(pictures.iterdir()) if path.suffix == ".png" and path not in before]
-        return "\n\n".join([found[0], shown, *(picture(path) for path in new)])
-
-    with contextlib.chdir(pictures):
-        text = BLOCK.sub(run, file.read_text(encoding="utf-8"))
-    file.write_text(text, encoding="utf-8")
-
-
-def picture(path: pathlib.Path) -> str:
-    """A picture beside the page of its folder's name, at half of its pixels."""
-    address = f"{path.parent.name}/{path.name}"
-    return f'<img alt="{path.stem}" src="{address}" width="{Image.open(path).width // 2}">'
-
-
-def output(code: str, names: dict[str, Any]) -> str:
-    """What a block prints, and the value of its last line where that is an expression."""
-    tree = ast.parse(code)
-    last = tree.body.pop() if isinstance(tree.body[-1], ast.Expr) else None
-    with contextlib.redirect_stdout(io.StringIO()) as printed:
-        exec(compile(tree, "<tutorial>", "exec"), names)
-        value = eval(compile(ast.Expression(last.value), "<tutorial>", "eval"), names) if last else None  # type: ignore[attr-defined]
-    return printed.getvalue() + ("" if value is None else repr(value))
+def notebook(file: pathlib.Path, folder: pathlib.Path) -> str:
+    """Run a notebook; its page shows what it prints and draws, and has it beside, to take along."""
+    cells = jupytext.read(file)
+    with tempfile.TemporaryDirectory() as scratch:
+        client = nbclient.NotebookClient(
+            cells,
+            config=Config(KernelManager={"transport": "ipc", "ip": f"{scratch}/kernel"}),  # no port is opened
+            timeout=300,
+            extra_arguments=["--InlineBackend.figure_formats=retina"],
+            resources={"metadata": {"path": scratch}},
+        )
+        try:
+            client.execute()
+        except nbclient.exceptions.CellExecutionError as error:
+            raise SystemExit(f"{place(file)}: {error}") from None
+    for cell in cells.cells:
+        for shown in cell.get("outputs", []):
+            if shown.get("name") == "stderr":
+                raise SystemExit(f"{place(file)}: a cell warns: {shown['text']}")
+            if "image/png" in shown.get("data", {}) and not cell.metadata.get("alt"):
+                raise SystemExit(f'{place(file)}: a picture has no text alternative: write # %% alt="..."')
+    exporter = nbconvert.MarkdownExporter(
+        extra_loaders=[jinja2.DictLoader({"page.md.j2": TEMPLATE})], template_file="page.md.j2"
+    )
+    text, made = exporter.from_notebook_node(cells, {"unique_key": file.stem, "output_files_dir": file.stem})
+    heading, rest = text.strip().split("\n", 1)
+    taken = f"Take it along: [notebook]({file.stem}.ipynb), [script]({file.name})."
+    (folder / file.stem).mkdir(parents=True)
+    for name, picture in made["outputs"].items():
+        (folder / name).write_bytes(picture)
+    (folder / f"{file.stem}.md").write_text(f"{heading}\n\n{taken}\n{rest}\n", encoding="utf-8")
+    jupytext.write(cells, folder / f"{file.stem}.ipynb")
+    shutil.copyfile(file, folder / file.name)
+    return place(file)
 
 
 def configuration(nav: Nav) -> dict[str, Any]:
@@ -250,9 +264,10 @@ def build(out: pathlib.Path, tell: Callable[[str], None] = print) -> int:
         copy(source)
         (source / "style.css").write_text(STYLE)
         (source / "iframe-worker.js").write_text(SEARCH)  # of this name, or Zensical fetches one
-        for file in sorted((source / "tutorials").glob("*.md")):
-            tell(f"runs {place(DOCS / 'tutorials' / file.name)}")
-            execute(file)
+        with concurrent.futures.ThreadPoolExecutor(2) as pool:
+            run = partial(notebook, folder=source / NOTEBOOKS.name)
+            for name in pool.map(run, sorted(NOTEBOOKS.glob("*.py"))):
+                tell(f"has run {name}")
         for name, text in docs_reference.pages(tell):
             target = source / "reference" / f"{name}.md"
             target.parent.mkdir(exist_ok=True)

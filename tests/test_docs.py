@@ -1,8 +1,8 @@
 """The documentation's site: no warning, no broken link, and questions find their page."""
 
-import importlib
 import json
 import pathlib
+import re
 import subprocess
 import sys
 from typing import Any
@@ -10,9 +10,10 @@ from typing import Any
 import pytest
 from browser import CHROMIUM, Browser
 from campaign import nightly
-from documents import PAGES
+from documents import PAGES, script
 
 ROOT = pathlib.Path(__file__).parents[1]
+NOTEBOOKS = sorted((ROOT / "docs" / "notebooks").glob("*.py"))
 # What a user would ask, and the page that answers it.
 QUESTIONS = {
     "how stiff is the cuff?": "mounting.html",
@@ -65,12 +66,12 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> pathlib.Path:
     return out
 
 
-@nightly("the whole site is built, which takes 20 s")
+@nightly("the whole site is built, which takes a minute")
 @pytest.mark.slow
-def test_the_site_has_every_page_and_what_tutorials_draw(site: pathlib.Path) -> None:
+def test_the_site_has_every_page_and_every_notebook(site: pathlib.Path) -> None:
     assert all((site / f"{page}.html").is_file() for page in PAGES)
-    text = (site / "tutorials" / "1_first_walk.html").read_text(encoding="utf-8")
-    assert "Does it lift the toe?" in text and 'src="1_first_walk/clearance.png"' in text
+    kinds = ("html", "ipynb", "py")
+    assert all((site / "notebooks" / f"{one.stem}.{kind}").is_file() for one in NOTEBOOKS for kind in kinds)
     shown = {
         "commands": "--step",
         "keys": "bladder_force",
@@ -82,7 +83,7 @@ def test_the_site_has_every_page_and_what_tutorials_draw(site: pathlib.Path) -> 
         assert name in text and "Undefined" not in text
 
 
-@nightly("the whole site is built, which takes 20 s")
+@nightly("the whole site is built, which takes a minute")
 @pytest.mark.slow
 @pytest.mark.skipif(CHROMIUM is None, reason="there is no Chromium, which would run the site's search")
 def test_questions_find_their_page_and_no_page_asks_for_anything_outside(
@@ -90,7 +91,7 @@ def test_questions_find_their_page_and_no_page_asks_for_anything_outside(
 ) -> None:
     browser = Browser(tmp_path)
     try:
-        for page in ("walking", "reference/keys", "tutorials/1_first_walk", "index"):
+        for page in ("walking", "reference/keys", "notebooks/01_papers", "index"):
             browser.open((site / f"{page}.html").as_uri())
         hits = {question: browser.run(f"{ASK}({json.dumps(question)})") for question in QUESTIONS}
     finally:
@@ -106,16 +107,61 @@ def test_questions_find_their_page_and_no_page_asks_for_anything_outside(
 
 
 @pytest.fixture
-def docs(monkeypatch: pytest.MonkeyPatch) -> Any:
+def docs() -> Any:
     """The script that builds the site."""
-    monkeypatch.syspath_prepend(str(ROOT / "scripts"))
-    return importlib.import_module("docs")
+    pytest.importorskip("jupytext", reason="notebooks are read by jupytext, of the extra docs")
+    return script("docs")
 
 
-def test_a_block_shows_what_it_prints_and_its_last_value(docs: Any) -> None:
-    names: dict[str, Any] = {}
-    assert docs.output("x = 2\nprint(x)\nx + 1\n", names) == "2\n3"
-    assert docs.output("y = x\n", names) == "" and names["y"] == 2
+NOTEBOOK = """# %% [markdown]
+# # Two
+#
+# From [there](../index.md).
+
+# %%
+x = 2
+print(x)
+x + 1
+
+# %% alt="A line"
+import matplotlib.pyplot as plt
+plt.plot([0, 1]);
+"""
+
+
+def test_a_notebook_shows_what_it_prints_draws_and_ends_with(docs: Any, tmp_path: pathlib.Path) -> None:
+    file, folder = tmp_path / "two.py", tmp_path / "made"
+    file.write_text(NOTEBOOK)
+    docs.ROOT = tmp_path
+    assert docs.notebook(file, folder) == "two.py"
+    page = (folder / "two.md").read_text()
+    assert page.startswith("# Two\n") and "[there](../index.md)" in page
+    assert page.index("x + 1") < page.index("    2\n") < page.index("    3\n")
+    (picture,) = re.findall(r'<img alt="A line" src="(two/\w+\.png)" width="\d+">', page)
+    assert (folder / picture).is_file() and (folder / "two.py").is_file()
+    cells = json.loads((folder / "two.ipynb").read_text())["cells"]
+    assert [len(cell.get("outputs", [])) for cell in cells] == [0, 2, 1]
+
+
+@pytest.mark.parametrize(
+    "cell",
+    ["1 / 0", "import warnings; warnings.warn('w')", "import matplotlib.pyplot as plt; plt.plot([1]);"],
+)
+def test_a_notebook_that_fails_warns_or_lacks_a_text_makes_no_page(
+    docs: Any, tmp_path: pathlib.Path, cell: str
+) -> None:
+    (tmp_path / "bad.py").write_text(f"# %% [markdown]\n# # Bad\n\n# %%\n{cell}\n")
+    docs.ROOT = tmp_path
+    with pytest.raises(SystemExit, match=r"^bad.py: "):
+        docs.notebook(tmp_path / "bad.py", tmp_path / "made")
+    assert not (tmp_path / "made").exists()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("file", NOTEBOOKS, ids=lambda file: file.stem)
+def test_each_notebook_runs(docs: Any, tmp_path: pathlib.Path, file: pathlib.Path) -> None:
+    docs.notebook(file, tmp_path)
+    assert "\n    " in (tmp_path / f"{file.stem}.md").read_text(encoding="utf-8")
 
 
 def test_a_folder_that_is_not_a_site_is_not_replaced(docs: Any, tmp_path: pathlib.Path) -> None:
