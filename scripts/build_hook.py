@@ -2,7 +2,8 @@
 
 numba compiles them, the C of `afo_sim/native/library` makes them a plugin of MuJoCo's and an FMU, and a C
 compiler links both: the machine's own, or else that of the package ziglang. A wheel carries the library,
-models/ and gait_data/ inside the package; an editable install reads the checkout.
+models/ and gait_data/ inside the package; an editable install reads the checkout. AFO_SIM_PURE=1 makes a
+wheel for every platform, without the library.
 """
 
 import base64
@@ -50,6 +51,7 @@ if part == "callbacks":
 """
 # Code for whatever processor, in a library that is loaded without changes to its text.
 ANY_PROCESSOR = {"NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": ""}
+PURE = os.environ.get("AFO_SIM_PURE") == "1"
 WARNINGS = ["-Wall", "-Wextra", "-Wno-unused-parameter"]
 LINK = ["-std=c11", "-O2", *WARNINGS, "-fPIC", "-fvisibility=hidden", "-shared"]
 LINUX = ["-Wl,-z,defs", "-Wl,-z,noexecstack", "-Wl,-Bsymbolic", "-lm", "-ldl"]
@@ -57,21 +59,26 @@ LINUX = ["-Wl,-z,defs", "-Wl,-z,noexecstack", "-Wl,-Bsymbolic", "-lm", "-ldl"]
 
 class DataFolders(BuildHookInterface):
     def dependencies(self) -> list[str]:
-        own = [each for each in self.metadata.core.dependencies if re.split(r"[<>=]", each)[0] in IMPORTS]
+        if PURE:
+            return []
+        own = [each.partition(";")[0] for each in self.metadata.core.dependencies]
+        own = [each for each in own if re.split(r"[<>=]", each)[0] in IMPORTS]
         return own if compiler() else [*own, "ziglang>=0.13"]
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
         root = pathlib.Path(self.root)
+        folders = ["models", "gait_data"] if PURE else ["models", "gait_data", "machine_code"]
         try:
-            compile_kernels(root)
+            if not PURE:
+                compile_kernels(root)
         except (OSError, subprocess.CalledProcessError) as error:
             self.app.display_warning(f"{error}: no machine code is shipped; the first run compiles its own")
         if version != "standard":
             return
-        if (root / "machine_code" / "content.json").is_file():  # for a platform, and any version of Python
+        if not PURE and (root / "machine_code" / "content.json").is_file():  # for a platform, and any Python
             own = next(tag for tag in platform_tags() if not tag.startswith(("manylinux", "musllinux")))
             build_data |= {"pure_python": False, "tag": f"py3-none-{own}"}
-        for name in ("models", "gait_data", "machine_code"):
+        for name in folders:
             for path in sorted((root / name).rglob("*")):
                 if path.is_file() and path.suffix != ".png":  # pictures are the documents'
                     build_data["force_include"][str(path)] = f"afo_sim/{path.relative_to(root).as_posix()}"

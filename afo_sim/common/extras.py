@@ -14,12 +14,23 @@ EXTRAS = {
     "legs": ("yourdfpy", "trimesh", "lxml"),
     "study": ("SALib", "cma", "pandas", "xarray", "distributed"),
     "rl": ("dm_control", "dm_env", "gymnasium"),
-    "show": ("matplotlib", "jinja2", "rerun"),
+    "show": ("matplotlib", "jinja2"),
+    "rerun": ("rerun",),
     "studio": ("starlette", "uvicorn", "websockets"),
+    "compile": ("numba",),
 }
 _EXTRA_OF = {package: extra for extra, packages in EXTRAS.items() for package in packages}
-_WITH = {"labmaze": "dm_control", "rerun_cli": "rerun", "mpl_toolkits": "matplotlib", "dask": "distributed"}
-NO_WHEEL = "; on Python 3.13 its part labmaze has no wheel: take Python 3.11 or 3.12"
+_WITH = {
+    "labmaze": "dm_control",
+    "rerun_cli": "rerun",
+    "mpl_toolkits": "matplotlib",
+    "dask": "distributed",
+    "llvmlite": "numba",
+}
+NOTES = {
+    "dm_control": "; on Python 3.13 its part labmaze has no wheel: take Python 3.11 or 3.12",
+    "numba": "; it compiles your own laws, and the package's own code after a change",
+}
 
 
 class MissingExtra(InputError, ImportError):
@@ -28,8 +39,7 @@ class MissingExtra(InputError, ImportError):
     def __init__(self, package: str, extra: str):
         self.package, self.extra = package, extra
         how = f"pip install 'afo-sim[{extra}]', or -e '.[{extra}]' in a clone"
-        note = NO_WHEEL if package == "dm_control" else ""
-        super().__init__(f"this needs the library {package}: {how}{note}")
+        super().__init__(f"this needs the library {package}: {how}{NOTES.get(package, '')}")
 
 
 def missing_extra(error: BaseException) -> MissingExtra | None:

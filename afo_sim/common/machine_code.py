@@ -26,6 +26,7 @@ from typing import NamedTuple
 
 from afo_sim.common import user_cache
 from afo_sim.common.errors import InputError
+from afo_sim.common.extras import MissingExtra, installed
 from afo_sim.common.open_types import Foreign, JsonDict
 
 
@@ -58,6 +59,8 @@ def functions(
     if library := shipped(kind, key):
         return [prototype((symbol(kind, k), library)) for k in range(_brought()["kinds"][kind][1])]
     start({**outside(), USER_KERNELS: ctypes.addressof(user_kernels())})
+    if not installed("numba"):
+        raise MissingExtra("numba", "compile")
     codes = _kept(kind, key)
     if not codes:
         with user_cache.locked():  # whoever has waited finds what the first has compiled

@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple, TypeVar
 
-from afo_sim.common import Doubles, InputError, identity_of
+from afo_sim.common import Doubles, InputError, identity_of, optional
 from afo_sim.physics.jitable import OVERLOADS, marked, register_all, register_jitable
 from afo_sim.physics.law import Entry
 from afo_sim.physics.registry import items
@@ -181,6 +181,7 @@ def _marked(kernel: Callable[..., Any]) -> Callable[..., Any]:
 
 def _compile(entry: Entry, number: int, functions: Mapping[int, Callable[..., float]]) -> None:
     """Compile functions, and put their addresses into the table."""
+    optional("numba")
     from numba.core.errors import NumbaError, UnsupportedBytecodeError
 
     from afo_sim.common import compiling, machine_code
