@@ -19,6 +19,7 @@ import itertools
 import pathlib
 import tempfile
 from collections.abc import Iterator
+from contextlib import ExitStack
 from typing import Any
 
 import matplotlib.pyplot as plt
@@ -35,7 +36,7 @@ from afo_sim.show.patients_figure import draw_patients
 from afo_sim.show.rerun import screenshot, write_comparison
 from afo_sim.show.run_view import alone
 from afo_sim.show.video import Painter
-from afo_sim.show.walking_figure import WalkingFigure, draw_figure, reference_view
+from afo_sim.show.walking_figure import WalkingFigure, reference_view
 from afo_sim.walker import populate
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
@@ -210,23 +211,20 @@ def runs() -> None:
 
 WALKS = {"healthy": "healthy", "dropfoot": "drop foot", "dropfoot-afo": "with S1's orthosis"}
 WALKS |= {"dropfoot-afo-short": "on shorter links"}
-FILM = {"without": "in a trainer, without the device", "with": "with S1's device"}
+FILM = {"without": "without the device", "with": "with S1's device"}
 STILLS, MOMENTS = (0.58, 0.83), (0.05, 0.3, 0.55, 0.83)  # of the stride [-]
 
 
-def film(figures: dict[str, WalkingFigure], place: pathlib.Path) -> None:
-    """The settled stride of each, beside one another, slowly."""
-    frames = []
-    for phase in np.arange(96) / 96.0:
-        figure, axes = plt.subplots(1, 2, figsize=(8.0, 5.0))
-        for axis, (title, walker) in zip(axes, figures.items(), strict=True):
-            draw_figure(axis, walker, float(phase))
-            axis.set_title(title, weight="bold", fontsize=13.0)
-        figure.subplots_adjust(0.0, 0.0, 1.0, 0.93, 0.0)
-        figure.canvas.draw()
-        frames.append(Image.fromarray(np.asarray(figure.canvas.buffer_rgba())[..., :3].copy()).quantize(20))
-        plt.close(figure)
-    frames[0].save(place, save_all=True, append_images=frames[1:], duration=80, loop=0, optimize=True)
+def film(views: dict[str, RunView], place: pathlib.Path) -> None:
+    """The settled stride of each, beside one another, slowly, as the package's films have it."""
+    with ExitStack() as stack:
+        painters = [
+            stack.enter_context(Painter(view.recording, 660, 690, WalkingFigure.of(view), title))
+            for title, view in views.items()
+        ]
+        beside = (np.hstack([each.picture(phase) for each in painters]) for phase in np.arange(96) / 96.0)
+        first, *others = (Image.fromarray(frame).resize((880, 460), Image.Resampling.BOX) for frame in beside)
+    first.save(place, save_all=True, append_images=others, duration=60, loop=0, quality=60, method=6)
 
 
 def still(views: dict[str, RunView]) -> Image.Image:
@@ -312,7 +310,7 @@ def walks() -> None:
     bare, worn = reference_view(made["dropfoot-afo"], "without", RED), alone(made["dropfoot-afo"])
     assert bare is not None
     beside = dict(zip(FILM.values(), (bare, worn), strict=True))
-    film({title: WalkingFigure.of(view) for title, view in beside.items()}, ROOT / "docs/drop_foot.gif")
+    film(beside, ROOT / "docs" / "drop_foot.webp")
     save(still(beside), PICTURES / "film.png")
     draw(PICTURES / "report.png", (7.4, 6.8), lambda figure: fill_report(views, figure))
     draw(PICTURES / "metrics-clearance.png", (7.0, 4.0), lambda figure: fill_clearance(worn, figure))
