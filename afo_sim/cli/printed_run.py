@@ -1,4 +1,4 @@
-"""A run on the terminal: what decides on a dozen lines, or every number."""
+"""A run on the terminal: a screen of what decides, or every number."""
 
 import os
 import re
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 _QUANTITY = re.compile(r"(?<=\d) (?=[^\W\d]{1,3}\b)")  # between a number and its unit
 _STYLES = {"✓": "bold green", "!": "bold yellow", "✗": "bold red", "?": "bold"}
-_LINES = 12 + 2  # that a run prints unasked: a dozen, and what such numbers were worth
+_LINES = 20  # that a run prints unasked: they fit a terminal of 24 rows
 _WARNING = "warning: "
 _Line = tuple[str, int]  # a text, and by how much its further lines are indented
 _Lines = Sequence[_Line]
@@ -30,7 +30,7 @@ _SPELLED = str.maketrans(  # for a terminal that does not know them
 
 
 def print_run(recording: "Recording", folder: Path, *, numbers: bool = False) -> None:
-    """Print a run: on a dozen lines what decides, or with `numbers` all that is known."""
+    """Print a run: a screen of what decides, or with `numbers` everything."""
     from afo_sim.simulation import answers_of
 
     answers = answers_of(recording)
@@ -44,7 +44,7 @@ def print_run(recording: "Recording", folder: Path, *, numbers: bool = False) ->
 
 
 def _print_in_short(recording: "Recording", answers: Sequence["Answer"], written: str) -> None:
-    """The answers, then as many warnings, changes and notes as a dozen lines hold."""
+    """The answers, then as many warnings, changes and notes as fit on a screen."""
     from afo_sim.metrics import decides
     from afo_sim.show import bands, effects, in_brief, known
     from afo_sim.simulation import STEP_STUDY, step_line
@@ -69,11 +69,11 @@ def _print_in_short(recording: "Recording", answers: Sequence["Answer"], written
 def print_answers(
     judged: _Judged, remarks: _Lines, tail: _Lines, *, first: _Lines = (), whole: bool = False
 ) -> None:
-    """Answers behind their runs, lines that end them, and as many remarks as a dozen lines hold."""
+    """Answers with their runs, closing lines, and as many remarks as fit on a screen."""
     from afo_sim.metrics import closing
     from afo_sim.show import verdict_texts as verdict
 
-    shown = verdict.full(judged) if whole else verdict.brief(judged, _width())
+    shown = verdict.full(judged) if whole else verdict.brief(judged)
     answered = [(line, verdict.INDENT) for line in shown]
     names = {name for recording, _ in judged for name in recording.metrics}
     ends = [*((line, 0) for line in closing([answer for _, answer in judged], names) if judged), *tail]
@@ -85,12 +85,12 @@ def print_answers(
 
 
 def _rows(lines: _Lines) -> int:
-    """How many lines of the terminal they take."""
+    """How many rows of the terminal they take."""
     return sum(len(list(_wrapped(line, hang))) for line, hang in lines)
 
 
 def _fitting(remarks: _Lines, room: int) -> list[_Line]:
-    """The first remarks that fit into some lines; the last line says how many and which are left out."""
+    """The first remarks that fit; the last line says how many are left out."""
     kept: list[_Line] = []
     for line in remarks:
         room -= _rows([line])
@@ -101,7 +101,7 @@ def _fitting(remarks: _Lines, room: int) -> list[_Line]:
     warnings = sum(line.startswith(_WARNING) for line, _ in left)
     more = f"{len(left)} more line{'s' if len(left) > 1 else ''}" if left else ""
     more += f" ({warnings} of warnings) and " if warnings else " and " if left else ""
-    return [*kept, (f"… {more}every number: --numbers", 2)]
+    return [*kept, (f"… {more}all numbers: add --numbers", 2)]
 
 
 def _title(recording: "Recording") -> str:
@@ -111,7 +111,7 @@ def _title(recording: "Recording") -> str:
 
 
 def _print_all(recording: "Recording") -> None:
-    """The answers whole, what to change first, bands, every number, warnings and notes."""
+    """The full answers, what to change first, bands, every number, warnings and notes."""
     from afo_sim.show import bands, effects
     from afo_sim.show import verdict_texts as verdict
 
@@ -127,11 +127,11 @@ def _print_all(recording: "Recording") -> None:
         print_line(f"note: {note}", hang=6)
     timing = recording.timing
     steps, speed = timing["steps"], timing["steps_per_second"] / 1000
-    print_line(f"{steps} steps in {timing['wall_seconds']:.2f} s ({speed:.0f} thousand a second)")
+    print_line(f"{steps} steps in {timing['wall_seconds']:.2f} s ({speed:.0f} thousand per second)")
 
 
 def _print_numbers(recording: "Recording") -> None:
-    """The table of metrics, and those that say nothing."""
+    """The table of metrics, and which have no value."""
     from afo_sim.show import printed, undefined
     from afo_sim.simulation import found_step_errors, step_line
 
@@ -154,7 +154,7 @@ def _print_numbers(recording: "Recording") -> None:
 def warning_lines(
     recording: "Recording | Both", has_answers: bool, only: Callable[[str], bool] = bool
 ) -> list[_Line]:
-    """Each warning once; of several of a kind the first, and whom else it concerns."""
+    """Each warning once; of several of one kind the first, and what else it concerns."""
     kinds: dict[str, list[Mixed]] = {}
     for warning in filter(only, dict.fromkeys(recording.warnings)):
         code = getattr(warning, "code", "")
@@ -170,7 +170,7 @@ def warning_lines(
 
 
 def note_lines(recording: "Recording") -> list[Mixed]:
-    """What of the numbers is not to be believed."""
+    """Reasons to doubt the numbers."""
     from afo_sim.show import cautions, decisive, of_walker
 
     of_run = recording.described, recording.metrics, recording.strides
@@ -179,7 +179,7 @@ def note_lines(recording: "Recording") -> list[Mixed]:
 
 
 def print_line(text: str, *, hang: int = 0, badge: int = 0, style: str = "") -> None:
-    """A text in the terminal's width, further lines indented; whole where a file or program reads it."""
+    """A text wrapped to the terminal's width, with an indent; unwrapped for a file or program."""
     from rich.console import Console
     from rich.text import Text
 
@@ -215,7 +215,7 @@ def _wrapped(text: str, hang: int) -> Iterator[str]:
 
 
 def _width() -> int | None:
-    """Columns of the terminal; None where there is none, and COLUMNS does not say how many."""
+    """Columns of the terminal; None without a terminal and without COLUMNS."""
     if sys.stdout.isatty() or os.environ.get("COLUMNS"):
         return shutil.get_terminal_size().columns
     return None

@@ -1,4 +1,4 @@
-"""How much bands were worth so far: the ledger's measured values that lay in them, by kind of number."""
+"""How well predictions did so far: the ledger's measured values inside their bands, by kind of number."""
 
 import functools
 from collections.abc import Container, Iterable
@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 from afo_sim.common import JsonDict, assets
 from afo_sim.metrics.answer import listed
 
-KINDS = {  # metric: the kind of measured value that tells what its band is worth
+KINDS = {  # metric: the kind of measured value that shows how good its predictions are
     "toe_clearance": "toe clearance",
     "torque_against_push_off": "joint torque",
     "torque_against_push_off_per_mass": "joint torque",
@@ -34,7 +34,7 @@ class Coverage:
     def text(self) -> str:
         """In plain words."""
         if not self.values:
-            return f"{self.kind} (none)"
+            return f"{self.kind} (none measured)"
         alone = " (one test)" if self.benches < min(self.values, 2) else ""
         return f"{self.kind} {self.inside} of {self.values}{alone}"
 
@@ -57,9 +57,10 @@ def counts(metrics: Iterable[str]) -> dict[str, JsonDict]:
 
 
 def worth(metrics: Container[str]) -> str:
-    """What bands of such metrics were worth so far, as a sentence; "" where none has a kind."""
+    """How well such metrics were predicted so far, as a sentence; "" where none has a kind."""
     kinds = {KINDS[name]: found for name in KINDS if name in metrics and (found := coverage(name))}
     worn = [kind for kind, found in kinds.items() if found.worn]
     told = ", ".join(found.text for found in kinds.values())
     on = f"only {listed(worn)}" if worn else "none"
-    return f"Measured values in band (9 in 10 is good): {told}; {on} on a worn orthosis." if kinds else ""
+    start = "Measured values inside predicted 90 % bands (9 of 10 expected)"
+    return f"{start}: {told}; {on} on a worn orthosis." if kinds else ""

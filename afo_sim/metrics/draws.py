@@ -1,4 +1,4 @@
-"""A verdict beside draws: what a share of drawn strides decides, by its exact bounds."""
+"""A verdict with uncertainty: what a share of drawn strides decides, by its exact bounds."""
 
 import dataclasses
 from bisect import bisect_left
@@ -16,27 +16,30 @@ MOST_DRAWS = 100_000  # that anybody would make
 def with_draws(
     answers: Sequence[Answer], trips: float, draws: int, limit: tuple[float, float], kept: Mapping[str, float]
 ) -> tuple[Answer, ...]:
-    """The answers of a run that was drawn over what is not known; help and toe are the worse of both."""
+    """The answers of a run with its uncertain inputs drawn; help and toe are the worse of both."""
     # `trips` is the share of drawn strides that touch the floor, `kept` that of draws that keep each good
     # answer, by its name; less than KEPT make it doubtful
     drawn, remark = _judged(trips, draws, limit)
     touching = of_draws(trips, draws, "touches the floor", "touch the floor")
-    stated = f"Of {draws} strides drawn over what is not known, {touching}{remark}. This is {NO_RATE}."
-    against = f"; of drawn strides at most {percent(limit[0])}, bad beyond {percent(limit[1])}"
+    stated = f"With all uncertain inputs varied together, of {draws} strides {touching}{remark}. "
+    stated += f"This is {NO_RATE}."
+    against = f"; of varied strides at most {percent(limit[0])} may touch, bad above {percent(limit[1])}"
 
     def judged(answer: Answer) -> Answer:
         if answer.status == "good" and answer.name in kept:
             share = kept[answer.name]
             answer = dataclasses.replace(answer, kept=share)
             if share < KEPT:
-                text = f"{answer.text} Only {percent(share)} of {draws} draws of what is not known keep that."
-                brief = f"{answer.brief}; {percent(share)} of draws keep it" if answer.brief else ""
+                text = (
+                    f"{answer.text} That holds in only {percent(share)} of {draws} runs with varied inputs."
+                )
+                brief = f"{answer.brief}; holds in {percent(share)} of varied runs" if answer.brief else ""
                 answer = dataclasses.replace(answer, status="doubtful", text=text, brief=brief)
         undecided = drawn == "unknown" and answer.status != "good"  # whether it is bad, too
         status = answer.status if undecided else worst([answer.status, drawn])
         if answer.name == LIFT:
             text, wide = f"{answer.text} {stated}", answer.limit + against
-            brief = f"{answer.brief}; {percent(trips)} of draws trip" if answer.brief else ""
+            brief = f"{answer.brief}; {percent(trips)} of varied strides trip" if answer.brief else ""
             return dataclasses.replace(answer, status=status, text=text, limit=wide, brief=brief)
         if answer.name == HELP and status != answer.status:
             text = answer.text.replace(ENOUGH, UNSURE)
@@ -57,8 +60,8 @@ def _judged(share: float, draws: int, limit: tuple[float, float]) -> tuple[Statu
         return at_most(share, limit), ""
     needed = bisect_left(range(MOST_DRAWS), True, draws, key=decided)
     if needed < MOST_DRAWS:
-        return "unknown", f": too few to decide, draw {needed} if the share stays"
-    return "doubtful", ": so near a limit, no number decides"
+        return "unknown", f": too few to decide; draw {needed} to decide if the share stays the same"
+    return "doubtful", ": so close to a limit that no number of draws decides"
 
 
 def of_draws(share: float, draws: int, one: str, many: str) -> str:

@@ -27,6 +27,7 @@ from afo_sim.metrics.answer import (
     Status,
     at_least,
     at_most,
+    capital,
     clean,
     has,
     in_digits,
@@ -43,8 +44,8 @@ from afo_sim.metrics.covered import worth
 from afo_sim.metrics.verdict_air import adds_limit, air, air_adds
 
 NO_DEVICE = "A simulation, not a measurement and not a medical device."
-UNJUDGED = "* Not judged for uncertainty."
-ENOUGH, UNSURE = "it helps enough", "it helps, but not with certainty in every stride"
+UNJUDGED = "* Judged without uncertainty (--uncertainty 200 adds it)."
+ENOUGH, UNSURE = "the device helps enough", "the device helps, but not reliably in every stride"
 REFERENCES = {  # {scenario's reference: how the patient walks in it, and in the run}
     "shoe": ("Without the device", "with it"),
     "barefoot": ("Barefoot and without the device", "with it"),
@@ -89,7 +90,7 @@ def verdict(
     )
     if not has(metrics, "strides_without_air"):
         return found
-    said = "This is of strides on an empty source."  # nothing that is good is known from them
+    said = "This is from strides on an empty source."  # nothing that is good is known from them
     unknown = [worst([answer.status, "unknown"]) for answer in found]
     return tuple(
         dataclasses.replace(answer, status=status, text=f"{answer.text} {said}", brief="")
@@ -117,6 +118,10 @@ def needless(metrics: Numbers, limits: Limits) -> bool:
     return bool(heights) and min(heights) >= clean(1e3 * limits.toe_clearance[0])
 
 
+def _height_limit(wanted: float, trips: float) -> str:
+    return f"target ≥ {in_digits(wanted)} mm, trips below {in_digits(trips)} mm"
+
+
 # --- help
 
 
@@ -134,15 +139,15 @@ def _help(
     status, answer = _helped(without, own, wanted, trips)
     if own >= wanted and lift != "good":
         status = worst([status, lift])
-        doubted = f"{answer}; with it, clearance is not certain in every stride"
+        doubted = f"{answer}; with it, clearance is not reliable in every stride"
         answer = UNSURE if answer == ENOUGH else doubted
     both = zip(REFERENCES[reference], heights, touch, (" the toe passes", ""), strict=True)
-    limit = f"wanted {in_digits(wanted)}, trips below {in_digits(trips)} mm"
+    limit = _height_limit(wanted, trips)
     late = " after the forefoot has touched the floor"
     parts = [f"{how}{toe} {passes(height)}{late * touches}" for how, height, touches, toe in both]
     low, high = map(millimetres, heights)
     start = REFERENCES[reference][0]
-    brief = f"toe {low} {start[0].lower()}{start[1:]}, {high} {REFERENCES[reference][1]}"
+    brief = f"Toe clearance {low} {start[0].lower()}{start[1:]}, {high} {REFERENCES[reference][1]}"
     brief += f": {answer}" if answer != ENOUGH else ""
     found = Answer(HELP, QUESTIONS[HELP], status, f"{', '.join(parts)}: {answer}.", limit, brief)
     yield (
@@ -157,15 +162,15 @@ def _without_compensation(
     """Help in an own walk, where hip, knee or pelvis may lift the toe; `walked` says how it passes."""
     wanted, trips = limits
     if not all(has(metrics, name) for name in UNCOMPENSATED):
-        text = f"{answer.text} Whether hip, knee or pelvis make up for the foot is not known."
+        text = f"{answer.text} Whether hip, knee or pelvis compensate for the foot is not known."
         return dataclasses.replace(answer, status=worst([answer.status, "unknown"]), text=text, brief="")
     without = _judged(metrics, "uncompensated_reference_", trips)
     own = _judged(metrics, "uncompensated_", trips)
     status, words = _helped(without, own, wanted, trips)
     if status == "good" and metrics.get(_LESS_ALONE, math.nan) < wanted:
         status, words = "doubtful", UNSURE
-    pair = f"without the device {passes(without)}, with it {passes(own)}: {words}"
-    stated = f"On healthy people's hip, knee and path the same ankle has the toe {pair}."
+    pair = f"{passes(without)} without the device, {passes(own)} with it: {words}"
+    stated = f"With healthy people's hip, knee and path, and the same ankle, the toe passes {pair}."
     short = f"{millimetres(without)} without the device, {millimetres(own)} with it"
     if without < wanted <= as_walked:  # she clears, and only since something else lifts the foot
         bare, worn = walked
@@ -176,7 +181,7 @@ def _without_compensation(
             answer,
             status=worst([status, lift]),
             text=f"{bare}, lifted by hip, knee or pelvis and not by the ankle; {worn}. {stated}",
-            brief=f"without compensation {short}: {words}",
+            brief=f"Toe clearance without compensation {short}: {words}",
         )
     # where nothing hangs, nothing would be made up for
     status = answer.status if without >= wanted else worst([answer.status, status])
@@ -195,13 +200,14 @@ def _helped(without: float, own: float, wanted: float, trips: float) -> tuple[St
     """What two toe clearances [mm] say of a device."""
     if without >= wanted:
         if own >= max(without - _LOWERED, wanted):
-            return "doubtful", "not needed for the toe"
-        return "bad", f"not needed for the toe, which it lowers{' too far' if own < wanted else ''}"
+            return "doubtful", "the toe does not need the device"
+        far = " too far" if own < wanted else ""
+        return "bad", f"the toe does not need the device, which lowers it{far}"
     if own >= wanted:
         return "good", ENOUGH
     if own < without - CHANGED:
-        return "bad", "it lowers the toe"
-    helps = "it helps, but not enough" if own > without + CHANGED else "it changes nothing"
+        return "bad", "the device lowers the toe"
+    helps = "the device helps, but not enough" if own > without + CHANGED else "the device changes nothing"
     return ("bad", f"{helps}: the toe trips") if own < trips else ("doubtful", helps)
 
 
@@ -211,7 +217,7 @@ def _helped(without: float, own: float, wanted: float, trips: float) -> tuple[St
 def _lift(metrics: Numbers, strides: Mapping[int, Numbers], pair: tuple[float, float]) -> Answer:
     """Toe clearance of all strides that are stated; a forefoot that touches the floor trips, too."""
     wanted, trips = (clean(1e3 * each) for each in pair)
-    limit = f"wanted {in_digits(wanted)}, trips below {in_digits(trips)} mm"
+    limit = _height_limit(wanted, trips)
     if not has(metrics, "toe_clearance"):
         return unknown(LIFT, "the toe clearance is undefined", limit)
     stated = {k: s["toe_clearance"].value for k, s in strides.items() if has(s, "toe_clearance")}
@@ -222,10 +228,10 @@ def _lift(metrics: Numbers, strides: Mapping[int, Numbers], pair: tuple[float, f
     statuses += ["bad"] if short or (trips >= 0.0 and _touches(metrics)) else []
     less = metrics.get("toe_clearance_less_extended", math.nan)
     solved, settled = "strides_solved" in metrics, metrics["toe_clearance"].value
-    heights = [f"{millimetres(settled)} {'when settled' if solved else 'on average'}"]
+    heights = [f"{millimetres(settled)} {'in the settled stride' if solved else 'on average'}"]
     first = metrics[FIRST].value if has(metrics, FIRST) else stated.get(0)
     heights += [] if first is None else [f"{millimetres(first)} in stride 1"]
-    told = f"Clearance is {listed([*heights, f'{millimetres(lowest)} at the lowest'])}"
+    told = f"Toe clearance is {listed([*heights, f'{millimetres(lowest)} in the lowest stride'])}"
     if math.isfinite(less) and round(less, 1) != round(settled, 1):
         told += f"; {millimetres(less)} if the toes extend less"
     parts = [f"{told}."]
@@ -236,23 +242,26 @@ def _lift(metrics: Numbers, strides: Mapping[int, Numbers], pair: tuple[float, f
         parts.append(f"It is undefined in {numbered(unstated)}.")
         statuses.append("doubtful")
     if has(metrics, BY_LAWS) and metrics[BY_LAWS].value < wanted <= lowest:
-        parts.append(f"By another law of its muscles it is {millimetres(metrics[BY_LAWS].value)}.")
+        parts.append(f"With another force law of its muscles it is {millimetres(metrics[BY_LAWS].value)}.")
         statuses.append("doubtful")
     status, whole = worst(statuses), len(parts) == 1
     drags = ""
     if has(metrics, "toe_drag_force") and metrics["toe_drag_force"].value > 0.0:
         share, force = metrics["toe_drag"].value, metrics["toe_drag_force"].value
-        parts.append(f"The toe drags for {share:.0f} % of the swing, with up to {force:.0f} N over 10 ms.")
-        drags = f", drags {share:.0f} % of the swing, with up to {force:.0f} N"
+        drags = f" drags for {share:.0f} % of swing and presses with up to {force:.0f} N"
+        parts.append(f"The toe{drags} (mean over 10 ms).")
+        drags = f"; it{drags}"
     brief = ""  # what takes a further sentence is not told in short
     if whole:
-        extended = f", toes less extended {in_digits(less, '.1f')}" if math.isfinite(less) else ""
+        extended = f", {in_digits(less, '.1f')} if toes extend less" if math.isfinite(less) else ""
         low = in_digits(lowest, ".1f")
-        brief = f"{millimetres(settled)}, lowest {low}{extended} (wanted {in_digits(wanted)}){drags}"
+        brief = f"Toe clearance {millimetres(settled)}, lowest stride {low}{extended} "
+        brief += f"(target ≥ {in_digits(wanted)}){drags}"
     if status == "bad":
-        trip = f"It trips in {numbered(short)}, {len(short)} of {len(strides)}." if short else "It trips."
+        which = f" in {numbered(short)} ({len(short)} of {len(strides)})" if short else ""
         if solved and (settled < trips or _touches(metrics)):
-            trip = "It trips when settled."
+            which = " in the settled stride"
+        trip = f"The toe trips{which}."
         parts.insert(0, trip)
         brief = f"{parts[0]} {brief}" if brief else ""
     return Answer(LIFT, QUESTIONS[LIFT], status, " ".join(parts), limit, brief)
@@ -266,7 +275,7 @@ def _lift_by_the_ankle(lift: Answer, metrics: Numbers, pair: tuple[float, float]
     if height >= clean(1e3 * pair[0]):
         return lift
     text = f"{lift.text} Without compensation by hip, knee or pelvis "
-    text += f"the toe passes {passes(height)}." if known else "it is not known."
+    text += f"the toe passes {passes(height)}." if known else "the clearance is not known."
     brief = f"{lift.brief}; without compensation {millimetres(height)}" if known and lift.brief else ""
     return dataclasses.replace(lift, status="doubtful" if known else "unknown", text=text, brief=brief)
 
@@ -281,7 +290,7 @@ def _touches(metrics: Numbers, name: str = _TOUCHING) -> bool:
 def _heel(metrics: Numbers, strides: Mapping[int, Numbers], pair: tuple[float, float]) -> Answer:
     """Pitch at initial contact, and how many strides begin with the heel."""
     heel, forefoot = (clean(math.degrees(each)) for each in pair)
-    limit = f"heel from {in_digits(heel)}° on, forefoot below {in_digits(forefoot)}°"
+    limit = f"heel first from {in_digits(heel)}°, forefoot first below {in_digits(forefoot)}°"
     if not has(metrics, "foot_pitch_at_contact"):
         return unknown(HEEL, "the pitch of the foot at initial contact is undefined", limit)
     pitch = metrics["foot_pitch_at_contact"].value
@@ -290,15 +299,17 @@ def _heel(metrics: Numbers, strides: Mapping[int, Numbers], pair: tuple[float, f
     landed = [each["foot_pitch_at_contact"].value for each in contacts]
     each = [at_least(angle, (heel, forefoot)) for angle in (landed or [pitch])]
     # shares of heel, flat foot and forefoot among the landings
-    ways = {"good": "with the heel", "doubtful": "with a flat foot", "bad": "with the forefoot"}
+    ways = {"good": "on the heel", "doubtful": "on a flat foot", "bad": "on the forefoot"}
     found = {how: each.count(status) for status, how in ways.items() if status in each}
     shares = [f"{100.0 * count / len(each):.0f} % {how}" for how, count in found.items()]
-    stated = f"; of {len(each)} landings {listed(shares)}" if landed else ""
+    stated = f"of {len(each)} landings {listed(shares)}" if landed else ""
     if landed and len(found) == 1:
-        stated = f"; all {len(each)} landings {next(iter(found))}"
-    toes = f"{abs(pitch):.1f}° {'up' if pitch >= 0.0 else 'down'}{stated}"
-    status, text = worst([*each, at_least(pitch, (heel, forefoot))]), f"The foot lands with its toes {toes}."
-    return Answer(HEEL, QUESTIONS[HEEL], status, text, limit, f"toes {toes} (from {in_digits(heel)}°)")
+        stated = f"all {len(each)} landings {next(iter(found))}"
+    toes = f"{abs(pitch):.1f}° {'up' if pitch >= 0.0 else 'down'}"
+    status = worst([*each, at_least(pitch, (heel, forefoot))])
+    text = f"The foot lands with its toes {toes}{stated and '; '}{stated}."
+    brief = f"{stated and capital(stated) + ', '}toes {toes} (target ≥ {in_digits(heel)}°)"
+    return Answer(HEEL, QUESTIONS[HEEL], status, text, limit, brief)
 
 
 # --- push-off
@@ -307,7 +318,7 @@ def _heel(metrics: Numbers, strides: Mapping[int, Numbers], pair: tuple[float, f
 def _push_off(metrics: Numbers, worn: bool, limits: Limits) -> Answer:
     """Torque and work of the orthosis against push-off; the worse one decides."""
     torque, work = limits.torque_against_push_off, limits.work_against_push_off
-    limit = f"good up to {torque[0]:g} N·m/kg and {work[0]:g} J/kg, bad beyond {torque[1]:g} or {work[1]:g}"
+    limit = f"target ≤ {torque[0]:g} N·m/kg and ≤ {work[0]:g} J/kg, bad above {torque[1]:g} or {work[1]:g}"
     if not worn:
         text = "Nothing is worn that could hinder it."
         return Answer(PUSH_OFF, QUESTIONS[PUSH_OFF], "good", text, limit, kept=1.0)
@@ -321,16 +332,22 @@ def _push_off(metrics: Numbers, worn: bool, limits: Limits) -> Answer:
     if has(metrics, "torque_against_push_off_per_mass"):
         own = metrics["torque_against_push_off_per_mass"].value
         whole = "torque_against_push_off"
-        absolute = f"{metrics[whole].value:.1f} N·m, " if has(metrics, whole) else ""
-        parts.append(f"resists push-off with {absolute}{own:.3f} N·m/kg")
+        torque_text = f"{own:.3f} N·m/kg"
+        if has(metrics, whole):
+            torque_text = f"{metrics[whole].value:.1f} N·m ({torque_text})"
+        parts.append(f"resists push-off with up to {torque_text}")
     if has(metrics, "work_against_push_off"):
         parts.append(f"absorbs {metrics['work_against_push_off'].value:.4f} J/kg")
     text = f"The orthosis {listed(parts)}."
     status = worst(list[Status](each.values()))
     if len(set(each.values())) > 1 and status != "unknown":
         text += f" The {'torque' if each['torque_against_push_off_per_mass'] == status else 'work'} decides."
-    short = [f"{metrics[name].value:.3g} {unit}" for name, unit in _UNITS.items() if has(metrics, name)]
-    brief = f"{', '.join(short)} (good to {torque[0]:g}, {work[0]:g})"
+    short = [
+        f"{metrics[name].value:.3g} {unit} (target ≤ {getattr(limits, AGAINST[name])[0]:g})"
+        for name, unit in _UNITS.items()
+        if has(metrics, name)
+    ]
+    brief = f"Orthosis resists with {listed(short)}"
     return Answer(PUSH_OFF, QUESTIONS[PUSH_OFF], status, text, limit, brief)
 
 
@@ -340,10 +357,11 @@ def _push_off(metrics: Numbers, worn: bool, limits: Limits) -> Answer:
 def _skin(metrics: Numbers, worn: bool, limits: Limits) -> Answer:
     """Peak and sustained pressure of cuff and strap; the worst one decides."""
     (discomfort, pain), flow = limits.skin_pressure, limits.blood_flow_pressure
-    limit = f"discomfort from {1e-3 * discomfort:.3g}, pain from {1e-3 * pain:.3g}, sustained "
-    limit += f"{1e-3 * flow:.3g} kPa (blood flow)"
+    limit = f"discomfort from {1e-3 * discomfort:.3g} kPa, pain from {1e-3 * pain:.3g} kPa; sustained "
+    limit += f"at most {1e-3 * flow:.3g} kPa (blood flow)"
     if not worn:
-        return Answer(SKIN, QUESTIONS[SKIN], "good", "Nothing is worn that presses on it.", limit, kept=1.0)
+        text = "Nothing is worn that presses on the skin."
+        return Answer(SKIN, QUESTIONS[SKIN], "good", text, limit, kept=1.0)
     statuses: list[Status] = []
     parts, short = [], []
     for part, name in _PARTS.items():
@@ -357,13 +375,13 @@ def _skin(metrics: Numbers, worn: bool, limits: Limits) -> Answer:
         peak, always = (f"{value:.3g} kPa" for value in (most, lasting))
         steady = lasting >= _AS_MUCH * most
         presses = peak if steady else f"at most {peak} and {always}"
-        parts.append(f"the {name} presses on it with {presses} all the time")
-        short.append(f"{name} {peak}" + ("" if steady else f", always {always}"))
+        parts.append(f"the {name} presses on the skin with {presses} all the time")
+        short.append(f"{name} presses with {peak}" + ("" if steady else f" ({always} all the time)"))
     if not statuses:
-        return unknown(SKIN, "no cuff and no strap is described", limit)
-    text = f"To hold by friction (assumed), {listed(parts)}." if parts else "Nothing presses on it."
-    against = f"(to {1e-3 * discomfort:.3g}, always {1e-3 * flow:.3g})"
-    brief = f"{', '.join(short)}, µ assumed {against}" if short else ""
+        return unknown(SKIN, "neither cuff nor strap is described", limit)
+    text = f"To hold by friction (assumed), {listed(parts)}." if parts else "Nothing presses on the skin."
+    against = f"discomfort starts at {1e-3 * discomfort:.3g}, sustained limit {1e-3 * flow:.3g}"
+    brief = f"{capital(', '.join(short))}; {against}; friction assumed" if short else ""
     return Answer(SKIN, QUESTIONS[SKIN], worst(statuses), text, limit, brief)
 
 
@@ -378,13 +396,14 @@ def seated_answers(metrics: Numbers, limits: Limits) -> tuple[Answer, ...]:
         return ()
     down, up, torque = (metrics[name].value for name in names)
     rise = metrics.get("rise_time", math.nan)
-    brief = f"{in_digits(down, '.1f')}° to {in_digits(up, '.1f')}° of dorsiflexion, up to {torque:.3g} N·m"
-    brief += f", in {three(rise)} s" if math.isfinite(rise) else ""
+    brief = f"foot moves from {in_digits(down, '.1f')}° to {in_digits(up, '.1f')}° of dorsiflexion"
+    brief += f" in {three(rise)} s" if math.isfinite(rise) else ""
+    brief += f", with up to {torque:.3g} N·m"
     statuses: list[Status] = [at_least(up, (_NEUTRAL, _NEUTRAL)), "good" if rise <= _SWING else "doubtful"]
-    limit = f"wanted {_NEUTRAL:g}° in {_SWING:g} s, as in swing; assumed"
-    moves = Answer(MOVE, "Does it lift the foot?", worst(statuses), f"The foot moves from {brief}.", limit)
+    limit = f"target {_NEUTRAL:g}° within {_SWING:g} s, as in swing; assumed"
+    moves = Answer(MOVE, "Does it lift the foot?", worst(statuses), f"The {brief}.", limit)
     skin = _skin(metrics, True, limits)
-    moves = dataclasses.replace(moves, brief=f"{brief} ({limit})")
+    moves = dataclasses.replace(moves, brief=f"{capital(brief)} ({limit})")
     return (moves, skin) if skin.status != "unknown" else (moves,)
 
 
@@ -392,7 +411,7 @@ def seated_answers(metrics: Numbers, limits: Limits) -> tuple[Answer, ...]:
 
 
 def closing(answers: Iterable[Answer], metrics: Container[str]) -> list[str]:
-    """What stands under answers: what such numbers were worth, what a marked good one means, what none is."""
+    """Lines below the answers: how past predictions did, what a marked good one means, what none is."""
     marked = any(answer.word.endswith("*") for answer in answers)
     ends = [worth(metrics), f"{UNJUDGED} {NO_DEVICE}" if marked else NO_DEVICE]
     return list(filter(None, ends))

@@ -34,19 +34,19 @@ _EASIER = 1.1  # times as much a single filling must hinder push-off, for air to
 def air(metrics: Numbers, worn: bool, limits: Limits, feed: Feed | None) -> Answer:
     """Air per stride and hour, and how long its source lasts or whether it keeps up."""
     wanted, few = limits.strides_per_bottle
-    limit = f"wanted {wanted:g} strides, too few below {few:g}"
+    limit = f"target ≥ {wanted:g} strides, bad below {few:g}"
     if feed is not None and feed.runs:
-        limit = "mean flow up to its delivery at the set pressure"
+        limit = "mean flow at most what it delivers at the set pressure"
     if feed is not None or _sags(metrics):
-        limit += f"; sag at most {SAG:g} %"
+        limit += f"; supply sag at most {SAG:g} %"
     if not worn:
-        return Answer(AIR, QUESTIONS[AIR], "good", "None: nothing is worn that takes any.", limit, kept=1.0)
+        return Answer(AIR, QUESTIONS[AIR], "good", "None: nothing is worn that uses air.", limit, kept=1.0)
     if not has(metrics, "air_per_stride"):
         return unknown(AIR, "the air per stride is undefined", limit)
     grams = metrics["air_per_stride"].value
     if grams <= 0.0:
-        return Answer(AIR, QUESTIONS[AIR], "good", "None: no stride takes any.", limit, kept=1.0)
-    parts = [f"A stride takes {grams:.3g} g of air"]
+        return Answer(AIR, QUESTIONS[AIR], "good", "None: no stride uses air.", limit, kept=1.0)
+    parts = [f"A stride uses {grams:.3g} g of air"]
     if has(metrics, "free_air_per_minute"):
         parts.append(f"{three(60.0 * metrics['free_air_per_minute'].value)} l/h (ANR)")
     wished = f"a bottle of {1e3 * limits.bottle_volume:g} l at {1e-5 * limits.bottle_pressure:g} bar"
@@ -56,20 +56,20 @@ def air(metrics: Numbers, worn: bool, limits: Limits, feed: Feed | None) -> Answ
     if _sags(metrics):
         status = "bad"
         if has(metrics, "source_empty_after"):
-            found.append(f"It is empty after {lasting(metrics['source_empty_after'].value)}.")
+            found.append(f"The source is empty after {lasting(metrics['source_empty_after'].value)}.")
         if has(metrics, "supply_sag") and has(metrics, "lowest_supply_pressure"):
             low, sag = metrics["lowest_supply_pressure"].value, metrics["supply_sag"].value
             found.append(f"The supply falls to {low:.2f} bar, {sag:.0f} % below its set pressure.")
     lasts = metrics.get("strides_per_bottle", math.nan)
     plain = lasts > 0.0 and not _sags(metrics) and not runs
-    brief = f"{words}: {lasts:.0f} strides (wanted {wanted:g})" if plain else ""
+    brief = f"{capital(words)}: {lasts:.0f} strides (target ≥ {wanted:g})" if plain else ""
     return Answer(AIR, QUESTIONS[AIR], status, " ".join(found), limit, brief)
 
 
 def _bottle(metrics: Numbers, limit: tuple[float, float], words: str) -> tuple[Status, str]:
     """How long a bottle or cartridge lasts."""
     if not has(metrics, "strides_per_bottle"):
-        return "unknown", "The run does not hold the strides of a bottle: run it again."
+        return "unknown", "This recording has no strides per bottle: run it again."
     strides = metrics["strides_per_bottle"].value
     if strides <= 0.0:
         stated = f"{capital(words)} lasts no stride: its pressure is not above the supply's."
@@ -83,7 +83,7 @@ def _bottle(metrics: Numbers, limit: tuple[float, float], words: str) -> tuple[S
 def _compressor(metrics: Numbers, words: str) -> tuple[Status, str]:
     """Whether a compressor keeps up, and how long it runs; one that never rests is no good one."""
     if not has(metrics, "compressor_duty"):
-        return "unknown", "The run does not hold the compressor's duty: run it again."
+        return "unknown", "This recording has no duty of the compressor: run it again."
     duty = metrics["compressor_duty"].value
     share = metrics["source_share"].value if has(metrics, "source_share") else math.inf
     stated = f"{capital(words)} runs {three(duty)} % of the time"
@@ -93,8 +93,10 @@ def _compressor(metrics: Numbers, words: str) -> tuple[Status, str]:
         gives = "nothing"
         if math.isfinite(share) and has(metrics, "free_air_per_minute"):
             gives = f"{100.0 * metrics['free_air_per_minute'].value / share:.1f} l/min"
-        return "bad", f"{stated} and cannot keep up: at the set pressure it gives {gives}."
-    return ("doubtful" if duty >= 100.0 else "good"), f"{stated}, at {three(share)} % of what it can give."
+        return "bad", f"{stated} and cannot keep up: at the set pressure it delivers {gives}."
+    return (
+        "doubtful" if duty >= 100.0 else "good"
+    ), f"{stated}; the flow is {three(share)} % of its delivery."
 
 
 def _sags(metrics: Numbers) -> bool:
@@ -104,7 +106,7 @@ def _sags(metrics: Numbers) -> bool:
 
 
 def air_adds(metrics: Numbers, limits: Limits, own_walk: bool) -> Iterator[Answer]:
-    """The same device filled once and shut, which is a spring: what valves and air give beyond it."""
+    """What switched air gives beyond the same device filled once and shut, which is a spring."""
     # Of an own walk all is without compensation. Whose toe needs no device needs no air.
     of = "uncompensated_" if own_walk else ""
     names = (_HEIGHT, *AGAINST, "pressure")
@@ -118,32 +120,34 @@ def air_adds(metrics: Numbers, limits: Limits, own_walk: bool) -> Iterator[Answe
     against = max(metrics[f"{of}{name}"].value / first for name, first in firsts.items())
     shut = max(once.get(name, math.inf) / first for name, first in firsts.items())
     torque = "torque_against_push_off_per_mass"
-    text = f"Filled once to {once['pressure']:.3g} bar and shut, with no air after that, the toe passes "
-    text += f"{passes(once[_HEIGHT])} and push-off meets {once.get(torque, math.nan):.3f} N·m/kg; with air "
-    text += f"{passes(own)} and {metrics[of + torque].value:.3f} N·m/kg"
+    text = f"With one filling to {once['pressure']:.3g} bar and the valves then shut, the toe passes "
+    text += f"{passes(once[_HEIGHT])} and push-off is resisted by {once.get(torque, math.nan):.3f} N·m/kg; "
+    text += f"with switched air {passes(own)} and {metrics[of + torque].value:.3f} N·m/kg"
     status: Status = "doubtful"
     higher = own > once[_HEIGHT] + CHANGED
     if bare >= wanted:
         said = short = "the toe needs neither"
     elif once[_HEIGHT] >= wanted > own:
-        said = short = "one filling is enough, and air is not"
+        said = short = "one filling is enough, switched air is not"
     elif own < wanted:
         short = "not enough"
-        said = "air lifts the toe higher, but not enough" if higher else "neither is enough"
+        said = "switched air lifts the toe higher, but not enough" if higher else "neither is enough"
     elif once[_HEIGHT] < wanted and higher:
-        status, said, short = "good", "only air lifts the toe enough", "air is needed"
+        status, said = "good", "only switched air lifts the toe enough"
+        short = "switched air is needed"
     elif shut > max(_EASIER * against, 1.0):
-        status, said = "good", "air gives push-off back"
+        status, said = "good", "switched air relieves push-off"
         short = said
     else:
         short = "a spring would do"
-        said = "for toe and push-off a spring that is set once does as well, if nothing leaks"
+        said = "for toe and push-off a spring that is set once would do as well, if nothing leaks"
     low, high = map(millimetres, (once[_HEIGHT], own))
-    brief = f"filled once {low}, with air {high}: {short}"
+    brief = f"Toe clearance {low} if filled once, {high} with switched air: {short}"
     yield Answer(ADDS, QUESTIONS[ADDS], status, f"{text}: {said}.", adds_limit(limits), brief)
 
 
 def adds_limit(limits: Limits) -> str:
-    """What air must give beyond one filling, in words."""
+    """What switched air must give beyond one filling, in words."""
     wanted = in_digits(clean(1e3 * limits.toe_clearance[0]))
-    return f"wanted {wanted} mm, or {_EASIER:g} times less against push-off"
+    reached = f"good if only switched air clears {wanted} mm"
+    return f"{reached}, or one filling resists push-off {_EASIER:g} times as much"

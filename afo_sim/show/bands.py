@@ -1,4 +1,4 @@
-"""Bands of a run's numbers, in words and tables: what is not known of orthosis and wearer, drawn together."""
+"""Bands of a run's numbers in words and tables: uncertain inputs of orthosis and wearer varied together."""
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -10,8 +10,8 @@ from afo_sim.simulation import Recording
 
 _STUDY = "uncertainty"
 _CLEARANCE, _TORQUE, _AIR = "toe_clearance", "torque_against_push_off", "air_per_stride"
-_HOLDS = "a band holds what was drawn of inputs and muscle, not how predictions have failed (validate)"
-_MANY_FAILED = 0.1  # share of draws that fail from which on that is told first [-]
+_HOLDS = "bands include the uncertain inputs, not how far past predictions were off (afo-sim validate)"
+_MANY_FAILED = 0.1  # share of failed draws from which on that is stated first [-]
 _LEAST_SHARE = 0.01  # of the variance, below which a group has no row [-]
 _OF_METRICS = {_CLEARANCE: "toe clearance", _TORQUE: "torque against push-off", _AIR: "air"}
 
@@ -21,13 +21,13 @@ def lines(recording: Recording) -> list[str]:
     study = _study(recording)
     if study is None:
         return []
-    heading = _warnings(study) or [f"What is not known, drawn together ({study['draws']} draws)"]
+    heading = _warnings(study) or [f"All uncertain inputs varied together ({study['draws']} draws)"]
     notes = [_HOLDS, *study["notes"], *_in_no_band(study), *_left_out(study)]
     return [*heading, *(f"  {line}" for line in [*_sentences(study), "; ".join(notes)])]
 
 
 def brief(recording: Recording) -> list[str]:
-    """For a dozen lines of a terminal: what stands first, the bands, what to measure next."""
+    """For a short answer on the terminal: failures, the bands, what to measure next."""
     study = _study(recording)
     if study is None:
         return []
@@ -36,8 +36,9 @@ def brief(recording: Recording) -> list[str]:
         _, (low, _, high), of = _told(study["metrics"][name])
         found.append(f"{_OF_METRICS[name]} {low} to {high} {of}")
     if study["trips"]:
-        found.append(f"{of_draws(study['trips']['touch']['share'], left, 'trips', 'trip')}: {NO_RATE}")
-    bands = [f"5 to 95 % of {left} draws: {'; '.join(found)}"] if found else []
+        share = of_draws(study["trips"]["touch"]["share"], left, "trips", "trip")
+        found.append(f"of the strides {share}: {NO_RATE}")
+    bands = [f"5 to 95 % of {left} draws of uncertain inputs: {'; '.join(found)}"] if found else []
     return [*_warnings(study), *bands, *_in_no_band(study), *_measure_next(study)]
 
 
@@ -46,7 +47,7 @@ def markdown(recording: Recording) -> str:
     study = _study(recording)
     if study is None:
         return ""
-    parts = ["## What is not known", *_warnings(study), *_sentences(study)]
+    parts = ["## Uncertainty", *_warnings(study), *_sentences(study)]
     table = ["| | run | 5 % | 50 % | 95 % | |", "|---|---|---|---|---|---|"]
     table += [f"| {' | '.join(row)} |" for row in _rows(study)]
     return "\n\n".join([*parts, "\n".join(table), *_notes(study)])
@@ -70,7 +71,7 @@ def _part(run: RunView, study: JsonMapping) -> JsonDict:
         if max(shares, default=0.0) >= 100.0 * _LEAST_SHARE:
             bars.append((_plain(group["name"]), group["each_stride"], group["measure"], shares))
     rest = tuple(100.0 * study["rest"][name] for name in names)
-    bars += [("together, and what is left", True, "", rest)] if bars else []
+    bars += [("several together, and the rest", True, "", rest)] if bars else []
     told = {"warnings": _warnings(study), "sentences": _sentences(study), "notes": _notes(study)}
     explained, drawn = [_OF_METRICS[name] for name in names], list(map(_drawn, study["drawn"]))
     table = {"draws": study["draws"], "rows": _rows(study), "drawn": drawn}
@@ -78,13 +79,13 @@ def _part(run: RunView, study: JsonMapping) -> JsonDict:
 
 
 def _warnings(study: JsonMapping) -> list[str]:
-    """What stands first: bands of draws of which many failed."""
+    """Stated first: bands of draws of which many failed."""
     failed, count = study["failed"], study["draws"]
     if failed["count"] <= _MANY_FAILED * count:
         return []
     reasons = "; ".join(f"{one['count']} × {one['reason']}" for one in failed["reasons"][:2])
     left = count - failed["count"]
-    return [f"{failed['count']} of {count} draws failed; the bands are those of the other {left}: {reasons}"]
+    return [f"{failed['count']} of {count} draws failed ({reasons}); the bands are from the other {left}"]
 
 
 def _sentences(study: JsonMapping) -> list[str]:
@@ -96,29 +97,30 @@ def _sentences(study: JsonMapping) -> list[str]:
     if study["trips"]:
         trips, draws = study["trips"], study["draws"] - study["failed"]["count"]
         touch = of_draws(trips["touch"]["share"], draws, "trips", "trip")
-        near = of_draws(trips["within_10mm"]["share"], draws, "comes within 10 mm", "come within 10 mm")
+        within = "within 10 mm of the floor"
+        near = of_draws(trips["within_10mm"]["share"], draws, f"comes {within}", f"come {within}")
         low, _, high = (percent(share) for share in trips["touch"]["of_one"])
-        own = f"one wearer's own strides {low if low == high else f'{low} to {high}'} trip"
-        told = f"of {draws} drawn strides {touch}; {near}"
-        found.append(f"{told}; of {own} (5 to 95 % of the draws): {NO_RATE}")
+        own = f"a single wearer trips in {low if low == high else f'{low} to {high}'} of the strides"
+        told = f"of {draws} strides with varied inputs {touch}; {near}"
+        found.append(f"{told}; {own} (5 to 95 % of the draws): {NO_RATE}")
     others = [f"{_OF_METRICS[name]} {_band(name, metrics)}" for name in (_TORQUE, _AIR) if name in metrics]
     return [*found, *(["; ".join(others)] if others else []), *_measure_next(study)]
 
 
 def _measure_next(study: JsonMapping) -> list[str]:
-    """What is worth most to know: what it leaves of the clearance's band and of wrong guesses about it."""
+    """What to measure next: how much of the clearance's band and of wrong guesses it would leave."""
     named = {group["name"]: group for group in study["groups"]}
     groups = [named[name] for name in study["measure_next"]]
     if not groups:
         return []
-    told = f"measure next: {', '.join(_plain(group['name']) for group in groups)}"
+    told, parts = f"measure next: {', '.join(_plain(group['name']) for group in groups)}", []
     if "band_left" in groups[0]:  # not of older runs
         left = ", ".join(percent(group["band_left"][_CLEARANCE]) for group in groups)
-        told += f"; known, each leaves {left} of the clearance's band"
+        parts.append(f"{left} of the clearance's band")
     if "wrong_left" in groups[0]:  # not of own walks
         wrong = ", ".join(percent(group["wrong_left"]) for group in groups)
-        told += f", and {wrong} wrong guesses, now {percent(study['wrong'])}"
-    return [told]
+        parts.append(f"{wrong} wrong guesses about the target (now {percent(study['wrong'])})")
+    return [f"{told}; with each known, {' and '.join(parts)} remain" if parts else told]
 
 
 def _band(name: str, metrics: JsonMapping) -> str:
@@ -144,7 +146,7 @@ def _told(facts: JsonMapping) -> tuple[str, list[str], str]:
 
 
 def _decimals(facts: JsonMapping) -> int:
-    """As many as tell two digits of a band's width."""
+    """As many as show two digits of a band's width."""
     low, _, high = facts["quantiles"]
     return 2 if high <= low else min(max(1 - math.floor(math.log10(high - low)), 0), 4)
 
@@ -163,30 +165,32 @@ def _drawn(one: JsonMapping) -> tuple[str, str, str, str]:
 
 
 def _in_no_band(study: JsonMapping) -> list[str]:
-    """Draws that a band lacks: few that failed, and those without the number."""
+    """Draws missing from a band: few that failed, and those without the number."""
     found, count = _undefined(study), study["failed"]["count"]
     few = 0 < count <= _MANY_FAILED * study["draws"]
-    return [*found, f"{count} of {study['draws']} draws failed and are in no band"] if few else found
+    return (
+        [*found, f"{count} of {study['draws']} draws failed and are left out of the bands"] if few else found
+    )
 
 
 def _notes(study: JsonMapping) -> list[str]:
-    """All that is to be minded, a sentence each."""
+    """All remarks, a sentence each."""
     failed = [f"draw failed, {one['count']} times: {one['reason']}" for one in study["failed"]["reasons"]]
-    again = f"{study['rejected']} draws of a muscle's fit were no muscle, and were drawn anew"
+    again = f"{study['rejected']} draws of a muscle's fit gave no valid muscle and were repeated"
     failed += [again] if study["rejected"] else []
     return [_HOLDS, *study["notes"], *_undefined(study), *failed, *_left_out(study)]
 
 
 def _left_out(study: JsonMapping) -> list[str]:
-    """What the spreads have and the scenario lacks, or a fit draws already, by name."""
+    """Spreads that the scenario lacks, or that a fit already draws, by name."""
     names = dict.fromkeys(_plain(text.partition(":")[0]) for text in study["left_out"])
-    return [f"not drawn here: {', '.join(names)}"] if names else []
+    return [f"not varied here: {', '.join(names)}"] if names else []
 
 
 def _undefined(study: JsonMapping) -> list[str]:
-    """Numbers that some draws do not have: these are in no band of theirs."""
+    """Numbers that are undefined in some draws, which their bands leave out."""
     return [
-        f"{words(name).label} is undefined in {facts['undefined']} draws, which are not in its band"
+        f"{words(name).label} is undefined in {facts['undefined']} draws, which its band leaves out"
         for name, facts in study["metrics"].items()
         if facts["undefined"]
     ]

@@ -16,33 +16,29 @@ _FEW = 3  # on a page
 _LANDING = 1.0  # loss of the pitch at contact from which on every line tells it [deg]
 _APART = 0.5  # by which the first stride's clearance must differ otherwise to be told in a line [mm]
 _WHY = {
-    "lift": "the toe needs more clearance: ranked by the gain in its lowest clearance",
-    "heel": "the foot does not land on its heel: ranked by the gain in its pitch at contact",
-    "push_off": "push-off is hindered: ranked by its relief, while the toe stays clear",
-    "air": "a bottle does not last long enough: ranked by the air saved, while the toe stays clear",
-    "spare": "nothing is lacking: ranked by further relief of push-off, then air, while the toe stays clear",
+    "lift": "the toe needs more clearance; changes are ranked by the gain in lowest toe clearance",
+    "heel": "the foot does not land on its heel; changes are ranked by the gain in foot pitch at contact",
+    "push_off": "push-off is hindered; changes are ranked by its relief while the toe stays clear",
+    "air": "a bottle is empty too soon; changes are ranked by the air saved while the toe stays clear",
+    "spare": "all targets are met; changes are ranked by relief of push-off, then by the air saved",
 }
 _SHORT = {
-    CLEARANCE: "toe",
-    FIRST: "first stride",
-    TORQUE: "against push-off",
-    WORK: "work",
-    PITCH: "pitch",
-    AIR: "air",
-}
-_HEADS = _SHORT | {
-    FIRST: "toe, first stride",
+    CLEARANCE: "toe clearance",
+    FIRST: "in the first stride",
+    TORQUE: "torque against push-off",
     WORK: "work against push-off",
-    PITCH: "pitch at contact",
+    PITCH: "foot pitch at contact",
     AIR: "air per stride",
 }
+_HEADS = _SHORT | {FIRST: "toe clearance, first stride"}
+_PLACES = {"forward": "ahead of the joint", "up": "above the joint"}
 _BARS = (CLEARANCE, TORQUE)  # columns that are drawn, too
 _MEASURE = "assumed: measure it first"
-_NONE = "no single step helps: it takes a larger step, several together, or another design"
+_NONE = "no single change helps: try a larger one, several together, or another design"
 
 
 def effects_of(recording: Recording) -> Effects | None:
-    """The effects that a recording was told with; None without."""
+    """The effects that a recording holds; None without."""
     table = recording.studies.get(EFFECTS)
     return None if table is None or LEFT_OUT in table else Effects.from_json(table)
 
@@ -51,23 +47,23 @@ def lines(recording: Recording) -> list[str]:
     """For the terminal, at most six; none where there is nothing to report."""
     found, left_out = effects_of(recording), _left_out(recording)
     if found is None:
-        return [f"What to change first is left out: {left_out}"] if left_out else []
-    told = [f"What to change first, since {_WHY[found.aim]} (each change alone, in its own run)"]
+        return [f"What to change first was not computed: {left_out}"] if left_out else []
+    told = [f"What to change first: {_WHY[found.aim]} (each change alone, in its own run)"]
     told += [f"  {sentence}" for sentence in sentences(found, _TOP)]
     return told if found.helping else [*told, f"  {_NONE}"]
 
 
 def first_step(recording: Recording) -> str:
-    """The step that helps most and what it is for, in a line; "" where there is nothing to report."""
+    """The change that helps most and its aim, in a line; "" where there is nothing to report."""
     found, left_out = effects_of(recording), _left_out(recording)
     if found is None:
-        return f"what to change first is left out: {left_out}" if left_out else ""
+        return f"what to change first was not computed: {left_out}" if left_out else ""
     aim = found.aim.replace("_", "-")
     return f"change first, for {aim}: {next(iter(sentences(found, 1)), _NONE)}"
 
 
 def sentences(effects: Effects, most: int) -> list[str]:
-    """The steps that help most, the best first, with the differences that count."""
+    """The changes that help most, best first, with the differences that count."""
     sentences = []
     for effect in effects.helping[:most]:
         apart = abs(effect.by(FIRST) - effect.by(CLEARANCE)) >= _APART
@@ -79,7 +75,7 @@ def sentences(effects: Effects, most: int) -> list[str]:
         told += [n for n in lost if n not in told]
         text = ", ".join(f"{_SHORT[n]} {_number(effect, effects, n)} {_unit(effects, n)}" for n in told)
         notes = f" ({'; '.join(effect.notes)})" if effect.notes else ""
-        sentences.append(f"{change(effect)}: {text}{notes}")
+        sentences.append(f"{_advice(effect)}: {text}{notes}")
     return sentences
 
 
@@ -87,8 +83,8 @@ def markdown(recording: Recording) -> str:
     """For the viewer; "" where there is nothing to report."""
     found, left_out = effects_of(recording), _left_out(recording)
     if found is None:
-        return f"*Left out: {left_out}.*" if left_out else ""
-    told = [f"Since {_WHY[found.aim]}. Each step alone, in its own run.", ""]
+        return f"*Not computed: {left_out}.*" if left_out else ""
+    told = [f"{begun(_WHY[found.aim])}. Each change alone, in its own run.", ""]
     if not found.helping:
         return "\n".join([*told, f"**{begun(_NONE)}.**"])
     _, head, rows = table(found)
@@ -99,10 +95,10 @@ def markdown(recording: Recording) -> str:
 def table(effects: Effects) -> tuple[str, list[str], list[list[str]]]:
     """Title, header and rows: the steps that help most, with the differences that they make."""
     names = [name for name in _SHORT if name in effects.base]
-    head = ["step", *(f"{_SHORT[n]} [{_unit(effects, n)}]" for n in names)]
+    head = ["step", *(f"{_HEADS[n]} [{_unit(effects, n)}]" for n in names)]
     best = effects.helping[:_TOP]
     rows = [[change(effect), *(_number(effect, effects, n) for n in names)] for effect in best]
-    return f"since {_WHY[effects.aim]}", head, rows
+    return _WHY[effects.aim], head, rows
 
 
 def of_report(runs: Sequence[RunView]) -> list[JsonDict]:
@@ -118,8 +114,17 @@ def of_report(runs: Sequence[RunView]) -> list[JsonDict]:
 
 
 def change(effect: Effect) -> str:
-    """A step in words, as "dorsiflexor link length 11.2 → 10.7 cm"."""
+    """A step in short, as "dorsiflexor link length 11.2 → 10.7 cm"."""
     return f"{effect.name} {_values(effect)}" + (f" ({_MEASURE})" if effect.assumed else "")
+
+
+def _advice(effect: Effect) -> str:
+    """A step as advice, as "change dorsiflexor link length from 11.2 to 10.7 cm"."""
+    name, matched, _ = effect.name.partition(", link to match")
+    what, _, way = name.rpartition(" ")
+    step = f"from {_values(effect).replace('→', 'to')}"
+    moved = f"move {what} {step} {_PLACES[way]}" if way in _PLACES else f"change {name} {step}"
+    return moved + (" and adjust the link" if matched else "") + (f" ({_MEASURE})" if effect.assumed else "")
 
 
 def _values(effect: Effect) -> str:
@@ -156,7 +161,7 @@ def _table(run: RunView, effects: Effects) -> JsonDict:
     return {
         "run": run,
         "left_out": "",
-        "why": _WHY[effects.aim],
+        "why": begun(_WHY[effects.aim]),
         "heads": [(_HEADS[n], _unit(effects, n)) for n in names],
         "base": [number(effects.base[n].value, effects.base[n].unit) for n in names],
         "drawn": [n in _BARS for n in names],

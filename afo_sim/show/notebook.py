@@ -83,7 +83,7 @@ def _recording(run: _Result) -> _Parts:
         said = ((each, f"{each.question} {each.text}") for each in run.verdict)
         yield "", (), ((verdict.badge(a), f"{text} Limit: {verdict.limit(run, a)}.") for a, text in said)
     elif run.ok:
-        yield from verdict.brief([(run, a) for a in answers_of(run)], None)
+        yield from verdict.brief([(run, a) for a in answers_of(run)])
     yield from closing(answers_of(run), run.metrics)
     yield partial(draw_in_short, run)
     yield from (*bands.lines(run), *_marked(run.warnings), *effects.lines(run))

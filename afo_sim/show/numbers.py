@@ -1,4 +1,4 @@
-"""Metrics as people read them: digits, units, and the reason where a number is undefined."""
+"""Metrics as people read them: digits, units, and why a number is undefined."""
 
 import math
 from collections.abc import Collection, Iterable, Mapping
@@ -17,34 +17,35 @@ Strides = Mapping[int, Metrics]  # by the stride's number
 _UNDEFINED = {"rise_time": "never rises"}  # why a metric can be no number
 # of a sweep's or search's answer, whose numbers do not know of a start
 _UNSEEN = (
-    "note: the numbers are not of the first strides, which the wearer walks after every stop too and may "
-    "trip in: ask for toe_clearance_stride_1 or lowest_toe_clearance_first_ten, too"
+    "note: these numbers exclude the first strides after a stop, in which the wearer may trip: "
+    "add the metrics toe_clearance_stride_1 or lowest_toe_clearance_first_ten"
 )
 _FILLING = (
-    "note: air_per_stride is of a settled stride; what fills the muscles at every stop comes on top: ask for "
-    "air_before_first_step and air_first_stride, too"
+    "note: air_per_stride is that of a settled stride and excludes filling the muscles after a stop: "
+    "add the metrics air_before_first_step and air_first_stride"
 )
 _HARM = (
-    "note: what lifts the toe may hold push-off back and press on the skin, and no number here says so: ask "
-    "for torque_against_push_off_per_mass and cuff_skin_pressure, or read the verdict of the chosen design"
+    "note: a device that lifts the toe may resist push-off and press on the skin, which no number here "
+    "shows: add the metrics torque_against_push_off_per_mass and cuff_skin_pressure, or read the verdict of "
+    "the chosen design"
 )
-_RESPONDING = "note: experimental. Falls are in simulation, never a patient's risk: compare cases"
+_RESPONDING = "note: experimental. Falls in simulation are no patient's risk: only compare cases"
 _CHANGES = (("walked_clearance_change", "mm", "toe clearance"), ("walked_air_change", "%", "air"))
 _WHICH_STRIDES = "which-strides"  # code of the note of which strides the numbers are
-FIRST = 8  # strides of a run whose toe clearance is told
-# of the recorded walker and the patient, as a share; beyond it the two are told
+FIRST = 8  # strides of a run whose toe clearance is listed
+# of the recorded walker and the patient, as a share; beyond it both are stated
 _SAME_MASS, _SAME_HEIGHT = 0.05, 0.01
 _IDEAL = ("chou_hannaford_1996", "tondu_lopez_2000")  # laws of the braid's geometry, without rubber
 _BRIEF = {
-    "filled-first": "starts with filled muscles",
-    "cuff-assumed": "the assumed cuff compliance decides",
-    "ankle-derived": "clearance good to some 8 mm",
+    "filled-first": "the muscles are filled before the first step",
+    "cuff-assumed": "the result depends on the assumed cuff stiffness",
+    "ankle-derived": "toe clearance is accurate to about 8 mm",
 }
 _STILL = 1e-6  # range of motion below which a joint does not move [deg]
 
 
 def undefined(name: str, metric: Metric) -> str | None:
-    """The reason why a metric says nothing; None where it says something."""
+    """The reason why a metric has no value; None where it has one."""
     if not math.isfinite(metric.value):
         return _UNDEFINED.get(name, "undefined")
     if name == "range_of_motion" and metric.unit == "deg" and abs(metric.value) < _STILL:
@@ -59,24 +60,24 @@ def readable(name: str, metric: Metric) -> str:
 
 
 def printed(name: str, metric: Metric) -> str:
-    """A metric's value in four digits, that of round-off as zero, or a dash with the reason."""
+    """A metric's value in four digits, round-off as zero, or a dash with the reason."""
     if (reason := undefined(name, metric)) is not None:
         return f"– ({reason})"
     return f"{metric.value:.4g}" if abs(metric.value) >= ROUND_OFF else number(0.0, metric.unit)
 
 
 def known(metrics: Metrics) -> list[tuple[str, str]]:
-    """Each metric that says something, with its unit."""
+    """Each metric that has a value, with its unit."""
     return [(n, f"{printed(n, m)} {m.unit}".rstrip()) for n, m in metrics.items() if not undefined(n, m)]
 
 
 def in_brief(notes: Iterable[str]) -> str:
-    """Notes in a line: some by the few words that stand for their code."""
+    """Notes on one line: some in the short form of their code."""
     return "; ".join(dict.fromkeys(_BRIEF.get(getattr(note, "code", ""), note) for note in notes))
 
 
 def unseen(scenario: JsonMapping, metrics: Collection[str]) -> list[str]:
-    """Notes for many walks of which nobody has asked how they begin, what fills, what the device harms."""
+    """Notes on what the metrics of a sweep or search leave out: first strides, filling, harm."""
     if any(name.startswith("walkers_") for name in metrics):
         return [_RESPONDING]
     if not scenario.get("gait"):
@@ -92,13 +93,13 @@ def unseen(scenario: JsonMapping, metrics: Collection[str]) -> list[str]:
 
 
 def cautions(scenario: JsonMapping, metrics: Metrics, strides: Strides) -> list[str]:
-    """What a reader of a run's numbers must know: over whom the toe is lifted, and its `doubts`."""
+    """What a reader of a run's numbers must know: what the lift is compared with, and its `doubts`."""
     lifted = [f"{told}; worn here: {worn(scenario)}" for told in lift(metrics, reference(scenario))]
     return [*lifted, *doubts(scenario, metrics, strides)]
 
 
 def decisive(scenario: JsonMapping, metrics: Metrics, strides: Strides) -> list[str]:
-    """What may change what a reader of the verdict decides, and is not said there; each in short."""
+    """What may change a decision based on the verdict and is not said there."""
     known = doubts(scenario, metrics, strides)
     if "strides_solved" in metrics:
         said = with_code(known, _WHICH_STRIDES)  # the verdict lists each stride
@@ -107,7 +108,7 @@ def decisive(scenario: JsonMapping, metrics: Metrics, strides: Strides) -> list[
 
 
 def of_leg(scenario: JsonMapping) -> list[Notice]:
-    """What is mirrored onto the simulated leg, and what of it does not move."""
+    """What is mirrored onto the simulated leg, and what an imported leg lacks."""
     side = scenario.get("side") or scenario["leg"].get("side", "right")  # of one older than sides the right
     found: list[Notice] = []
     worn = {"orthosis": "orthosis"} if scenario["orthosis"].get("muscle") else {}
@@ -123,44 +124,47 @@ def of_leg(scenario: JsonMapping) -> list[Notice]:
     sources, passive = (scenario["leg"].get(key) or {} for key in ("provenance", "passive"))
     spring = (passive.get("provenance") or {}).get("scale", {}).get("source", "")
     if passive.get("scale") == 0.0 and "spring" in spring:
-        words = "the ankle has no tissue but the spring of the leg's file: a person's resists more or less "
+        words = "the ankle's only passive stiffness is the spring of the leg's file; a person's differs "
         found.append(Notice("no-tissue", f"{words}(leg.passive.scale)", subject="leg.passive.scale"))
     if (sources.get("foot_length") or {}).get("kind") == "derived" and scenario.get("gait"):
-        words = "the leg is an imported one: toe clearance is that of its sole's points, "
-        words += "which its shapes tell unless the file has them"
+        words = "the leg is imported: toe clearance is that of its sole points, "
+        words += "which are derived from its shapes unless the file has them"
         found.append(Notice("imported-sole", words, subject="toe_clearance"))
     return found
 
 
 def doubts(scenario: JsonMapping, metrics: Metrics, strides: Strides) -> list[Notice]:
-    """Strides that are left out, assumed stiffness that decides."""
+    """Which strides the numbers are from, and which assumed values decide."""
     found = of_leg(scenario)
     if "toe_clearance" in metrics and "strides_counted" in metrics:
-        solved = "those of the settled stride, which was solved for"
+        solved = "from the settled stride, which was solved for"
         of = solved if "strides_solved" in metrics else _walked(metrics, strides)
         heights = [each["toe_clearance"] for each in strides.values() if "toe_clearance" in each][:FIRST]
         start = ", in which the muscles are not yet full"
         if len(heights) > 1:
             told = ", ".join(number(height.value, height.unit) for height in heights)
-            start = f", and their toe clearance is {told} {heights[0].unit}"
+            start = f", whose toe clearance is {told} {heights[0].unit}"
         words = "the numbers are {of}; the wearer also walks the first strides{start}"
         found.append(Notice(_WHICH_STRIDES, words, of=of, start=start))
     filled = [name for name, start in (scenario.get("start") or {}).items() if name != "provenance" and start]
     if filled and scenario.get("gait"):
-        words = "the {subject} is filled before the first step: after a stop, empty muscles may trip{key}"
+        words = "the {subject} is filled before the first step; with empty muscles after a stop the wearer "
+        words += "may trip{key}"
         key = " (--set start={} starts empty)"
         found.append(Notice("filled-first", words, subject=", ".join(filled), key=key))
     segment = joint_words(scenario).segments[0]
     anchor = scenario["orthosis"].get("anchor", {}).get(segment, {})
     if any(source["kind"] == "assumed" for source in anchor.get("provenance", {}).values()):
-        words = "the cuff's compliance is assumed{key} and decides the result: run half and double"
+        words = (
+            "the cuff's compliance is assumed{key} and decides the result: run half and twice its value too"
+        )
         subject = f"orthosis.anchor.{segment}"
         found.append(Notice("cuff-assumed", words, subject=subject, key=f" ({subject})"))
     return [*found, *_of_muscles(scenario)]
 
 
 def _of_muscles(scenario: JsonMapping) -> list[Notice]:
-    """What is not measured of the muscles' force, by muscle group."""
+    """Muscle forces that are not measured, by muscle group."""
     found = []
     for name, group in scenario["orthosis"].get("muscle", {}).items():
         muscle = group["type"]
@@ -168,8 +172,8 @@ def _of_muscles(scenario: JsonMapping) -> list[Notice]:
         numbers = (muscle.get("laws", {}).get(law) or {}).get("provenance") or {}
         kinds = {told["kind"] for told in numbers.values()}
         if law in _IDEAL and not muscle.get("tube") and not kinds & {"fitted", "published", "measured"}:
-            words = "the {subject}'s law {law} is the braid's geometry alone, an upper bound that nobody has "
-            words += "measured on this muscle: test it on a stand (afo-sim fit), and expect less"
+            words = "the {subject}'s law {law} is the braid's geometry alone, an upper bound not measured on "
+            words += "this muscle: expect less force, or test the muscle on a stand (afo-sim fit)"
             found.append(Notice("ideal-law", words, subject=name, law=law))
         elif kinds and kinds <= {"derived", "assumed"} and muscle.get("grade") == "D":
             words = "the {subject}'s force is derived, not measured: {what}"
@@ -178,7 +182,7 @@ def _of_muscles(scenario: JsonMapping) -> list[Notice]:
 
 
 def of_walker(scenario: JsonMapping) -> list[Notice]:
-    """What a reader must know of a run's gait cycle: doubts of its import, another mass or height."""
+    """What a reader must know about a run's gait cycle: doubts at its import, another mass or height."""
     from afo_sim.common import find_gait
     from afo_sim.gait import closing_doubts
     from afo_sim.gait.file import read
@@ -194,12 +198,12 @@ def of_walker(scenario: JsonMapping) -> list[Notice]:
     if "quality" not in cycle.notes:  # no import wrote it, which warns of its ends
         found += [doubt.after("of the gait cycle ") for doubt in closing_doubts(cycle)]
     if "ankle_z_m" in cycle.notes.get("derived", ""):
-        words = "a clearance is accurate to about 8 mm: "
-        words += "the ankle's path of this gait is derived, not recorded"
+        words = "toe clearance is accurate to about 8 mm: "
+        words += "this gait's ankle path is derived, not recorded"
         found.append(Notice("ankle-derived", words, subject="toe_clearance"))
     mass = body_mass(scenario)
     if abs(cycle.body_mass / mass - 1.0) > _SAME_MASS:
-        words = "the recorded walker weighs {walker:.1f} kg, the patient {patient:g} kg: force and moment "
+        words = "the recorded walker weighs {walker:.1f} kg, the patient {patient:g} kg: forces and moments "
         words += "are scaled to the patient{key}"
         data: Keywords = {"walker": cycle.body_mass, "patient": mass, "key": " (patient.body_mass)"}
         found.append(Notice("walker-mass", words, subject="patient.body_mass", **data))
@@ -210,9 +214,9 @@ def of_walker(scenario: JsonMapping) -> list[Notice]:
         if parse_quantity(patient.get("spasticity") or "0 N*m*s/rad", "N*m*s/rad") > 0.0:
             keys.append("patient.spasticity")
         words = (
-            "the recorded walk is the patient's own, without the device: the muscles act as they did, and "
+            "the recorded walk is the patient's own, without the device: the muscles act as recorded, and "
         )
-        words += "no torque that the patient lacks is known{key}"
+        words += "the torque that the patient lacks is unknown{key}"
         key = f"; not applied: {', '.join(keys)}" if keys else ""
         found.append(Notice("own-walk", words, subject="gait.walker", key=key, keys=keys))
     return found
@@ -222,22 +226,22 @@ def _of_height(cycle: "GaitCycle", scenario: JsonMapping) -> list[Notice]:
     """A recorded walker's height that is not known, or that is not the patient's."""
     height, leg = body_height(scenario), parse_quantity(scenario["leg"]["body_height"], "m")
     trial = cycle.body_height or leg
-    unknown = "is of unknown height, {walker:.2f} m is assumed"
+    unknown = "is of unknown height ({walker:.2f} m is assumed)"
     is_tall = "is {walker:.2f} m tall" if cycle.body_height else unknown
     if abs(trial / height - 1.0) > _SAME_HEIGHT:
         end = f"{is_tall}: the stride is scaled to the patient's {{patient:.2f}} m{{key}}"
         if abs(leg / height - 1.0) > 0.05:  # its moment arms are another person's
-            end += f"; the device stays placed as on a body of {leg:.2f} m (afo-sim refit)"
+            end += f"; the device remains placed for a body of {leg:.2f} m (fit it with afo-sim refit)"
     elif cycle.body_height:
         return []
     else:
-        end = f"{is_tall}, the leg's"
+        end = f"{is_tall}, as of the leg"
     data: Keywords = {"walker": trial, "patient": height, "key": " (patient.body_height)"}
     return [Notice("walker-height", f"the recorded walker {end}", subject="patient.body_height", **data)]
 
 
 def _walked(metrics: Metrics, strides: Strides) -> str:
-    """Over which strides a walked run's numbers are means, and how much these still change."""
+    """Over which strides a walked run's numbers are averaged, and how much these still change."""
     last, counted = max(strides, default=0), round(float(metrics["strides_counted"]))
     changes = [
         f"{number(metrics[name].value, metrics[name].unit, signed=True)} {unit} of {what}"
@@ -245,6 +249,6 @@ def _walked(metrics: Metrics, strides: Strides) -> str:
         if name in metrics
     ]
     if counted < 2 or not changes:
-        return f"of stride {last} alone, which does not show whether it repeats"
-    still = f"which still change by {' and '.join(changes)} from the last but one to the last"
-    return f"means of strides {last - counted + 1} to {last}, {still}"
+        return f"from stride {last} alone, which does not show whether it repeats"
+    still = f"which still change by {' and '.join(changes)} from the last stride but one to the last"
+    return f"means over strides {last - counted + 1} to {last}, {still}"

@@ -1,4 +1,4 @@
-"""The verdict of a walk as it is shown: a mark, a word and a colour, all of one meaning, for each answer."""
+"""The verdict of a walk as it is shown: a mark, a word and a colour of one meaning for each answer."""
 
 from collections.abc import Sequence
 
@@ -10,7 +10,7 @@ from afo_sim.simulation import Recording, Worse, limits_of
 
 MARKS = {"good": "✓", "doubtful": "!", "bad": "✗", "unknown": "?"}  # of a text font: one cell wide
 INDENT = 12  # columns of a terminal before an answer
-Judged = tuple[Recording, Answer]  # a run, whose limits an answer is held against, and that answer
+Judged = tuple[Recording, Answer]  # a run, which has the limits, and one of its answers
 _LIMITS_OF = {  # {answer: the limits that it is compared with}
     HELP: ("toe_clearance",),
     LIFT: ("toe_clearance",),
@@ -29,14 +29,14 @@ def badge(answer: Answer | Worse) -> str:
 
 
 def lines(recording: Recording) -> list[str]:
-    """For the terminal, each behind its badge in `INDENT` columns; none where there is nothing to report."""
+    """For the terminal, each after its badge of `INDENT` columns; none where there is nothing to report."""
     found = full([(recording, answer) for answer in recording.verdict])
     ends = [" " * INDENT + line for line in closing(recording.verdict, recording.metrics)]
     return [*found, *ends] if found else []
 
 
 def full(judged: Sequence[Judged]) -> list[str]:
-    """Whole answers for a terminal, each behind its badge, with its limit in brackets."""
+    """Whole answers for a terminal, each after its badge, with its limit in brackets."""
     return [
         f"{badge(answer):<{INDENT}}{answer.question} {answer.text} ({limit(recording, answer)})"
         for recording, answer in judged
@@ -44,7 +44,7 @@ def full(judged: Sequence[Judged]) -> list[str]:
 
 
 def lead(recording: Recording, among: int = 1) -> str:
-    """The first answer, and which of the others are not good: a good one hides no bad one."""
+    """The first answer, and which of the others are not good."""
     first, *others = recording.verdict
     found, statuses = [first.text], ["bad", "doubtful", "unknown"]
     if among == 2 and first.brief:
@@ -62,14 +62,14 @@ def _shown(answer: Answer) -> str:
     return answer.name.replace("_", "-")
 
 
-def brief(judged: Sequence[Judged], room: int | None) -> list[str]:
-    """For a terminal of `room` columns: a line each, with the kind of its limit where it fits."""
+def brief(judged: Sequence[Judged]) -> list[str]:
+    """For a terminal: a line each, with the kind of its limit."""
     width = max((len(_shown(answer)) for _, answer in judged), default=0) + 2
     found = []
     for recording, answer in judged:
-        line = f"{badge(answer):<{INDENT}}{_shown(answer):<{width}}{answer.brief or answer.text}"
         kinds = f" [{_kinds(recording, answer)}]" if answer.brief and answer.name in _LIMITS_OF else ""
-        found.append(line + (kinds if room is None or len(line + kinds) <= room else ""))
+        text = f"{answer.brief or answer.text}{kinds}"
+        found.append(f"{badge(answer):<{INDENT}}{_shown(answer):<{width}}{text}")
     return found
 
 
@@ -106,7 +106,7 @@ def of_report(runs: Sequence[RunView]) -> list[JsonDict]:
 
 
 def limit(recording: Recording, answer: Answer) -> str:
-    """An answer's limit and of what kind it is: none is shown as published that is not."""
+    """An answer's limit and its kind: published, derived or assumed."""
     return f"{answer.limit}; {_kinds(recording, answer)}"
 
 

@@ -35,7 +35,7 @@ BEYOND_LIMIT = "beyond-limit"
 Aim = Literal["lift", "heel", "push_off", "air", "spare"]
 ORDER: tuple[Aim, ...] = ("lift", "heel", "push_off", "air")  # among answers that are alike bad
 _GRAIN = 0.01  # of a limit, to which hindrances count as equal [-]
-_DOING = "trying what to change first"
+_DOING = "trying changes"
 _PULLS = 1.0  # [N]
 _WORSE = 1.0  # by which a share of a limit that is left already must grow to be reported [percent]
 

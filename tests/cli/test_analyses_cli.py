@@ -125,7 +125,7 @@ def test_a_left_leg_has_its_own_cautions_and_kinds_of_limits(
     words = ("both", "walk-dropfoot-afo", "--affected", "left", "--no-rrd", "--out", tmp_path / "a")
     code, found, err = call(*words, "--left-set", f"limits={own}")
     assert code == 0, err
-    assert "(wanted 40) [user]" in found and "the assumed cuff compliance decides" in " ".join(found.split())
+    assert "(target ≥ 40) [user]" in found and "the assumed cuff stiffness" in " ".join(found.split())
 
 
 @pytest.mark.slow

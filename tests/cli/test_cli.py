@@ -395,7 +395,7 @@ def test_run_says_which_strides_and_which_cuff_its_numbers_are_of(call: Call, tm
     assert "GOOD*     lift" in said and "note: the numbers are" not in said
     call("report", tmp_path / "a")
     text = (tmp_path / "a" / "report.html").read_text(encoding="utf-8")
-    assert "The numbers are those of the settled stride" in text
+    assert "The numbers are from the settled stride" in text
     _, said, _ = call(
         "run",
         "walk-dropfoot-afo",
@@ -407,7 +407,7 @@ def test_run_says_which_strides_and_which_cuff_its_numbers_are_of(call: Call, tm
         *short,
         str(tmp_path / "b"),
     )
-    assert "note: the numbers are of stride 2 alone, which does not show whether it repeats" in said
+    assert "note: the numbers are from stride 2 alone, which does not show whether it repeats" in said
     assert "note: the cuff's compliance is assumed (orthosis.anchor.shank)" in said
     assert "note: the recorded walker weighs 68.5 kg, the patient 75 kg" in said
     own = ["--set", "orthosis.anchor.shank.stiffness=2 kN/m"]

@@ -18,7 +18,7 @@ def numbers(text: str) -> list[int]:
 
 
 def test_a_kind_of_which_nobody_measured_a_value_has_no_count() -> None:
-    assert Coverage("air", 0, 0, 0, 0).text == "air (none)"
+    assert Coverage("air", 0, 0, 0, 0).text == "air (none measured)"
     assert numbers(Coverage("muscle force", 18, 6, 4, 0).text) == [6, 18]
 
 
@@ -46,7 +46,7 @@ def test_the_sentence_has_the_counts_of_every_kind_once(metrics: list[str]) -> N
         for kind in kinds
         if COUNTS[kind]["values"]
     ]
-    assert numbers(told) == [9, 10, *(n for each in counted for n in numbers(each))]
+    assert numbers(told) == [90, 9, 10, *(n for each in counted for n in numbers(each))]
     assert all(each in told for each in counted)
     worn = [kind for kind in kinds if COUNTS[kind]["worn"]]
     assert ("; none on a worn" in told) is (not worn) and told.endswith("on a worn orthosis.")

@@ -129,13 +129,13 @@ def test_a_compressor_is_judged_by_what_it_can_give(share: float, duty: float, s
     assert answer.status == status
     assert f"The compressor small runs {duty:.0f} % of the time" in answer.text
     assert f"{0.2 * duty:.3g} W" in answer.text and "strides" not in answer.text + answer.limit
-    assert ("cannot keep up: at the set pressure it gives 3.4 l/min" in answer.text) == (status == "bad")
+    assert ("cannot keep up: at the set pressure it delivers 3.4 l/min" in answer.text) == (status == "bad")
 
 
 def test_a_compressor_that_gives_nothing_at_the_set_pressure_is_bad() -> None:
     told = {name: float(m) for name, m in compressor_metrics(1.0, 2.0, 0.0, 1.0, None).items()}
     answer = air(told, PUMP)
-    assert answer.status == "bad" and "it gives nothing" in answer.text
+    assert answer.status == "bad" and "it delivers nothing" in answer.text
     assert air({}, PUMP).status == "unknown"  # a recording without its duty
 
 
@@ -150,6 +150,6 @@ def test_a_supply_that_sags_is_bad(sag: float, status: str, feed: Feed | None) -
 
 def test_a_bottle_that_empties_within_the_run_is_bad_whatever_it_would_last() -> None:
     answer = air({"source_empty_after": 34.0, "supply_sag": 3.0, "lowest_supply_pressure": 3.88}, BOTTLE)
-    assert answer.status == "bad" and "It is empty after 34 s." in answer.text
+    assert answer.status == "bad" and "is empty after 34 s." in answer.text
     assert "The bottle mine of 1 l at 200 bar lasts 2500 strides, 50 min." in answer.text
     assert "2.8 h" in air({"strides_per_bottle": 8400.0}, BOTTLE).text  # · 1.2 s

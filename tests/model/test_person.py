@@ -96,10 +96,10 @@ def test_another_mass_or_height_than_the_trials_is_said(tmp_path: pathlib.Path) 
     assert said(walk()) == ""
     assert (
         said(walk(gait__cycle=unknown))
-        == "the recorded walker is of unknown height, 1.75 m is assumed, the leg's"
+        == "the recorded walker is of unknown height (1.75 m is assumed), as of the leg"
     )
     assert "weighs 67.2 kg, the patient 90 kg" in said(walk(patient__body_mass="90 kg"))
-    assert "1.75 m is assumed: the stride is scaled to the patient's 1.60 m" in said(
+    assert "(1.75 m is assumed): the stride is scaled to the patient's 1.60 m" in said(
         walk(gait__cycle=unknown, patient__body_height="1.6 m")
     )
     assert "is 1.78 m tall: the stride is scaled to the patient's 1.60 m" in said(

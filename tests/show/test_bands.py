@@ -155,7 +155,7 @@ def test_the_report_has_table_bars_and_bands_of_curves(studied: Recording) -> No
     plain = alone(dataclasses.replace(studied, studies={}))
     both = [RunView("with", "#1054DA", studied), dataclasses.replace(plain, label="without")]
     with_bands, without = page(both), page([plain])
-    assert "What is not known" in with_bands and "What is not known" not in without
+    assert "<h2>Uncertainty</h2>" in with_bands and "<h2>Uncertainty</h2>" not in without
     for runs, count in ((both[:1], 2), (both[1:], 0)):
         figures = [Figure(), Figure()]
         report_figures.draw_walk(figures, runs)

@@ -115,8 +115,8 @@ def test_a_walk_opens_with_its_verdict_and_shows_its_bands(monkeypatch: pytest.M
     assert page is not None
     for answer in walked().verdict:
         assert 0 < page.index(answer.question) < page.index("<img")
-    assert "What is not known, drawn together (20 draws)" in page
-    assert "a clearance is accurate to about 8 mm" in page  # what the answers depend on
+    assert "All uncertain inputs varied together (20 draws)" in page
+    assert "toe clearance is accurate to about 8 mm" in page  # what the answers depend on
     seated = sat()._repr_html_()
     assert seated is not None and "⚠" in seated and "range_of_motion" in seated
 

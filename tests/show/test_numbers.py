@@ -39,13 +39,13 @@ def test_walked_strides_are_told_with_what_they_still_change() -> None:
     changes = {"walked_clearance_change": Metric(0.72, "mm"), "walked_air_change": Metric(-2.4, "percent")}
     said = told({"strides_counted": Metric(5.0, ""), **changes}, 11)
     assert (
-        "means of strides 6 to 10, which still change by +0.7 mm of toe clearance and −2.4 % of air" in said
+        "means over strides 6 to 10, which still change by +0.7 mm of toe clearance and −2.4 % of air" in said
     )
 
 
 def test_one_walked_stride_tells_no_change_and_a_solved_one_needs_none() -> None:
     counted = {"strides_counted": Metric(1.0, "")}
-    assert "of stride 2 alone, which does not show whether it repeats" in told(counted, 3)
+    assert "from stride 2 alone, which does not show whether it repeats" in told(counted, 3)
     assert "settled" in told({**counted, "strides_solved": Metric(4.0, "")}, 3)
 
 
@@ -72,10 +72,10 @@ def test_an_imported_leg_tells_its_spring_and_its_sole(tmp_path: pathlib.Path) -
     afo_sim.import_leg(tmp_path / "body.xml", tmp_path / "leg", side="right")
     walk = afo_sim.load("scenario", "walk-dropfoot-afo", {"leg": str(tmp_path / "leg")})
     said = of_leg(walk.resolved())
-    assert any("no tissue but the spring" in note for note in said)
-    assert any("toe clearance is that of its sole's points" in note for note in said)
+    assert any("spring of the leg's file" in note for note in said)
+    assert any("toe clearance is that of its sole points" in note for note in said)
     seated = of_leg(afo_sim.load("scenario", "seated", {"leg": str(tmp_path / "leg")}).resolved())
-    assert any("no tissue but the spring" in note for note in seated)
+    assert any("spring of the leg's file" in note for note in seated)
     assert not any("sole" in note for note in seated)
     assert of_leg(afo_sim.load("scenario", "walk-dropfoot-afo").resolved()) == []
 

@@ -121,7 +121,7 @@ def uncertainty(
     cases = [drawn.sets(k) for k in range(draws)]
     with pool(threads) as who:
         at = as_taken(scenario, recording)
-        outcomes = who.in_order(at, cases, asked, "drawing what is not known", report)
+        outcomes = who.in_order(at, cases, asked, "varying uncertain inputs", report)
     return {"spreads": spreads} | _bands_of(Found(drawn, tuple(outcomes)), recording)
 
 
