@@ -21,37 +21,49 @@ class _Sizing:
     sets: common.Sets = None
     limit: Annotated[
         list[str] | None,
-        Option(help='as "toe_clearance >= 10 mm"; of walking the toe clearance that its limits want'),
+        Option(
+            help='a requirement such as "toe_clearance >= 10 mm"; by default of a walk its target clearance'
+        ),
     ] = None
-    cadence: Annotated[float | None, Option(help="of walking [steps/min]; its own by default")] = None
-    at: Annotated[str | None, Option(help='pressure: does this one suffice, as "3 bar"')] = None
+    cadence: Annotated[
+        float | None, Option(help="walking cadence [steps/min]; the scenario's by default")
+    ] = None
+    at: Annotated[str | None, Option(help='pressure: check whether this one suffices, such as "3 bar"')] = (
+        None
+    )
     between: Annotated[
-        tuple[str, str] | None, Option(help='pressure: lowest and highest that are tried, as "1 bar" "4 bar"')
+        tuple[str, str] | None, Option(help='pressure: lowest and highest to try, such as "1 bar" "4 bar"')
     ] = None
-    chamber: Annotated[str | None, Option(help="valve: of which; the first that is filled")] = None
+    chamber: Annotated[str | None, Option(help="valve: its chamber; by default the first that is filled")] = (
+        None
+    )
     side: Annotated[str | None, Option(help="valve: inlet, outlet or both; both by default")] = None
-    proportional: Annotated[bool, Option("--proportional", help="valve: try proportional ones, too")] = False
-    length: Annotated[str | None, Option(help='tube: needed: of each chamber, as "2 m"')] = None
+    proportional: Annotated[bool, Option("--proportional", help="valve: also try proportional valves")] = (
+        False
+    )
+    length: Annotated[str | None, Option(help='tube (required): length for each chamber, such as "2 m"')] = (
+        None
+    )
     hours: Annotated[float | None, Option(help="supply: that it lasts without a pause")] = None
     strides: Annotated[float | None, Option(help="supply: that it lasts without a pause")] = None
-    group: Annotated[str | None, Option(help="muscle: of which group; the first by default")] = None
-    count: Annotated[str | None, Option(help='muscle: how many, as "3" or "1-4"')] = None
-    out: Annotated[Path | None, Option(help="folder to write to; none by default")] = None
+    group: Annotated[str | None, Option(help="muscle: group to size; the first by default")] = None
+    count: Annotated[str | None, Option(help='muscle: number in parallel, such as "3" or "1-4"')] = None
+    out: Annotated[Path | None, Option(help="output folder; none by default")] = None
     threads: common.Threads = 0
-    force: Annotated[bool, Option("--force", help="replace another sizing")] = False
+    force: Annotated[bool, Option("--force", help="overwrite another sizing in that folder")] = False
 
 
 @common.app.command("size")
 @common.one_group
 def size_command(sizing: _Sizing) -> None:
-    """Smallest valve, tube, supply or muscle, or least pressure, that meets limits; does 3 bar suffice?"""
+    """Find the smallest component, or least pressure, that suffices. Or check whether 3 bar suffice."""
     values = common.read_sets(sizing.sets)
     common.check_counts(sizing.threads, 0)
     options = common.picked(
         sizing, "cadence", "at", "between", "chamber", "side", "length", "hours", "strides"
     )
     options |= common.picked(sizing, "group", "count") | {"proportional": sizing.proportional or None}
-    with common.progress("reading, compiling the muscles") as report:
+    with common.progress("reading the files, compiling the muscles") as report:
         from afo_sim.study import requested
 
         asked = requested(sizing.kind, sizing.scenario, values or None, limits=sizing.limit or (), **options)

@@ -20,11 +20,11 @@ from afo_sim.common import Function, InputError, JsonDict, Keywords, Mixed, pars
 _EPILOGUE = """Exit codes:
 
 \b
-0    done
-1    a check, a published number or a replayed case differs; the size in question does not suffice
-2    wrong input, or the system refuses: disk, permission, memory
-3    unstable, or its controller failed; its rows up to there are written
-70   an error in this program; a report to send is written
+0    success
+1    a check, a published number or a replayed case differs; a size does not suffice
+2    invalid input, or a system error (disk, permission, memory)
+3    the simulation became unstable or its controller failed; rows up to then are written
+70   an error in this program; a report to send us is written
 130  stopped by Ctrl-C
 143  stopped by SIGTERM
 """
@@ -44,16 +44,16 @@ app = typer.Typer(
     rich_markup_mode=None,
 )
 gait_app = typer.Typer(cls=Commands, no_args_is_help=True, rich_markup_mode=None)
-app.add_typer(gait_app, name="gait", help="Bring your own walking data, and look at it.")
+app.add_typer(gait_app, name="gait", help="Import your own walking data, and show it.")
 leg_app = typer.Typer(cls=Commands, no_args_is_help=True, rich_markup_mode=None)
-app.add_typer(leg_app, name="leg", help="Bring your own leg from MJCF or URDF; take one elsewhere.")
+app.add_typer(leg_app, name="leg", help="Import a leg from MJCF or URDF, or export one.")
 
 
 _Extension = Annotated[
     list[str] | None,
     Option(
         metavar="FILE", callback=extend, is_eager=True, expose_value=False,
-        help="Python file with laws, metrics, columns, parts … of your own; before or behind a command",
+        help="Python file with your own laws, metrics, columns, parts, …; before or after the command",
     ),
 ]  # fmt: skip
 
@@ -61,7 +61,7 @@ _Extension = Annotated[
 @app.callback()
 def _options(
     version: bool = Option(
-        False, "--version", callback=print_version, is_eager=True, help="print the version, and stop"
+        False, "--version", callback=print_version, is_eager=True, help="print the version and exit"
     ),
     extension: _Extension = None,
 ) -> None:
@@ -69,21 +69,28 @@ def _options(
 
 
 Sets = Annotated[
-    list[str] | None, Option("--set", metavar="KEY=VALUE", help='for example supply.pressure="3 bar"')
+    list[str] | None,
+    Option(
+        "--set",
+        metavar="KEY=VALUE",
+        help='set a key, for example supply.pressure="3 bar"; repeat for several',
+    ),
 ]
 RecordingOption = Annotated[
     bool | None, Option("--rrd/--no-rrd", help="write recording.rrd; by default where rerun is installed")
 ]
-Rate = Annotated[str | None, Option(help='samples a second in the Rerun file, for example "200 Hz"')]
-Threads = Annotated[int, Option(help="threads; all of this machine's by default")]
-Workers = Annotated[int, Option(help="processes from the first case on, instead")]
+Rate = Annotated[str | None, Option(help='samples per second in the Rerun file, for example "200 Hz"')]
+Threads = Annotated[int, Option(help="number of threads; 0: all of this machine")]
+Workers = Annotated[int, Option(help="number of processes instead of threads")]
 Scheduler = Annotated[str, Option(help="address of a running Dask cluster")]
-Plain = Annotated[bool, Option("--plain", help="walk to the settled stride instead of solving for it")]
+Plain = Annotated[
+    bool, Option("--plain", help="walk until strides settle instead of solving for the settled stride")
+]
 _EVERY = 10.0  # between two lines of progress where no terminal is [s]
 _MOST_WORKERS = 4096
 _MOST_SHORT = 9  # characters of a cell that is not broken in a table of whole names
 _GAP = 2  # between two columns of a table
-Scenario = Annotated[str, Argument(help="a shipped scenario's name, or a TOML file")]
+Scenario = Annotated[str, Argument(help="name of a shipped scenario, or a TOML file")]
 
 
 def drawn(rrd: bool | None) -> bool:
@@ -179,7 +186,7 @@ def check_changed(choice: str, dry_run: bool) -> None:
         allowed = ", ".join(choices)
         raise InputError("is not a valid choice", field="--if-changed", value=choice, allowed=allowed)
     if dry_run and choice != "refuse":
-        problem = "would change the folder, which --dry-run does not"
+        problem = "would change the folder, but --dry-run changes nothing"
         raise InputError(problem, field="--if-changed", value=choice, allowed="one of the two")
 
 

@@ -31,9 +31,9 @@ _NEXT = {  # the command to go on with, or where the new one goes
 
 @common.app.command("list")
 def list_command(
-    what: Annotated[str, Argument(help="|".join(assets.LISTS) + ", or the name of one")] = "",
+    what: Annotated[str, Argument(help="|".join(assets.LISTS) + ", or the name of an entry")] = "",
 ) -> None:
-    """List what is available, one line each; or one entry in full: every number, its unit and source."""
+    """List what is available, or one entry with all its numbers. Each number has its unit and source."""
     common.short_lived()
     with common.progress("reading"):
         if what and what not in assets.LISTS:
@@ -77,9 +77,11 @@ def _entries(kind: str) -> list[tuple[str, str]]:
 
 @common.app.command()
 def check(
-    file: Annotated[Path, Argument(help="a TOML description, MJCF, URDF or gait CSV; or a shipped orthosis")],
+    file: Annotated[
+        Path, Argument(help="a TOML, MJCF, URDF or gait CSV file, or the name of a shipped orthosis")
+    ],
 ) -> None:
-    """Check your own files: report what is wrong, or what was understood."""
+    """Check a file of your own: what is wrong, or what was read."""
     with common.progress("checking"):
         from afo_sim.cli.doctor.kinds import check_file
 
@@ -94,8 +96,8 @@ _PRODUCTS = (
     "limits", "sensor",
 )  # fmt: skip
 _NEW_KINDS = (*_PRODUCTS, "sweep", "search")
-_Braided = Annotated[str | None, Option(help="of a hand-made muscle, with unit")]
-_Used = Annotated[str | None, Option(help="that it refers to: a shipped name, or a path")]
+_Braided = Annotated[str | None, Option(help="dimension of a hand-made muscle, with unit")]
+_Used = Annotated[str | None, Option(help="shipped name or path that the new file refers to")]
 
 
 @dataclass(frozen=True)
@@ -103,12 +105,12 @@ class _New:
     """Options of `new`: what is described, and what it uses."""
 
     kind: Annotated[str, Argument(help="|".join(_NEW_KINDS))]
-    name: Annotated[str, Argument(help="of the new file or folder")]
-    out: Annotated[Path, Option(help="folder to write to")] = Path()
-    like: Annotated[str, Option(help="the shipped one whose numbers it starts with")] = ""
-    whole: Annotated[bool, Option("--all", help="every option with its meaning, not the main ones alone")] = (
-        False
-    )
+    name: Annotated[str, Argument(help="name of the new file or folder")]
+    out: Annotated[Path, Option(help="output folder")] = Path()
+    like: Annotated[str, Option(help="shipped description to start from")] = ""
+    whole: Annotated[
+        bool, Option("--all", help="write every key with its meaning, not only the main ones")
+    ] = False
     muscle: _Used = None
     valve: _Used = None
     orthosis: _Used = None
@@ -119,17 +121,20 @@ class _New:
     scenario: _Used = None
     bore: _Braided = None
     braid_angle: _Braided = None
-    length: Annotated[str | None, Option(help="of a hand-made muscle, end to end")] = None
+    length: Annotated[str | None, Option(help="length of a hand-made muscle, end to end")] = None
     end_length: Annotated[
-        str | None, Option(help="of its clamps together, which do not contract; two bores by default")
+        str | None,
+        Option(help="length of its clamps together, which do not contract; twice the bore by default"),
     ] = None
-    wall_thickness: Annotated[str | None, Option(help="of its rubber tube; bore/7 by default")] = None
+    wall_thickness: Annotated[
+        str | None, Option(help="wall thickness of its rubber tube; bore/7 by default")
+    ] = None
 
 
 @common.app.command()
 @common.one_group
 def new(new_one: _New) -> None:
-    """Write a commented file of your own that runs at once: its main keys; --all for every one."""
+    """Write a commented file of your own that runs at once. It has the main keys; --all writes every key."""
     if new_one.kind not in _NEW_KINDS:
         raise unknown(new_one.kind, _NEW_KINDS, field="KIND", problem="is not a valid kind")
     parts = ("muscle", "valve", "orthosis", "leg", "patient", "shoe", "limits", "scenario")
@@ -162,17 +167,19 @@ def new(new_one: _New) -> None:
             if group.link_length:
                 print(f"link of {name}: {1e3 * group.link_length:.4g} mm, as long as the muscle leaves it")
             elif group.link_length is not None:
-                print(f"warning: no link is left for {name}: the muscle is too long; move its anchors apart")
+                print(
+                    f"warning: no length is left for the link of {name}: the muscle is too long; move its anchors apart"
+                )
     print(f"next: {_NEXT[new_one.kind].format(file=file)}")
 
 
 @common.app.command()
 def keys(
     scenario: common.Scenario,
-    word: Annotated[str, Argument(help="only keys that mention it")] = "",
+    word: Annotated[str, Argument(help="show only keys that contain this word")] = "",
     sets: common.Sets = None,
 ) -> None:
-    """Every key that --set, a sweep or a search can set: value, range, where the value comes from."""
+    """List every key that --set, a sweep or a search can set. Shows value, range and source."""
     values = common.read_sets(sets)
     with common.progress("reading"):
         from afo_sim.description.keys import keys as find
@@ -181,10 +188,10 @@ def keys(
     if not found:
         parts = {part for key in find(scenario, sets=values) for part in re.findall(r"\w+", key.key)}
         raise InputError(
-            "no key mentions it",
+            "no key contains it",
             field="WORD",
             value=word,
-            allowed="a part of a key's name",
+            allowed="part of a key's name",
             nearest=nearest_name(word, sorted(parts)),
         )
     rows = [[k.key, k.value, k.allowed, k.unit, k.origin, k.meaning] for k in found]
@@ -196,15 +203,19 @@ def keys(
 
 @common.app.command("refit")
 def refit_command(
-    orthosis: Annotated[str, Argument(help="a shipped orthosis' name, or its TOML file or folder")],
-    out: Annotated[Path | None, Option(help="needed: folder of the refitted orthosis")] = None,
-    to: Annotated[str, Option(help="leg that it is to fit", metavar="LEG")] = "",
+    orthosis: Annotated[str, Argument(help="name of a shipped orthosis, or its TOML file or folder")],
+    out: Annotated[Path | None, Option(help="(required) output folder of the refitted orthosis")] = None,
+    to: Annotated[str, Option(help="leg that it shall fit", metavar="LEG")] = "",
     made_for: Annotated[str, Option("--from", help="leg that it was made for", metavar="LEG")] = "adult_75kg",
-    shank_length: Annotated[str, Option(help='instead of --to: knee to ankle, "35 cm"')] = "",
-    foot_length: Annotated[str, Option(help='instead of --to: heel to toe, "22 cm"')] = "",
-    force: Annotated[bool, Option("--force", help="replace an orthosis that is there")] = False,
+    shank_length: Annotated[
+        str, Option(help='instead of --to: distance from knee to ankle, such as "35 cm"')
+    ] = "",
+    foot_length: Annotated[
+        str, Option(help='instead of --to: length from heel to toe, such as "22 cm"')
+    ] = "",
+    force: Annotated[bool, Option("--force", help="overwrite an existing orthosis")] = False,
 ) -> None:
-    """Fit an orthosis to a leg of another size: anchors and paths go with the lengths of shank and foot."""
+    """Scale an orthosis to a leg of another size. Anchors and paths scale with shank and foot length."""
     if out is None:
         raise InputError("is needed", field="--out", allowed="a folder, orthoses/mine")
     with common.progress("reading"):
@@ -220,18 +231,14 @@ def refit_command(
         rows = _rows(dict(fits(before)), dict(fits(after)))
     print(f"{before.name}: {by.words}")
     for segment in missing:
-        print(
-            f"note: no length of the {segment} is stated for {to}: a share of its body height stands for it"
-        )
+        print(f"note: {to} states no {segment} length: it is taken as a share of the body height")
     print(f"shank × {by.shank:.4g}, foot × {by.foot:.4g}")
     common.print_table(
         "before → after", ["group", "moment arm at 0° [mm]", "contraction [%]", "taut at [deg]"], rows
     )
-    print("contraction: what the path leaves a muscle over the range of motion; below 0 it is stretched")
-    print(
-        "as they were: muscles and their spacing, pulleys, valves; size and mass of cuff, plate and outsole"
-    )
-    print(f"written to {out}; look at it with: afo-sim run seated --set orthosis={out}")
+    print("contraction: that of the muscle on its path over the range of motion; below 0 it is stretched")
+    print("unchanged: muscles and their spacing, pulleys, valves; size and mass of cuff, plate and outsole")
+    print(f"written to {out}; to look at it: afo-sim run seated --set orthosis={out}")
 
 
 def _ratio(to: str, made_for: str, shank_length: str, foot_length: str) -> "Ratio":

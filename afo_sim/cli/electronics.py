@@ -18,17 +18,19 @@ _FILES = (_JSON, "valves/valves.h", "valves/valves.ino", "host.c", _COMMANDS, "i
 def electronics_command(
     scenario: Scenario,
     sets: Sets = None,
-    out: Annotated[
-        Path | None, Option(help="folder to write to; runs/<scenario>-electronics by default")
-    ] = None,
+    out: Annotated[Path | None, Option(help="output folder; runs/<scenario>-electronics by default")] = None,
     read: Annotated[
-        Path | None, Option(metavar="CSV", help="compare a log of switchings with the simulation instead")
+        Path | None,
+        Option(metavar="CSV", help="instead of exporting: compare a switching log with the simulation"),
     ] = None,
-    firmware: Annotated[Path | None, Option(metavar="PATH", help="compare C that runs in the loop")] = None,
-    within: Annotated[str, Option(help="difference of times that a comparison passes over")] = "1 ms",
-    force: Annotated[bool, Option("--force", help="replace another scenario's export")] = False,
+    firmware: Annotated[
+        Path | None,
+        Option(metavar="PATH", help="instead of exporting: run this C code in the control loop and compare"),
+    ] = None,
+    within: Annotated[str, Option(help="largest time difference that a comparison accepts")] = "1 ms",
+    force: Annotated[bool, Option("--force", help="overwrite the export of another scenario")] = False,
 ) -> None:
-    """Timer or state machine as C for a board: header, Arduino sketch, a check on the PC; or read a log."""
+    """Export timer or state machine as C for a board. Or compare a log of the board with the simulation."""
     values = read_sets(sets)
     given = {"out": out, "read": read, "firmware": firmware}
     named = [name for name, path in given.items() if path is not None]
@@ -41,7 +43,7 @@ def electronics_command(
     if compared is not None:
         _compare(scenario, values, compared, passed, in_loop=compared is firmware)
         return
-    with progress("reading, compiling the muscles") as report:
+    with progress("reading the files, compiling the muscles") as report:
         from afo_sim.common import as_stored, together, write_json, write_sealed, write_text
         from afo_sim.description import load
         from afo_sim.export import board_of, commanded, header, host, notes, sketch
@@ -66,7 +68,7 @@ def electronics_command(
         print(note)
     for each in board.inputs:
         if each.scale is None:
-            print(f"note: {each.column} has no calibration line; fill in scale and offset in valves.ino")
+            print(f"note: {each.column} has no calibration; enter scale and offset in valves.ino")
     print(f"written to {folder}: {', '.join((_JSON, *texts, _COMMANDS))}")
     played = "inputs.csv" if len(found.times) else f"{found.log.end:g}"
     print(f"check it with: cc -std=c99 -o host host.c && ./host {played} > host.csv")
@@ -74,7 +76,7 @@ def electronics_command(
 
 def _compare(scenario: str, values: JsonDict, file: Path, within: float, *, in_loop: bool) -> None:
     """Compare a log, or firmware in the loop, with the simulation; exit code 1 where they differ."""
-    with progress("reading, compiling the muscles") as report:
+    with progress("reading the files, compiling the muscles") as report:
         from afo_sim.control import differences, read_log
         from afo_sim.description import load
         from afo_sim.export import Firmware, board_of, commanded
@@ -109,4 +111,4 @@ def _compare(scenario: str, values: JsonDict, file: Path, within: float, *, in_l
     if any(d.first for d in found):
         print(f"they differ by more than {1e3 * within:g} ms")
         raise typer.Exit(1)
-    print(f"they switch alike, within {1e3 * within:g} ms")
+    print(f"they switch at the same times, within {1e3 * within:g} ms")

@@ -17,13 +17,15 @@ class Trial:
 
     files: Annotated[
         list[Path],
-        Argument(help="of one trial: .c3d, .trc, .mot, .sto, .csv; .osim is the model; or OpenCap's folder"),
+        Argument(
+            help="files of one trial (.c3d, .trc, .mot, .sto, .csv, the model's .osim) or an OpenCap folder"
+        ),
     ]
     out: Annotated[
-        Path | None, Option(help="needed: the CSV to write; its picture, of the same name, goes with it")
+        Path | None, Option(help="(required) CSV to write; a picture of the same name is written with it")
     ] = None
     walker: Annotated[
-        str | None, Option(metavar="healthy|patient", help="needed: whose walk it is; it is never guessed")
+        str | None, Option(metavar="healthy|patient", help="(required) whose walk it is; it is never guessed")
     ] = None
     side: Annotated[
         str | None,
@@ -33,56 +35,70 @@ class Trial:
         ),
     ] = None
     stride: Annotated[
-        str | None, Option(metavar="N|mean", help="which stride; the first that is whole by default")
+        str | None, Option(metavar="N|mean", help="number of the stride; by default the first complete one")
     ] = None
     mass: Annotated[
-        str | None, Option(help="of the body, \"72 kg\"; else the C3D file's, the model's, what plates carry")
+        str | None, Option(help='body mass, such as "72 kg"; by default from C3D file, model or force plates')
     ] = None
-    height: Annotated[str | None, Option(help='of the body, "1.72 m"; else the C3D file\'s')] = None
+    height: Annotated[
+        str | None, Option(help='body height, such as "1.72 m"; by default from the C3D file')
+    ] = None
     sole: Annotated[
-        str | None, Option(help='worn under the ankle, "25 mm", "0 mm" barefoot; not known by default')
+        str | None,
+        Option(help='sole thickness under the ankle, "25 mm", or "0 mm" barefoot; unknown by default'),
     ] = None
     model: Annotated[Path | None, Option(help="the person's scaled OpenSim model")] = None
     static: Annotated[Path | None, Option(help="standing trial: .trc, .c3d, .csv")] = None
     map: Annotated[
-        Path | None, Option("--role", "--map", help="a laboratory's TOML that says which marker sits where")
+        Path | None,
+        Option("--role", "--map", help="TOML file of the laboratory that assigns markers to landmarks"),
     ] = None
     write_map: Annotated[
-        Path | None, Option("--write-role", "--write-map", help="write such a TOML with what is guessed")
+        Path | None,
+        Option("--write-role", "--write-map", help="write such a TOML file with the guessed assignment"),
     ] = None
     marker: Annotated[
         list[str] | None,
-        Option(metavar="ROLE=NAME[,NAME]", help="hip, knee, ankle, heel or toe; the midpoint of two"),
+        Option(
+            metavar="ROLE=NAME[,NAME]",
+            help="marker of hip, knee, ankle, heel or toe; two names: their midpoint",
+        ),
     ] = None
-    plate: Annotated[list[str] | None, Option(help="force plate to look at; all by default")] = None
-    forward: Annotated[str | None, Option(help="axis of walking, x, -x, y, …: found by default")] = None
-    up: Annotated[str | None, Option(help="axis upward; found by default")] = None
-    angles: Annotated[str | None, Option(help="deg|rad, where the header is silent or wrong")] = None
+    plate: Annotated[list[str] | None, Option(help="force plate to use; all by default")] = None
+    forward: Annotated[str | None, Option(help="walking direction: x, -x, y, …; found by default")] = None
+    up: Annotated[str | None, Option(help="vertical axis; found by default")] = None
+    angles: Annotated[
+        str | None, Option(help="deg|rad: unit of the angles if the header lacks it or is wrong")
+    ] = None
     belt_speed: Annotated[
-        str | None, Option(help='of the treadmill, "1.2 m/s"; by default that of the standing foot')
+        str | None, Option(help='treadmill speed, "1.2 m/s"; by default that of the foot in stance')
     ] = None
-    cutoff: Annotated[str, Option(help='of the low-pass, up to "50 Hz"; "0 Hz" leaves the data alone')] = (
-        "10 Hz"
-    )
+    cutoff: Annotated[
+        str, Option(help='cut-off frequency of the low-pass filter, up to "50 Hz"; "0 Hz": no filter')
+    ] = "10 Hz"
     thigh: Annotated[
-        str | None, Option(help="this person's hip to knee, \"43 cm\", if no file has the ankle's place")
+        str | None, Option(help='distance from hip to knee, "43 cm", if no file has the ankle\'s position')
     ] = None
-    shank: Annotated[str | None, Option(help='knee to ankle, "43 cm", likewise')] = None
+    shank: Annotated[str | None, Option(help='distance from knee to ankle, "43 cm", likewise')] = None
     hip: Annotated[
         tuple[str, str] | None,
-        Option(help='from the pelvis\' origin; "-6.3 cm" "-7.2 cm" by default', metavar="FORWARD UP"),
+        Option(help='hip from the pelvis origin; "-6.3 cm" "-7.2 cm" by default', metavar="FORWARD UP"),
     ] = None
-    ankle_height: Annotated[str | None, Option(help='above the floor, foot flat, "7 cm"')] = None
-    ankle_zero: Annotated[str, Option(help="flat (foot level where flat) or file")] = "flat"
+    ankle_height: Annotated[
+        str | None, Option(help='ankle height above the floor with the foot flat, "7 cm"')
+    ] = None
+    ankle_zero: Annotated[
+        str, Option(help="zero of the ankle angle: flat (sole level while the foot is flat) or file")
+    ] = "flat"
     source: Annotated[str, Option(help="where the data come from")] = ""
-    licence: Annotated[str, Option(help="what one may do with them")] = "not stated"
-    force: Annotated[bool, Option("--force", help="replace the CSV and picture that are there")] = False
+    licence: Annotated[str, Option(help="licence of the data")] = "not stated"
+    force: Annotated[bool, Option("--force", help="overwrite an existing CSV and picture")] = False
 
 
 @gait_app.command("import")
 @one_group
 def gait_import_command(trial: Trial) -> None:
-    """Cut one stride from a walking trial, and write it as gait CSV with a picture of what was understood.
+    """Cut one stride from a walking trial into a gait CSV. A picture shows what was read.
 
     Ground forces are always needed. For the leg, give either markers or joint angles with the model.
 
@@ -103,7 +119,7 @@ def gait_import_command(trial: Trial) -> None:
     if trial.walker is None:
         meaning = "healthy (a sound leg, which a described patient then weakens) or patient (the patient's "
         meaning += "own walk without the device, which the device is added to and nothing weakens again)"
-        raise InputError("is missing: whose walk it is", field="walker", allowed=meaning)
+        raise InputError("is missing: state whose walk it is", field="walker", allowed=meaning)
     with progress("reading the trial"):
         from afo_sim.common import check_writable, together
         from afo_sim.gait import asymmetry, write
@@ -133,14 +149,14 @@ def gait_import_command(trial: Trial) -> None:
         print(verdict(done))
         print_table("", ["", ""], [list(row) for row in ten_lines(done)])
         rows = [[check.fault, check.found, check.limit, check.verdict] for check in done.checks]
-        print_table("can I believe this trial?", ["fault", "found", "limit", ""], rows)
+        print_table("Is this trial plausible?", ["fault", "found", "limit", ""], rows)
         for warning in done.warnings:
             print(f"warning: {warning}")
         picture = out.with_suffix(".png")
-        print(f"written to {out}, walker: {trial.walker}; look at {picture} before you believe it")
+        print(f"written to {out}, walker: {trial.walker}; check the picture {picture} before you use it")
     if choices.each:
         beside = asymmetry(sides["right"].cycle, sides["left"].cycle)
-        print_table("one side beside the other", SIDES_HEADER, [row.cells for row in beside])
+        print_table("right and left compared", SIDES_HEADER, [row.cells for row in beside])
 
 
 def _write_map(files: list[Path], path: Path) -> None:
@@ -163,7 +179,7 @@ def gait_show_command(
     gait: Annotated[str, Argument(help="a gait CSV, or a shipped name")],
     out: Annotated[Path | None, Option(help="picture to write: .png, .pdf or .svg")] = None,
 ) -> None:
-    """The key numbers of a gait cycle, and its picture."""
+    """Show the key numbers of a gait cycle, and draw it."""
     with progress("reading"):
         from afo_sim.common import assets, check_writable
         from afo_sim.gait import findings

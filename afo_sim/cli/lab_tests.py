@@ -48,37 +48,54 @@ class _Test:
             help="isobaric|isotonic|isometric (all: these)|auxotonic|sealed|step|release|sensitivity|replay"
         ),
     ]
-    muscles: Annotated[list[str], Argument(help="shipped muscles, or TOML files; of replay logs of a bench")]
-    law: Annotated[list[str] | None, Option(help="force law; may be given several times")] = None
-    friction: Annotated[list[str] | None, Option(help="friction, or none; several times")] = None
-    pressure: Annotated[list[str] | None, Option(help='gauge, "3 bar"; several: curves, or from and to')] = (
-        None
-    )
-    load: Annotated[list[str] | None, Option(help='"200 N" or "20 kg"; several times')] = None
-    contraction: Annotated[list[str] | None, Option(help='0.1 or "10 %"; several times')] = None
-    length: Annotated[list[str] | None, Option(help="of the braid, instead of contraction")] = None
-    stiffness: Annotated[list[str] | None, Option(help='of auxotonic, "5 N/mm"; several times')] = None
-    series: Annotated[int | None, Option(help="so many of each muscle end to end")] = None
-    valve: Annotated[str | None, Option(help="valve of step (mh1 by default) and release")] = None
-    supply: Annotated[str | None, Option(help="pressure that there is; the muscle's limit")] = None
-    time: Annotated[str | None, Option(help="of one way up or down; slow by default")] = None
-    static: Annotated[bool, Option("--static", help="the formula instead of the rig")] = False
-    compare: Annotated[Path | None, Option(help="CSV of measured points to lay over it")] = None
+    muscles: Annotated[
+        list[str], Argument(help="shipped muscles or TOML files; for replay: logs of a test bench")
+    ]
+    law: Annotated[list[str] | None, Option(help="force law; repeat the option for several")] = None
+    friction: Annotated[
+        list[str] | None, Option(help="friction law, or none; repeat the option for several")
+    ] = None
+    pressure: Annotated[
+        list[str] | None,
+        Option(help='gauge pressure, "3 bar"; repeat for several curves, or for from and to'),
+    ] = None
+    load: Annotated[list[str] | None, Option(help='load, "200 N" or "20 kg"; repeat for several')] = None
+    contraction: Annotated[
+        list[str] | None, Option(help='contraction ratio, 0.1 or "10 %"; repeat for several')
+    ] = None
+    length: Annotated[list[str] | None, Option(help="length of the braid, instead of a contraction")] = None
+    stiffness: Annotated[
+        list[str] | None, Option(help='for auxotonic: spring stiffness, "5 N/mm"; repeat for several')
+    ] = None
+    series: Annotated[int | None, Option(help="number of equal muscles end to end")] = None
+    valve: Annotated[str | None, Option(help="for step and release: valve (mh1 by default)")] = None
+    supply: Annotated[str | None, Option(help="supply pressure; by default the muscle's limit")] = None
+    time: Annotated[str | None, Option(help="duration of one stroke up or down; slow by default")] = None
+    static: Annotated[
+        bool, Option("--static", help="evaluate the static formula instead of simulating the rig")
+    ] = False
+    compare: Annotated[Path | None, Option(help="CSV of measured points to compare with")] = None
     sets: Annotated[
-        list[str] | None, Option("--set", metavar="KEY=VALUE", help='of the muscle: damping="1e-4 m^2*s"')
+        list[str] | None,
+        Option("--set", metavar="KEY=VALUE", help='set a key of the muscle, such as damping="1e-4 m^2*s"'),
     ] = None
     bench: Annotated[
-        list[str] | None, Option(metavar="KEY=VALUE", help='of replay: muscle=dmsp_10, supply="6 bar"')
+        list[str] | None,
+        Option(
+            metavar="KEY=VALUE", help='for replay: facts of the bench, such as muscle=dmsp_10, supply="6 bar"'
+        ),
     ] = None
-    free: Annotated[str, Option(help="of replay: settings to fit to the first log, with commas")] = ""
-    out: Annotated[Path, Option(help="folder, .csv or .parquet")] = Path("runs/stand")
+    free: Annotated[str, Option(help="for replay: settings to fit to the first log, separated by commas")] = (
+        ""
+    )
+    out: Annotated[Path, Option(help="output folder, .csv or .parquet file")] = Path("runs/stand")
     rrd: RecordingOption = None
 
 
 @app.command("stand")
 @one_group
 def stand_command(test: _Test) -> None:
-    """The muscle test stand: characteristics, steps, quick release; measured points and logs beside them."""
+    """Test muscles on a simulated stand. Compares them with measured points and logs on request."""
     if test.test == "replay":
         return _replay(test)
     if test.test == "sensitivity":
@@ -168,7 +185,7 @@ def _remarks(tests: "Stand") -> Iterator[str]:
         if trial.plan.kind == "step":
             moving = max(m["still_moving"].value for m in trial.metrics)
             if moving > 1.0:
-                yield f"{trial.name}: still moving ({moving:.2g} %) when vented; take a longer --time"
+                yield f"{trial.name}: still moving ({moving:.2g} %) after venting; use a longer --time"
         yield from (f"warning: {warning}" for warning in trial.warnings)
     for trial, compared in zip(tests.trials, tests.compared, strict=False):
         factor, unit = (100.0, "%") if trial.plan.kind == "isotonic" else (1.0, "N")
@@ -180,45 +197,57 @@ def _remarks(tests: "Stand") -> Iterator[str]:
 
 
 _HOLD_OUT = "law: all|none|pressure|load|curve|muscle; scenario: share of the log's end, 0 for none; "
-_HOLD_OUT += "orthosis: all|none|group|angle|pressure, several times, or a CSV that is predicted"
-_FACT = 'law: what the CSV does not say, as bore="20 mm"'
-_NOISE = 'scenario: as angle="0.5 deg"; by the log itself otherwise'
-_RATE = 'orthosis: of a log\'s still samples, as angle="2 deg/s"'
+_HOLD_OUT += "orthosis: all|none|group|angle|pressure, repeated for several, or a CSV to predict"
+_FACT = 'law: fact that the CSV lacks, such as bore="20 mm"'
+_NOISE = 'scenario: noise, such as angle="0.5 deg"; estimated from the log by default'
+_RATE = 'orthosis: bounds of a log\'s still samples, such as angle="2 deg/s"'
 
 
 @dataclass(frozen=True)
 class _Fit:
     """Options of `fit`: what is fitted to what."""
 
-    data: Annotated[list[Path], Argument(help="CSV of measured points, or of a log", metavar="FILES...")]
-    law: Annotated[str | None, Option(help="a law's name, or all, the default")] = None
-    scenario: Annotated[str | None, Option(help="instead: that the log is of, a name or a TOML file")] = None
+    data: Annotated[
+        list[Path], Argument(help="CSV files of measured points, or of a log", metavar="FILES...")
+    ]
+    law: Annotated[str | None, Option(help="name of a force law, or all (default)")] = None
+    scenario: Annotated[
+        str | None, Option(help="fit a scenario: the one that the log is from, a name or TOML file")
+    ] = None
     orthosis: Annotated[
         list[str] | None,
-        Option(help="instead: whose torque it is, a name or a file; or GROUP=ORTHOSIS, each"),
+        Option(help="fit an orthosis: the one whose torque was measured, a name or file; or GROUP=ORTHOSIS"),
     ] = None
     free: Annotated[
         list[str] | None,
-        Option(help="parameters to fit, with commas between; of a law beside its usual ones"),
+        Option(help="parameters to fit, separated by commas; of a law in addition to its usual ones"),
     ] = None
     hold_out: Annotated[list[str] | None, Option(help=_HOLD_OUT)] = None
-    test: Annotated[list[Path] | None, Option(help="law: further CSV that is predicted, not fitted")] = None
-    fixed: Annotated[list[str] | None, Option(metavar="NAME=VALUE", help="law: a parameter to hold")] = None
+    test: Annotated[list[Path] | None, Option(help="law: further CSV to predict, not to fit")] = None
+    fixed: Annotated[
+        list[str] | None, Option(metavar="NAME=VALUE", help="law: a parameter to keep fixed")
+    ] = None
     facts: Annotated[list[str] | None, Option("--fact", metavar="KEY=VALUE", help=_FACT)] = None
-    loss: Annotated[str | None, Option(help="law: linear|soft_l1|huber|cauchy; these bear outliers")] = None
-    like: Annotated[str | None, Option(help="law: muscle to take from what the data do not tell")] = None
+    loss: Annotated[
+        str | None, Option(help="law: linear|soft_l1|huber|cauchy; all but linear tolerate outliers")
+    ] = None
+    like: Annotated[str | None, Option(help="law: muscle that supplies what the data lack")] = None
     sets: Sets = None
     noise: Annotated[list[str] | None, Option(metavar="CHANNEL=VALUE", help=_NOISE)] = None
-    chamber: Annotated[str | None, Option(help="orthosis: that was filled, if no file says so")] = None
-    torque: Annotated[str | None, Option(help="orthosis: device; difference, less that without air")] = None
+    chamber: Annotated[
+        str | None, Option(help="orthosis: the chamber that was filled, if no file states it")
+    ] = None
+    torque: Annotated[
+        str | None, Option(help="orthosis: device; or difference, without the torque at no air")
+    ] = None
     rates: Annotated[list[str] | None, Option("--rate", metavar="KEY=VALUE", help=_RATE)] = None
-    out: Annotated[Path | None, Option(help="folder to write to; runs/fit, fit-run or fit-torque")] = None
+    out: Annotated[Path | None, Option(help="output folder; runs/fit, fit-run or fit-torque")] = None
 
 
 @app.command("fit")
 @one_group
 def fit_command(asked: _Fit) -> None:
-    """Fit a muscle's law to points, a scenario to your log, an orthosis to torques; tell what stays open."""
+    """Fit a muscle, scenario or orthosis to your measurements. Reports what the data do not determine."""
     kind = "scenario" if asked.scenario is not None else "orthosis" if asked.orthosis else "law"
     options = picked(asked, "law", "scenario", "test", "loss", "like", "chamber", "torque")
     names = [name.strip() for each in asked.free or () for name in each.split(",") if name.strip()]
@@ -235,7 +264,7 @@ def fit_command(asked: _Fit) -> None:
         held = quantity("--hold-out", held[-1], "") if kind == "scenario" else held[-1]
     usual = {"law": "fit", "scenario": "fit-run", "orthosis": "fit-torque"}[kind]
     out, data = asked.out or Path("runs") / usual, asked.data[0] if len(asked.data) == 1 else asked.data
-    with progress("reading, compiling the muscles") as report:
+    with progress("reading the files, compiling the muscles") as report:
         from afo_sim import show
         from afo_sim.common import together
         from afo_sim.lab import fit, law_result, run_report, torque_report
@@ -268,12 +297,14 @@ def fit_command(asked: _Fit) -> None:
 
 @app.command("calibrate")
 def calibrate_command(
-    log: Annotated[Path, Argument(help="CSV of reference [bar] and reading [V], in the order of reading")],
+    log: Annotated[
+        Path, Argument(help="CSV of reference [bar] and reading [V], in the order of measurement")
+    ],
     inverse: Annotated[bool, Option("--inverse", help="V = slope/x + intercept")] = False,
-    step: Annotated[str, Option(help="of the converter")] = "0.01 V",
+    step: Annotated[str, Option(help="resolution of the converter")] = "0.01 V",
     out: Annotated[Path, Option(help="folder for sensor.toml")] = Path("runs/calibration"),
 ) -> None:
-    """Calibrate a sensor by readings at known quantities; a scenario takes the written sensor.toml."""
+    """Calibrate a sensor from readings at known values. The written sensor.toml works in a scenario."""
     from afo_sim.common import write_text
     from afo_sim.lab import calibrate
 
@@ -288,10 +319,10 @@ def calibrate_command(
 @app.command("paper")
 def paper_command(
     name: Annotated[str, Argument(help="S0|S1|S2|S3", metavar="PAPER")] = "S1",
-    as_json: Annotated[bool, Option("--json", help="every number, cells too; no files")] = False,
-    out: Annotated[Path | None, Option(help="folder to write to; runs/paper-<paper> by default")] = None,
+    as_json: Annotated[bool, Option("--json", help="print every number as JSON; write no files")] = False,
+    out: Annotated[Path | None, Option(help="output folder; runs/paper-<paper> by default")] = None,
 ) -> None:
-    """A paper beside the simulator: each claim, table and figure with both numbers, verdict and command."""
+    """Compare a paper with the simulator, claim by claim. Every table and figure has both numbers."""
     with progress("reading the paper") as report:
         from afo_sim.common import json_text
         from afo_sim.lab import markdown, paper
@@ -317,15 +348,21 @@ def paper_command(
 
 @app.command("validate")
 def validate_command(
-    as_json: Annotated[bool, Option("--json", help="every row, cells too, as a JSON list")] = False,
-    worn: Annotated[bool, Option("--worn", help="instead: others' devices, predicted with bands")] = False,
-    bench: Annotated[bool, Option("--bench", help="instead: logs of benches, predicted")] = False,
-    data: Annotated[Path | None, Option(help="of --bench: folder of logs, with a bench.toml")] = None,
-    air: Annotated[Path | None, Option(help="instead: a log's air per stride, beside its band")] = None,
-    scenario: Annotated[str, Option(help="walk of that log")] = "walk-dropfoot-afo",
-    walker: Annotated[bool, Option("--walker", help="instead: the responding walker, measured")] = False,
+    as_json: Annotated[bool, Option("--json", help="print every row and table cell as a JSON list")] = False,
+    worn: Annotated[
+        bool, Option("--worn", help="instead: devices of other groups, predicted with bands")
+    ] = False,
+    bench: Annotated[bool, Option("--bench", help="instead: logs of test benches, predicted")] = False,
+    data: Annotated[Path | None, Option(help="with --bench: folder of logs with a bench.toml")] = None,
+    air: Annotated[
+        Path | None, Option(help="instead: a log's air per stride beside the predicted band")
+    ] = None,
+    scenario: Annotated[str, Option(help="walking scenario of that log")] = "walk-dropfoot-afo",
+    walker: Annotated[
+        bool, Option("--walker", help="instead: the responding walker beside measurements")
+    ] = False,
 ) -> None:
-    """Every published number in short; exit code 1 when one is missed. A paper's own page: afo-sim paper."""
+    """Compare with every published number. Exit code 1 if one is missed; afo-sim paper has the details."""
     if worn or bench or air is not None:
         _ledger(as_json, worn, bench, data, air, scenario)
         return
@@ -407,24 +444,24 @@ class _Question:
     """Options of `credibility`."""
 
     scenario: Scenario
-    question: Annotated[str, Option(help="that is to be decided, in your words")]
-    context: Annotated[str, Option(help="what the run is for, beside other evidence, in your words")]
-    influence: Annotated[str, Option(help="of the run on the decision: low|medium|high")]
-    consequence: Annotated[str, Option(help="of a wrong decision: low|medium|high")]
-    metric: Annotated[str, Option(help="the number that answers")] = "toe_clearance"
-    draws: Annotated[int, Option(help="of what is not known")] = 200
-    out: Annotated[Path | None, Option(help="folder; runs/<scenario>-credibility by default")] = None
+    question: Annotated[str, Option(help="the decision to be made, in your words")]
+    context: Annotated[str, Option(help="how the run is used beside other evidence, in your words")]
+    influence: Annotated[str, Option(help="influence of the run on the decision: low|medium|high")]
+    consequence: Annotated[str, Option(help="consequence of a wrong decision: low|medium|high")]
+    metric: Annotated[str, Option(help="metric that answers the question")] = "toe_clearance"
+    draws: Annotated[int, Option(help="number of draws of the uncertain inputs")] = 200
+    out: Annotated[Path | None, Option(help="output folder; runs/<scenario>-credibility by default")] = None
     sets: Sets = None
-    as_json: Annotated[bool, Option("--json", help="all of it as JSON; no files")] = False
+    as_json: Annotated[bool, Option("--json", help="print everything as JSON; write no files")] = False
 
 
 @app.command("credibility")
 @one_group
 def credibility_command(asked: _Question) -> None:
-    """May this walk decide? Each factor of ASME V&V 40 graded, and what to measure; no approval."""
+    """Assess whether a walk may support a decision (ASME V&V 40). It is no approval."""
     folder = asked.out or Path("runs") / f"{Path(asked.scenario).stem}-credibility"
     options = picked(asked, "question", "context", "influence", "consequence", "metric", "draws")
-    with progress("reading, compiling the muscles") as report:
+    with progress("reading the files, compiling the muscles") as report:
         from afo_sim.common import json_text
         from afo_sim.lab.credibility import credibility
 

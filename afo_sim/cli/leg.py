@@ -16,43 +16,43 @@ if TYPE_CHECKING:
 
 
 _Forward = Annotated[
-    str | None, Option(help='where the foot points, in the file\'s axes, "x", "-y" or "1 0 0"')
+    str | None, Option(help='direction in which the foot points, in the file\'s axes: "x", "-y" or "1 0 0"')
 ]
-_Package = Annotated[list[Path] | None, Option(help="folder of a URDF file's meshes; may be given again")]
+_Package = Annotated[
+    list[Path] | None, Option(help="folder with the URDF file's meshes; repeat the option for several")
+]
 
 
 @dataclass(frozen=True)
 class Cut:
     """Options of `leg import`: a model, and which leg of it."""
 
-    file: Annotated[Path, Argument(help="MJCF or URDF, of a leg or of a whole body")]
-    out: Annotated[Path | None, Option(help="the leg's folder; legs/NAME by default, - writes nothing")] = (
+    file: Annotated[Path, Argument(help="MJCF or URDF file of a leg or a whole body")]
+    out: Annotated[Path | None, Option(help="output folder; legs/NAME by default; -: write nothing")] = None
+    shank: Annotated[str | None, Option(help="body of the shank; found by its name by default")] = None
+    foot: Annotated[str | None, Option(help="body of the foot, or one attached to it")] = None
+    ankle: Annotated[str | None, Option(help="hinge of the ankle")] = None
+    side: Annotated[str | None, Option(help="right|left: which leg to take")] = None
+    zero: Annotated[str | None, Option(help='the hinge\'s coordinate at ankle angle 0, such as "0 deg"')] = (
         None
     )
-    shank: Annotated[str | None, Option(help="its body; found by its name by default")] = None
-    foot: Annotated[str | None, Option(help="its body, or one attached to it")] = None
-    ankle: Annotated[str | None, Option(help="its hinge")] = None
-    side: Annotated[str | None, Option(help="right|left: which leg is meant")] = None
-    zero: Annotated[
-        str | None, Option(help="the file's coordinate where the ankle's angle is 0, \"0 deg\"")
-    ] = None
     forward: _Forward = None
     range: Annotated[
         tuple[str, str] | None,
-        Option(metavar="FROM TO", help='stops, "-50 deg" "30 deg"; the file\'s by default'),
+        Option(metavar="FROM TO", help='range of motion, "-50 deg" "30 deg"; the file\'s by default'),
     ] = None
-    toes: Annotated[str | None, Option(help="hinge of the toes to keep; others are welded")] = None
-    body_mass: Annotated[str | None, Option(help='of the person, "72 kg"')] = None
-    body_height: Annotated[str | None, Option(help='of the person, "1.72 m"')] = None
+    toes: Annotated[str | None, Option(help="hinge of the toes to keep; other joints are welded")] = None
+    body_mass: Annotated[str | None, Option(help='body mass of the person, "72 kg"')] = None
+    body_height: Annotated[str | None, Option(help='body height of the person, "1.72 m"')] = None
     package: _Package = None
-    name: Annotated[str | None, Option(help="of the leg; by default the folder's or file's")] = None
-    force: Annotated[bool, Option("--force", help="replace a leg that is in the folder")] = False
+    name: Annotated[str | None, Option(help="name of the leg; by default that of the folder or file")] = None
+    force: Annotated[bool, Option("--force", help="overwrite a leg in the folder")] = False
 
 
 @leg_app.command("import")
 @one_group
 def leg_import_command(cut: Cut) -> None:
-    """Cut a leg out of your own model, turn it, and write a folder that every scenario takes."""
+    """Cut a leg out of your own model. The written folder works in every scenario."""
     check_side(cut.side)
     person: Keywords = {}
     for name, text, unit, low, high in (
@@ -89,12 +89,14 @@ def leg_import_command(cut: Cut) -> None:
 
 @leg_app.command("export")
 def leg_export_command(
-    source: Annotated[str, Argument(metavar="LEG", help="a leg or a scenario: a shipped name, or a path")],
-    to: Annotated[Path | None, Option(help="needed: the .urdf file to write")] = None,
-    orthosis: Annotated[str | None, Option(help="worn on it; a leg alone has none by default")] = None,
-    force: Annotated[bool, Option("--force", help="replace a file that is there")] = False,
+    source: Annotated[str, Argument(metavar="LEG", help="leg or scenario: a shipped name, or a path")],
+    to: Annotated[Path | None, Option(help="(required) URDF file to write")] = None,
+    orthosis: Annotated[
+        str | None, Option(help="orthosis worn on it; none by default for a leg alone")
+    ] = None,
+    force: Annotated[bool, Option("--force", help="overwrite an existing file")] = False,
 ) -> None:
-    """Write a leg, with its orthosis' rigid parts, for other programs, as URDF."""
+    """Write a leg as URDF, with the rigid parts of its orthosis."""
     if to is None:
         raise InputError("is needed", field="--to", allowed="a file, leg.urdf")
     with progress("writing"):
@@ -112,35 +114,43 @@ def leg_export_command(
 class _Attachment:
     """Options of `attach`: a model, an orthosis, and where it goes."""
 
-    model: Annotated[Path, Argument(help="MJCF or URDF file of a whole model, or a shipped leg's name")]
-    orthosis: Annotated[str, Option(help="a shipped orthosis' name, or the path of its TOML file or folder")]
-    joint: Annotated[str | None, Option("--joint", "--ankle", help="hinge; an ankle's is sought")] = None
+    model: Annotated[Path, Argument(help="MJCF or URDF file of a whole model, or the name of a shipped leg")]
+    orthosis: Annotated[
+        str, Option(help="name of a shipped orthosis, or the path of its TOML file or folder")
+    ]
+    joint: Annotated[
+        str | None, Option("--joint", "--ankle", help="hinge of the joint; an ankle's is found by default")
+    ] = None
     proximal: Annotated[str | None, Option("--proximal", "--shank", help="body above the joint")] = None
-    distal: Annotated[str | None, Option("--distal", "--foot", help="body below it, with the plate")] = None
-    side: Annotated[str | None, Option(help="right|left, where both are there")] = None
-    zero: Annotated[str | None, Option(help='the hinge where the joint is at 0, "0 deg" by default')] = None
-    sign: Annotated[int | None, Option(help="1|-1: whether the hinge's own coordinate rises in flexion")] = (
-        None
-    )
+    distal: Annotated[
+        str | None, Option("--distal", "--foot", help="body below the joint, which carries the plate")
+    ] = None
+    side: Annotated[str | None, Option(help="right|left, if the model has both")] = None
+    zero: Annotated[
+        str | None, Option(help='coordinate of the hinge at joint angle 0; "0 deg" by default')
+    ] = None
+    sign: Annotated[
+        int | None, Option(help="1|-1: whether the hinge's own coordinate increases or decreases in flexion")
+    ] = None
     forward: _Forward = None
     package: _Package = None
     supply: Annotated[str, Option(help="gauge pressure before the inlet valves")] = "4 bar"
-    timestep: Annotated[str | None, Option(help='"1 ms"; the model\'s own by default')] = None
-    prefix: Annotated[str, Option(help="of all names that are added")] = "afo_"
+    timestep: Annotated[str | None, Option(help='time step, such as "1 ms"; the model\'s by default')] = None
+    prefix: Annotated[str, Option(help="prefix of all added names")] = "afo_"
     out: Annotated[
-        Path | None, Option(help="MJCF file, or folder of a plugin, to write; MODEL_ORTHOSIS.xml by default")
+        Path | None, Option(help="MJCF file, or plugin folder, to write; MODEL_ORTHOSIS.xml by default")
     ] = None
-    to: Annotated[str | None, Option(help="plugin: a folder that MuJoCo alone steps without afo_sim")] = None
-    mjb: Annotated[bool, Option("--mjb", help="also MuJoCo's binary model, with all parameters")] = False
-    force: Annotated[bool, Option("--force", help="replace files that are there")] = False
+    to: Annotated[str | None, Option(help="plugin: write a folder that MuJoCo runs without afo_sim")] = None
+    mjb: Annotated[bool, Option("--mjb", help="also write MuJoCo's binary model with all parameters")] = False
+    force: Annotated[bool, Option("--force", help="overwrite existing files")] = False
 
 
 @app.command("attach")
 @one_group
 def attach_command(worn: _Attachment) -> None:
-    """Put an orthosis on a joint of a whole model, which you then step from Python, or in MuJoCo alone.
+    """Put an orthosis on a joint of a whole MuJoCo or URDF model. Step it from Python or in MuJoCo alone.
 
-    A model that was written with it may be given again, for another joint.
+    XX may be given again, for another joint.
     """
     check_side(worn.side)
     model, name = worn.model, Path(worn.orthosis).stem

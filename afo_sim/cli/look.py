@@ -23,13 +23,14 @@ _STUDIES = {
 def view(
     paths: Annotated[list[Path], Argument(help="run folders, or .rrd files")],
     picture: Annotated[
-        Path | None, Option("--screenshot", help="write a PNG instead; needs no display")
+        Path | None,
+        Option("--screenshot", help="write a PNG file instead of opening the viewer; needs no display"),
     ] = None,
     at: Annotated[str | None, Option(help='time shown in the screenshot, for example "2.5 s"')] = None,
     rate: Rate = None,
-    colour: Annotated[str, Option(help="what colours the muscles: force|pressure")] = "force",
+    colour: Annotated[str, Option(help="muscles are coloured by: force|pressure")] = "force",
 ) -> None:
-    """Open a run, or several side by side, in the Rerun viewer (on this machine only)."""
+    """Open one or several runs in the Rerun viewer."""
     if colour not in ("force", "pressure"):
         raise InputError("is not a valid choice", field="--colour", value=colour, allowed="force, pressure")
     if at is not None and picture is None:
@@ -83,9 +84,9 @@ def _rerun_files(paths: list[Path], scratch: Path, rate: float | None, colour: s
 @app.command("figure")
 def figure_command(
     folder: Annotated[Path, Argument(help="a run's folder")],
-    out: Annotated[Path | None, Option(help="folder to write to; the run's own by default")] = None,
+    out: Annotated[Path | None, Option(help="output folder; the run's own by default")] = None,
 ) -> None:
-    """Publication figures of a run: angle, torque, pressure, force against contraction (PNG and PDF)."""
+    """Write publication figures of a run as PNG and PDF. They show angle, torque, pressure and force."""
     with progress("drawing"):
         from afo_sim.common import check_writable
         from afo_sim.show.run_figure import write_figures
@@ -102,13 +103,13 @@ def figure_command(
 @app.command("report")
 def report_command(
     folders: Annotated[
-        list[Path], Argument(help="folders of runs, compared with the first; or one of both legs")
+        list[Path], Argument(help="run folders, compared with the first one; or one run of both legs")
     ],
     out: Annotated[
-        Path | None, Option(help="HTML file; report.html in the first run's folder by default")
+        Path | None, Option(help="HTML file to write; report.html in the first run's folder by default")
     ] = None,
 ) -> None:
-    """One HTML file of a run, or of several compared: figures, numbers in a clinician's words, sources."""
+    """Write an HTML report of one run, or of several compared. It has verdict, figures, numbers, sources."""
     with progress("drawing"):
         from afo_sim.show import write_report
 
@@ -121,18 +122,18 @@ def report_command(
 
 @app.command("video")
 def video_command(
-    folders: Annotated[list[Path], Argument(help="a run's folder, or those of two or three walks")],
+    folders: Annotated[list[Path], Argument(help="one run folder, or those of two or three walks")],
     out: Annotated[Path, Argument(help="MP4 file to write")],
-    rate: Annotated[str, Option(help="pictures a second")] = "25 Hz",
+    rate: Annotated[str, Option(help="frames per second")] = "25 Hz",
     stride: Annotated[
-        int | None, Option(help="number of a walk's stride; the settled one by default")
+        int | None, Option(help="number of the stride of a walk; the settled one by default")
     ] = None,
     slow: Annotated[
-        float | None, Option(help="times as long as in life; 4 for a walk, 1 for a seated run by default")
+        float | None, Option(help="slow-motion factor; by default 4 for a walk, 1 for a seated run")
     ] = None,
-    reference: Annotated[bool, Option(help="beside one walk, the walk without the device")] = True,
+    reference: Annotated[bool, Option(help="show the walk without the device beside a single walk")] = True,
 ) -> None:
-    """A film of one stride of walks side by side, or of a seated run (needs an OpenGL backend and ffmpeg)."""
+    """Film a stride of one to three walks, or a seated run. Needs an OpenGL backend and ffmpeg."""
     hertz = hertz_of(rate)
     if out.suffix.lower() != ".mp4":
         raise InputError("is not an MP4 file", field="OUT", value=str(out), allowed="a name ending in .mp4")
@@ -156,10 +157,11 @@ def video_command(
 def recover_command(
     folder: Annotated[Path, Argument(help="folder of a damaged run or sweep")],
     out: Annotated[
-        Path | None, Option(help="folder for the intact part of a run; by default beside it, with -recovered")
+        Path | None,
+        Option(help="output folder for the intact part of a run; by default its name with -recovered"),
     ] = None,
 ) -> None:
-    """Save the intact part of a damaged run in a new folder, or of a damaged sweep, which then goes on."""
+    """Save the intact part of a damaged run or sweep. The sweep can then be continued."""
     with progress("reading"):
         from afo_sim.simulation import recover_recording
         from afo_sim.study import SWEEP, recover
@@ -179,10 +181,10 @@ def recover_command(
 def check_run_command(
     folder: Annotated[Path, Argument(help="a run's folder")],
     checks: Annotated[
-        Path | None, Argument(help="checks file; the shipped scenario's own by default")
+        Path | None, Argument(help="checks file; by default that of the shipped scenario")
     ] = None,
 ) -> None:
-    """Test a run against a file of checks; exit code 1 when one fails."""
+    """Test a run against a file of checks. Exit code 1 if one fails."""
     with progress("checking"):
         from afo_sim.common import assets
         from afo_sim.simulation import read_recording, run_checks
@@ -200,27 +202,27 @@ def check_run_command(
 @app.command()
 def draw(
     orthosis: Annotated[
-        str, Argument(help="a shipped orthosis or scenario, or the TOML file or folder of one")
+        str, Argument(help="name of a shipped orthosis or scenario, or its TOML file or folder")
     ],
     leg: Annotated[
-        str | None, Option(help="a shipped leg, or its TOML file; the scenario's own by default")
+        str | None, Option(help="name of a shipped leg, or its TOML file; the scenario's by default")
     ] = None,
     pressure: Annotated[
-        str | None, Option(help='of the muscles, for example "4 bar"; the supply\'s by default')
+        str | None, Option(help='pressure in the muscles, such as "4 bar"; the supply\'s by default')
     ] = None,
     out: Annotated[
         list[Path] | None,
         Option(
-            help="file to write, png, pdf, svg or, of a design, rrd, again for more; NAME-design.pdf or "
+            help="file to write (png, pdf, svg; a design also rrd); repeat for several; NAME-design.pdf or "
             "NAME-air.pdf by default"
         ),
     ] = None,
     view: Annotated[
-        str, Option(help='"design", or "air": a schematic of the air path, from source to muscles')
+        str, Option(help='"design", or "air": schematic of the air path from source to muscles')
     ] = "design",
-    force: Annotated[bool, Option("--force", help="replace files that are there")] = False,
+    force: Annotated[bool, Option("--force", help="overwrite existing files")] = False,
 ) -> None:
-    """The design picture: the orthosis to scale with dimensions, and what its muscles do over the angle.
+    """Draw an orthosis to scale, with what its muscles do over the joint angle.
 
     With --view air a schematic of its air path, with the narrowest part on the way to each muscle.
     """
@@ -259,23 +261,26 @@ def export_command(
     what: Annotated[
         str,
         Argument(
-            metavar="RUN|SCENARIO", help="a run's folder or recording.parquet; of a scenario: plugin, c, fmu"
+            metavar="RUN|SCENARIO", help="run folder or recording.parquet; a scenario for plugin, c, fmu"
         ),
     ],
-    to: Annotated[str | None, Option(help=f"{_FORMATS}; that of --out by default")] = None,
+    to: Annotated[str | None, Option(help=f"{_FORMATS}; by default by the ending of --out")] = None,
     out: Annotated[
         Path | None,
         Option(help="file or folder to write; by default recording.FORMAT beside the run, or NAME_FORMAT"),
     ] = None,
-    rate: Annotated[str | None, Option(help='rows a second, "200 Hz"; all by default')] = None,
+    rate: Annotated[str | None, Option(help='rows per second, such as "200 Hz"; all by default')] = None,
     column: Annotated[
         list[str] | None,
-        Option(metavar="NAME", help='a column, or several as "ankle/*" (sto, csv, mat); all by default'),
+        Option(
+            metavar="NAME",
+            help='column to export, or a pattern such as "ankle/*" (sto, csv, mat); all by default',
+        ),
     ] = None,
     sets: Sets = None,
-    force: Annotated[bool, Option("--force", help="replace files that are there")] = False,
+    force: Annotated[bool, Option("--force", help="overwrite existing files")] = False,
 ) -> None:
-    """A run for OpenSim, spreadsheets, MATLAB; a scenario to run elsewhere: MuJoCo (plugin), C, FMI (fmu)."""
+    """Export a run (OpenSim, CSV, MATLAB) or a scenario (MuJoCo, C, FMI)."""
     hertz = None if rate is None else hertz_of(rate)
     if to is None and out is None:
         raise InputError("is needed", field="--to", allowed=_FORMATS.replace("|", ", "))
@@ -309,4 +314,4 @@ def export_command(
         print(f"written to {file}")
     print(f"open it with {exported.opens}")
     if exported.minds:
-        print(f"mind: {exported.minds}")
+        print(f"note: {exported.minds}")

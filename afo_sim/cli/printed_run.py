@@ -148,7 +148,9 @@ def _print_numbers(recording: "Recording") -> None:
     print_table(recording.described["name"], header, rows)
     print_line(step_line(recording))
     for why in dict.fromkeys(left_out.values()):
-        print_line(f"left out, {why}: {', '.join(name for name in left_out if left_out[name] == why)}")
+        print_line(
+            f"without a value ({why}): {', '.join(name for name in left_out if left_out[name] == why)}"
+        )
 
 
 def warning_lines(

@@ -34,35 +34,40 @@ ROWS = (
 @common.app.command()
 def run(
     scenario: common.Scenario = "seated",
-    out: Annotated[Path | None, Option(help="folder to write to; runs/<scenario> by default")] = None,
+    out: Annotated[Path | None, Option(help="output folder; runs/<scenario> by default")] = None,
     sets: common.Sets = None,
     rrd: common.RecordingOption = None,
     rate: common.Rate = None,
     plain: common.Plain = False,
     change: Annotated[
-        bool, Option("--change/--no-change", help="find out what to change first (walking)")
+        bool, Option("--change/--no-change", help="find the design changes that help most (walking only)")
     ] = True,
     uncertainty: Annotated[
-        int, Option(help="draws of what is not known, for bands (walking); 0 for none")
+        int, Option(help="number of draws of the uncertain inputs, for bands (walking only); 0: none")
     ] = 0,
     spreads: Annotated[
-        str, Option(help="with --uncertainty: what is not known, a shipped name or a TOML file")
+        str, Option(help="with --uncertainty: spreads of the inputs, a shipped name or a TOML file")
     ] = "usual",
     step: Annotated[
-        str, Option(help="controlled: halved until numbers agree with twice the step; fixed: as it stands")
+        str, Option(help="time step: controlled (halved until doubling it changes no number) or fixed")
     ] = "controlled",
-    numbers: Annotated[bool, Option("--numbers", help="print every number of a walk")] = False,
-    live: Annotated[bool, Option("--live", help="watch in the Rerun viewer while it runs")] = False,
-    force: Annotated[bool, Option("--force", help="replace the run of another description")] = False,
+    numbers: Annotated[bool, Option("--numbers", help="print every metric")] = False,
+    live: Annotated[bool, Option("--live", help="show the run live in the Rerun viewer")] = False,
+    force: Annotated[
+        bool, Option("--force", help="overwrite a run of another scenario in that folder")
+    ] = False,
 ) -> None:
-    """Simulate one scenario; without an argument, the seated solenoid-timer test.
+    """Simulate one scenario. By default: the seated solenoid-timer test.
 
     A folder that holds a run of the very same description is replaced; another run is not, without --force.
     """
     values = common.read_sets(sets)
     hertz = None if rate is None else common.hertz_of(rate)
     common.short_lived()
-    with common.watching(live) as watch, common.progress("reading, compiling the muscles") as report:
+    with (
+        common.watching(live) as watch,
+        common.progress("reading the files, compiling the muscles") as report,
+    ):
         from afo_sim.description import load
         from afo_sim.model import with_person
         from afo_sim.simulation import check_step, run_at_step
@@ -95,15 +100,15 @@ def _stop(failed: dict[str, str]) -> None:
 def compare(
     scenario: common.Scenario,
     laws: Annotated[
-        str, Option(help="names with commas between; by default every law that all muscles know")
+        str, Option(help="names, separated by commas; by default every law that all muscles have")
     ] = "",
-    out: Annotated[Path | None, Option(help="folder to write to; runs/<scenario>-laws by default")] = None,
+    out: Annotated[Path | None, Option(help="output folder; runs/<scenario>-laws by default")] = None,
     sets: common.Sets = None,
     rrd: common.RecordingOption = None,
 ) -> None:
-    """One scenario with several muscle laws, side by side."""
+    """Compare several muscle laws in one scenario."""
     values = common.read_sets(sets)
-    with common.progress("reading, compiling the muscles") as report:
+    with common.progress("reading the files, compiling the muscles") as report:
         from afo_sim.show import write
         from afo_sim.simulation import compare as comparing
 
@@ -117,24 +122,33 @@ def compare(
     for name, recording in runs.items():
         for warning in recording.warnings:
             print(f"warning: {name}: {warning}")
-    print(f"written to {folder}" + (f"; look at it with: afo-sim view {folder}/recording.rrd" if rrd else ""))
+    print(f"written to {folder}" + (f"; to look at it: afo-sim view {folder}/recording.rrd" if rrd else ""))
     _stop({f"{name}: ": recording.status for name, recording in runs.items() if not recording.ok})
 
 
 @common.app.command("torque-map")
 def torque_map_command(
     scenario: common.Scenario = "walk-dropfoot-afo",
-    out: Annotated[Path, Option(help="folder to write to")] = Path("runs/torque-map"),
+    out: Annotated[Path, Option(help="output folder")] = Path("runs/torque-map"),
     sets: common.Sets = None,
-    walk: Annotated[str | None, Option(metavar="SCENARIO", help="walk that gives the need")] = None,
+    walk: Annotated[
+        str | None, Option(metavar="SCENARIO", help="walking scenario that the needed torque is taken from")
+    ] = None,
     angle: Annotated[
         tuple[str, str, str] | None,
-        Option(metavar="FROM TO STEP", help='"-20 deg" "25 deg" "1 deg"; else the range of motion'),
+        Option(
+            metavar="FROM TO STEP",
+            help='for example "-20 deg" "25 deg" "1 deg"; the range of motion by default',
+        ),
     ] = None,
-    pressure: Annotated[list[str] | None, Option(help="gauge pressure; may be given several times")] = None,
-    uncertainty: Annotated[int, Option(help="draws of patient and walk, for bands of the need")] = 0,
+    pressure: Annotated[
+        list[str] | None, Option(help="gauge pressure; repeat the option for several")
+    ] = None,
+    uncertainty: Annotated[
+        int, Option(help="number of draws of patient and walk, for bands of the needed torque")
+    ] = 0,
 ) -> None:
-    """Torque needed and torque available: joint angle × pressure → orthosis torque."""
+    """Compare needed and available torque over angle and pressure."""
     values = common.read_sets(sets)
     start, stop, step = (
         common.quantity("--angle", text, "rad") for text in angle or ("-20 deg", "25 deg", "1 deg")
@@ -175,12 +189,12 @@ def _print_torque_maps(found: "TorqueMaps", bands: dict[str, list[float]], out: 
         rows = [[f"{np.degrees(own.angles[k]):.0f}", *(f"{t:.2f}" for t in own.torque[k])] for k in chosen]
         positive = JOINTS[own.joint].directions[0]
         common.print_table(f"{own.chamber}: orthosis torque [N·m], {positive} +", header, rows)
-    rows, header = [], ["phase", "needs [N·m]", "at [deg]", "chamber", "enough in", "short by"]
+    rows, header = [], ["phase", "needs [N·m]", "at [deg]", "chamber", "enough for", "short by"]
     for chambers, need, lacking in found.lacking:
         angle, asked, k = np.degrees(need.angle), need.torque > 0.0, int(lacking.argmax())
         enough, band = asked & (lacking <= 0.0), " ({0:.2f} to {2:.2f})" if bands else ""
         peak = f"{need.peak:.2f}" + band.format(*bands.get(need.phase, ()))
-        met = f"{100.0 * enough.sum() / asked.sum():.0f} %" if asked.any() else "nothing needed"
+        met = f"{100.0 * enough.sum() / asked.sum():.0f} %" if asked.any() else "none needed"
         short = f"{lacking[k]:.2f} N·m at {round(angle[k])} deg" if lacking[k] > 0.0 else "–"
         pulling = " + ".join(chambers) or "none"
         rows.append([need.phase, peak, f"{angle.min():.0f} to {angle.max():.0f}", pulling, met, short])
@@ -188,11 +202,15 @@ def _print_torque_maps(found: "TorqueMaps", bands: dict[str, list[float]], out: 
     if rows:
         title = f"torque needed by {person_of(scenario).body_mass:g} kg" + (" (5 to 95 %)" if bands else "")
         common.print_table(f"{title}, at the supply's {scenario.supply.pressure * 1e-5:g} bar", header, rows)
-        print("available is static, as if filled at once: a run tells what the valves leave of it")
-        print("" if bands else "the need is uncertain by a factor of two and more: --uncertainty 20")
+        print("available torque is static, as if filled instantly; a run shows what the valves leave of it")
+        print(
+            ""
+            if bands
+            else "the needed torque is uncertain by a factor of two or more (see --uncertainty 20)"
+        )
     elif scenario.leg.joint == "ankle":
-        why = "of a patient's own walk" if scenario.walking else "where nobody walks"
-        print(f"no need is known {why}: name another walk, such as --walk walk-dropfoot-afo")
+        why = "for a patient's own walk" if scenario.walking else "without walking"
+        print(f"the needed torque is unknown {why}; name another walk, such as --walk walk-dropfoot-afo")
     for warning in found.warnings:
         print(f"warning: {warning}")
     print(f"written to {out}")
@@ -202,30 +220,32 @@ def _print_torque_maps(found: "TorqueMaps", bands: dict[str, list[float]], out: 
 def both_command(
     scenario: common.Scenario,
     left: Annotated[
-        str, Option(help="scenario of the left leg; the same by default", metavar="SCENARIO")
+        str, Option(help="scenario of the left leg; that of the right leg by default", metavar="SCENARIO")
     ] = "",
-    out: Annotated[Path | None, Option(help="folder to write to; runs/<scenario>-both by default")] = None,
+    out: Annotated[Path | None, Option(help="output folder; runs/<scenario>-both by default")] = None,
     sets: common.Sets = None,
     left_sets: Annotated[
-        list[str] | None, Option("--left-set", metavar="KEY=VALUE", help="of the left leg alone")
+        list[str] | None, Option("--left-set", metavar="KEY=VALUE", help="set a key of the left leg only")
     ] = None,
     apart: Annotated[
-        float | None, Option(help="share of a stride that the left leg is behind; 0.5, seated 0")
+        float | None, Option(help="delay of the left leg as a share of the stride; 0.5 by default, seated 0")
     ] = None,
     affected: Annotated[
-        str | None, Option(help="right|left: this side alone wears the device, the other walks as recorded")
+        str | None, Option(help="right|left: only this side wears the device; the other walks as recorded")
     ] = None,
     rrd: common.RecordingOption = None,
     rate: common.Rate = None,
-    numbers: Annotated[bool, Option("--numbers", help="print every number of both legs")] = False,
-    force: Annotated[bool, Option("--force", help="replace the run of other descriptions")] = False,
+    numbers: Annotated[bool, Option("--numbers", help="print every metric of both legs")] = False,
+    force: Annotated[
+        bool, Option("--force", help="overwrite a run of other scenarios in that folder")
+    ] = False,
 ) -> None:
-    """Simulate both legs on one supply: the air of both, the flow from the source, the worse leg."""
+    """Simulate both legs on one supply. Reports total air, flow from the source, and the worse leg."""
     values, others = common.read_sets(sets), common.read_sets(left_sets, "--left-set")
     hertz = None if rate is None else common.hertz_of(rate)
     side = cast(Literal["right", "left"], affected)  # `described` examines it
     common.short_lived()
-    with common.progress("reading, compiling the muscles") as report:
+    with common.progress("reading the files, compiling the muscles") as report:
         from afo_sim.model import with_person
         from afo_sim.simulation import bilateral as legs
 
@@ -248,10 +268,10 @@ def _print_both(legs: "Both", folder: Path, *, numbers: bool) -> None:
     from afo_sim.show import in_brief
 
     names = {side: leg.described["name"] for side, leg in legs.legs.items()}
-    tail = [(f"written to {folder}; compare the legs with: afo-sim report {folder}", 2)]
-    print_line(f"right: {names['right']}; left: {names['left']}, {legs.apart:g} of a stride behind")
+    tail = [(f"written to {folder}; to compare the legs: afo-sim report {folder}", 2)]
+    print_line(f"right: {names['right']}; left: {names['left']}, {legs.apart:g} of a stride later")
     if legs.affected:
-        print_line(f"affected side: {legs.affected}; the other side wears nothing and walks as recorded")
+        print_line(f"affected side: {legs.affected}; the other side wears no device and walks as recorded")
     if numbers or not legs.verdict:
         _print_tables(legs, whole=numbers)
     judged = [_judged(legs, worse) for worse in legs.verdict]
@@ -285,7 +305,7 @@ def _print_tables(legs: "Both", *, whole: bool) -> None:
         if name in legs.left.metrics:
             title = f"{name} [{metric.unit}]" if metric.unit else name
             rows.append([title, *(printed(name, leg.metrics[name]) for leg in legs.legs.values())])
-    common.print_table("either leg", ["", "right", "left"], rows)
+    common.print_table("each leg", ["", "right", "left"], rows)
 
 
 def _peak(legs: "Both") -> list[tuple[str, int]]:
@@ -295,7 +315,7 @@ def _peak(legs: "Both") -> list[tuple[str, int]]:
     if len(peaks) < 3 or max(peaks[:2]) <= 0.0:
         return []
     times = peaks[2] / max(peaks[:2])
-    return [(f"the source must give {peaks[2]:.3g} l/min (ANR) at once, {times:.2f} times one leg's", 2)]
+    return [(f"the source must deliver {peaks[2]:.3g} l/min (ANR) at peak, {times:.2f} times one leg's", 2)]
 
 
 def _judged(legs: "Both", worse: "Worse") -> tuple["Recording", "Answer"]:

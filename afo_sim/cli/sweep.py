@@ -25,31 +25,33 @@ LINE_EVERY = 60.0  # of progress, where no terminal shows it [s]
 class _Sweep:
     """Options of `sweep`: which cases, and who computes them."""
 
-    source: Annotated[str, Argument(metavar="[SWEEP]", help="a shipped sweep's name, or a TOML file")] = ""
+    source: Annotated[str, Argument(metavar="[SWEEP]", help="name of a shipped sweep, or a TOML file")] = ""
     out: Annotated[
-        Path | None, Option(help="folder to write to; runs/<sweep> by default; of --show, DIR/figures")
+        Path | None, Option(help="output folder; runs/<sweep> by default, DIR/figures with --show")
     ] = None
     threads: common.Threads = 0
     workers: common.Workers = 0
     scheduler: common.Scheduler = ""
-    part: Annotated[str, Option(help="K/N: the K-th of N parts only, for a job array")] = "1/1"
+    part: Annotated[str, Option(help="K/N: compute only the K-th of N parts, for a job array")] = "1/1"
     if_changed: Annotated[
-        str, Option(help="where sweep file or code changed: refuse, restart or continue")
+        str, Option(help="if the sweep file or the code has changed: refuse, restart or continue")
     ] = "refuse"
     plain: common.Plain = False
-    dry_run: Annotated[bool, Option("--dry-run", help="say what it would take, and stop")] = False
-    yes_many: Annotated[bool, Option("--yes-many", help="more than ten million cases are intended")] = False
-    show: Annotated[Path | None, Option(help="a sweep's folder: print its tables, draw its figures")] = None
+    dry_run: Annotated[bool, Option("--dry-run", help="only report cases, time and disk space")] = False
+    yes_many: Annotated[bool, Option("--yes-many", help="allow more than ten million cases")] = False
+    show: Annotated[Path | None, Option(help="folder of a sweep: print its tables and draw its figures")] = (
+        None
+    )
     metric: Annotated[
-        list[str] | None, Option(help="with --show: a metric, as NAME or NAME:lowest|highest")
+        list[str] | None, Option(help="with --show: metric, as NAME or NAME:lowest|highest")
     ] = None
-    best: Annotated[int, Option(help="with --show: how many best cases")] = 5
+    best: Annotated[int, Option(help="with --show: number of best cases")] = 5
 
 
 @common.app.command()
 @common.one_group
 def sweep(given: _Sweep) -> None:
-    """Many cases of one scenario; started again, it goes on where it was stopped."""
+    """Compute many cases of one scenario. Run it again to continue an interrupted sweep."""
     if given.show is not None:
         show_folder(given.show, given.out, given.metric or [], given.best)
         return
@@ -62,7 +64,7 @@ def sweep(given: _Sweep) -> None:
         allowed = "K/N with 1 ≤ K ≤ N, such as 3/20"
         raise InputError("is not a valid part", field="--part", value=given.part, allowed=allowed)
     which = int(found[1]), int(found[2])
-    with common.progress("reading, compiling the muscles") as report:
+    with common.progress("reading the files, compiling the muscles") as report:
         from afo_sim.show import unseen
         from afo_sim.study import SWEEP, design, left, pool, runner, sweep_plan, time_step
 
@@ -87,7 +89,7 @@ def sweep(given: _Sweep) -> None:
         try:
             state = runner.run(store, part=which, report=reporter(report), **on)
         except KeyboardInterrupt:
-            print("afo-sim: stopped; the same command goes on from here", file=sys.stderr)
+            print("afo-sim: stopped; run the same command to continue", file=sys.stderr)
             sys.exit(130)
         took = time.monotonic() - begun
         _keep_recordings(store)
@@ -139,13 +141,13 @@ def show_folder(folder: Path, out: Path | None, metrics: list[str], best: int) -
 
 @common.app.command()
 def replay(
-    folder: Annotated[Path, Argument(metavar="DIR", help="a sweep's folder")],
-    case: Annotated[int, Argument(help="the case's number")],
-    out: Annotated[Path | None, Option(help="folder to write to; DIR/recordings/case_N by default")] = None,
+    folder: Annotated[Path, Argument(metavar="DIR", help="folder of a sweep")],
+    case: Annotated[int, Argument(help="number of the case")],
+    out: Annotated[Path | None, Option(help="output folder; DIR/recordings/case_N by default")] = None,
     rrd: common.RecordingOption = None,
 ) -> None:
-    """Run one case of a sweep again, with its whole recording."""
-    with common.progress("reading, compiling the muscles") as report:
+    """Run one case of a sweep again, with its full recording."""
+    with common.progress("reading the files, compiling the muscles") as report:
         from afo_sim.study import replay as replaying
 
         target = out or replaying.recording_folder(folder, case)
@@ -173,7 +175,7 @@ def reporter(show: Callable[..., None]) -> Callable[["SweepProgress"], None]:
         failed = f", {state.failed} failed" if state.failed else ""
         rate = state.new / max(now - begun, 1e-9)
         left = f", {common.duration((state.cases - state.done) / rate)} left" if rate > 0.0 else ""
-        line = f"{state.done} of {state.cases} cases{failed}; {rate:.3g} a second{left}"
+        line = f"{state.done} of {state.cases} cases{failed}; {rate:.3g} per second{left}"
         show(state.done, state.cases, line)
         if now - printed >= LINE_EVERY and not sys.stderr.isatty():
             print(line, file=sys.stderr, flush=True)
@@ -184,21 +186,21 @@ def reporter(show: Callable[..., None]) -> Callable[["SweepProgress"], None]:
 
 @common.app.command()
 def optimise(
-    source: Annotated[str, Argument(metavar="SEARCH", help="a shipped search's name, or a TOML file")],
-    out: Annotated[Path | None, Option(help="folder to write to; runs/<search> by default")] = None,
+    source: Annotated[str, Argument(metavar="SEARCH", help="name of a shipped search, or a TOML file")],
+    out: Annotated[Path | None, Option(help="output folder; runs/<search> by default")] = None,
     threads: common.Threads = 0,
     workers: common.Workers = 0,
     scheduler: common.Scheduler = "",
     if_changed: Annotated[
-        str, Option(help="where search file or code changed: refuse, restart or continue")
+        str, Option(help="if the search file or the code has changed: refuse, restart or continue")
     ] = "refuse",
     plain: common.Plain = False,
-    dry_run: Annotated[bool, Option("--dry-run", help="say what it would take, and stop")] = False,
+    dry_run: Annotated[bool, Option("--dry-run", help="only report cases, time and disk space")] = False,
 ) -> None:
-    """Search for the design that meets an objective best within limits; started again, it goes on."""
+    """Search for the best design within limits. Run it again to continue an interrupted search."""
     common.check_changed(if_changed, dry_run)
     common.check_counts(threads, workers)
-    with common.progress("reading, compiling the muscles") as report:
+    with common.progress("reading the files, compiling the muscles") as report:
         from afo_sim.show import draw_search, unseen
         from afo_sim.study import processors, statement, tables
         from afo_sim.study.pool import pool
@@ -220,12 +222,12 @@ def optimise(
     common.print_tables(tables(best), statement(best))
     for line in unseen(opened.scenario, opened.problem.aim.metrics):
         print(line)
-    print(f"written to {folder}; run this design with: afo-sim run {folder / 'best.toml'}")
+    print(f"written to {folder}; to run this design: afo-sim run {folder / 'best.toml'}")
 
 
 def _plan_text(opened: "Opened", workers: int) -> str:
     if opened.finished:
-        return "the search is finished: nothing is computed"
+        return "the search is already finished; nothing was computed"
     search, method = opened.search, opened.problem.method
     time = common.duration(opened.runs * opened.seconds / workers)
     starts = f"{search.starts} starts, each " if search.starts > 1 else ""

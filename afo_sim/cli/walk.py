@@ -30,43 +30,56 @@ class _Walk:
         str | None,
         Option(
             metavar="NAME",
-            help="of a condition: a shipped name, a file, or `one`: the scenario's own patient alone; "
+            help="condition: a shipped name, a file, or `one` for the scenario's own patient alone; "
             "by default those that are shipped for the scenario's patient",
         ),
     ] = None
-    spring: Annotated[str | None, Option(help='passive orthosis beside it: "30 N*m/rad" (patients)')] = None
-    gait: Annotated[str, Option(help="healthy gait: a shipped name, or a file (one)")] = "natural"
+    spring: Annotated[
+        str | None, Option(help='stiffness of a passive orthosis to compare with: "30 N*m/rad" (patients)')
+    ] = None
+    gait: Annotated[str, Option(help="healthy gait: a shipped name or a file (one)")] = "natural"
     strength: Annotated[
         list[str] | None,
-        Option(metavar="MUSCLE=SHARE", help="share left, as tibialis=0.2 or left_soleus=0 (one)"),
+        Option(
+            metavar="MUSCLE=SHARE", help="remaining strength, such as tibialis=0.2 or left_soleus=0 (one)"
+        ),
     ] = None
-    duration: Annotated[str | None, Option(help="of the undisturbed walks; 10 s, of one 20 s")] = None
+    duration: Annotated[
+        str | None, Option(help="duration of the undisturbed walks; 10 s by default, 20 s for one")
+    ] = None
     starts: Annotated[
-        int | None, Option(help="perturbed starts of each case; 2 of each patient, 50 of one")
+        int | None, Option(help="number of perturbed starts per case; by default 2 per patient, 50 for one")
     ] = None
-    push: Annotated[str, Option(help="on the trunk, once in each perturbed start")] = "50 N"
-    generations: Annotated[int, Option(help="of 16 walks in which those adapt who have no gait yet")] = 0
+    push: Annotated[str, Option(help="push on the trunk, once in each perturbed start")] = "50 N"
+    generations: Annotated[
+        int, Option(help="generations (16 walks each) in which patients without an adapted gait adapt")
+    ] = 0
     subset: Annotated[str, Option(help="gains that adapt: swing, stance or all (one)")] = "all"
     adapted: Annotated[
-        str | None, Option(help="gait of who has adapted; of patients: patients.csv of a walk")
+        str | None, Option(help="adapted gait; for patients: patients.csv of an earlier walk")
     ] = None
-    adapted_device: Annotated[str | None, Option(help="the same, with the device (one)")] = None
-    draws: Annotated[int, Option(help="people drawn about each patient, who keep the gait")] = 0
-    seed: Annotated[int, Option(help="of perturbed starts and search")] = 0
+    adapted_device: Annotated[str | None, Option(help="adapted gait with the device (one)")] = None
+    draws: Annotated[
+        int, Option(help="number of people varied about each patient, who keep that patient's gait")
+    ] = 0
+    seed: Annotated[int, Option(help="seed of perturbed starts and search")] = 0
     threads: Threads = 0
     vary: Annotated[
         str | None,
-        Option(metavar="KEY=V1,V2,…", help='a table: supply.pressure="2 bar,3 bar", strength.soleus=1,0'),
+        Option(
+            metavar="KEY=V1,V2,…",
+            help='compute a table over values: supply.pressure="2 bar,3 bar", strength.soleus=1,0',
+        ),
     ] = None
-    out: Annotated[Path | None, Option(help="folder to write to; runs/<scenario>-walk by default")] = None
+    out: Annotated[Path | None, Option(help="output folder; runs/<scenario>-walk by default")] = None
     rrd: RecordingOption = None
-    force: Annotated[bool, Option("--force", help="replace another responding walk")] = False
+    force: Annotated[bool, Option("--force", help="overwrite another responding walk")] = False
 
 
 @common.app.command("walk")
 @common.one_group
 def walk_command(walk: _Walk) -> None:
-    """Experimental: walkers that respond. Who gains, who falls, what do they change, what does it cost?"""
+    """Simulate walkers who respond to the device (experimental). Who gains, who falls, at what cost?"""
     key, values = _varied(walk.vary)
     common.check_counts(walk.threads, 0)
     common.short_lived()
@@ -136,7 +149,7 @@ def _walk(walk: _Walk, condition: str | None, key: str, values: Sequence[str | N
     """The patients of a condition walk, or the scenario's own one, at each value of what is varied."""
     options, own, each, sets = _options(walk, condition, key, values)
     alone = condition is None
-    with common.progress("reading, compiling the muscles") as report:
+    with common.progress("reading the files, compiling the muscles") as report:
         from afo_sim import show, walker
 
         described = [walker.prepared(walk.scenario, one) for one in sets]
@@ -186,7 +199,7 @@ def _walk(walk: _Walk, condition: str | None, key: str, values: Sequence[str | N
         _print(title, walker.table(found[0]), words, walker.verdict(found[0]), asked)
         files = "walk.html, walk.png, walk.gif, walk.json"
     else:
-        of = f"5 to 95 % of {len(found[0].drawn)} patients; of falls the 95 % interval"
+        of = f"5 to 95 % of {len(found[0].drawn)} patients; for falls the 95 % interval"
         _print(f"{found[0].condition.name}: medians, and {of}", table, [], walker.replies(found[0], recorded))
         files = "walk.html, walk.png, walk.csv, walk.json, patients.csv, curves.parquet"
     view = f"; to view: afo-sim view {folder}/walk.rrd" if rrd else ""
@@ -203,7 +216,7 @@ def _print(title: str, table: _Table, words: _Texts = (), replies: Mixed = (), a
     assumed = dict.fromkeys(f"assumed: {text}" for reply in replies for text in reply.assumptions)
     for line in (*assumed, *asked):
         print_line(line, hang=2)
-    print_line(f"{EXPERIMENTAL} Falls are the walker's, never a patient's risk. {NO_DEVICE}")
+    print_line(f"{EXPERIMENTAL} Falls are the simulated walker's, never a patient's risk. {NO_DEVICE}")
 
 
 def _varied(text: str | None) -> tuple[str, Sequence[str | None]]:

@@ -50,14 +50,14 @@ def _leg_in(tree: Tree, path: pathlib.Path) -> Findings:
 
 def _refused(error: InputError) -> str:
     allowed = f"; allowed: {error.allowed}" if error.allowed else ""
-    return f"none can be cut out: {error.problem}{allowed}"
+    return f"no leg can be cut out:  {error.problem}{allowed}"
 
 
 def _found(tree: Tree, side: Side | None, path: pathlib.Path) -> Findings:
     """What the import would find and note; InputError where it would refuse."""
     leg = find(tree, side=side)
     alone = cut(tree, leg)
-    axis = "" if leg.sign > 0.0 else ", its axis to be turned round"
+    axis = "" if leg.sign > 0.0 else ", axis to be reversed"
     sole = "" if leg.sole is None else f", sole {np.degrees(leg.sole):+.0f} deg at zero"
     parts = f"shank {leg.shank}, foot {leg.foot}, ankle {leg.ankle}"
     return [

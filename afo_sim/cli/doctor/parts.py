@@ -83,7 +83,7 @@ def tube(tube: description.Tube) -> Findings:
 def source(source: description.Source) -> Findings:
     """Gas of a source, and what it delivers."""
     needed = 4e5  # gauge pressure of most shipped scenarios [Pa]
-    found = [("gives until 4 bar are left", f"{source.free_litres(needed):.3g} l of free gas (ANR)")]
+    found = [("free gas down to 4 bar", f"{source.free_litres(needed):.3g} l of free gas (ANR)")]
     if source.kind == "compressor":
         flow = 6e4 * source.delivery(needed) * source.real_gas.litres_per_gram
         found.append(("its compressor delivers at 4 bar", f"{flow:.3g} l/min (ANR)"))
