@@ -165,11 +165,9 @@ def new(new_one: _New) -> None:
 
         for name, group in load("orthosis", file).muscle.items():  # links that were fitted to it
             if group.link_length:
-                print(f"link of {name}: {1e3 * group.link_length:.4g} mm, as long as the muscle leaves it")
+                print(f"link of {name}: {1e3 * group.link_length:.4g} mm, set to match the muscle")
             elif group.link_length is not None:
-                print(
-                    f"warning: no length is left for the link of {name}: the muscle is too long; move its anchors apart"
-                )
+                print(f"warning: no link is left for {name}: shorten the muscle, or move its anchors apart")
     print(f"next: {_NEXT[new_one.kind].format(file=file)}")
 
 

@@ -211,8 +211,11 @@ def test_torque_map_answers_the_question(tmp_path: pathlib.Path, call: Call) -> 
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        ("seated", "no need is known where nobody walks: name another walk, such as --walk"),
-        ("walk-dropfoot-afo --set gait.walker=patient", "no need is known of a patient's own walk"),
+        ("seated", "the needed torque is unknown without walking; name another walk, such as --walk"),
+        (
+            "walk-dropfoot-afo --set gait.walker=patient",
+            "the needed torque is unknown for a patient's own walk",
+        ),
         ("knee", ""),
     ],
 )

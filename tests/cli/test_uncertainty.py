@@ -23,7 +23,7 @@ def test_a_run_prints_its_bands(call: Call, tmp_path: pathlib.Path) -> None:
     code, out, _ = call(*words)
     assert code == 0 and "5 to 95 % of 20 draws: toe clearance" in out
     code, out, _ = call(*words, "--numbers")
-    assert code == 0 and "What is not known, drawn together (20 draws)" in out
+    assert code == 0 and "All uncertain inputs varied together (20 draws)" in out
     assert "too few to show what explains the bands" in " ".join(out.split())
     told = read_recording(tmp_path / "run").studies["uncertainty"]
     sets = {"timestep": "4 ms", "duration": "4 s"}

@@ -469,7 +469,7 @@ def test_a_gait_that_has_vanished_is_told_once_and_the_report_is_whole(
 def test_what_the_terminal_notes_stands_in_the_report(compared: str) -> None:
     """A derived path, a cuff that is assumed: each beside the run that it is of."""
     text = Page(compared).text
-    assert text.count("path of this gait is derived") == 1  # of both runs
+    assert text.count("ankle path is derived") == 1  # of both runs
     assert "cuff's compliance is assumed" in text
 
 

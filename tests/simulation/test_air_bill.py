@@ -198,7 +198,9 @@ def test_a_compressor_that_is_too_small_is_bad() -> None:
     share = 100.0 * float(run.metrics["mean_flow"]) / (0.25 * 5.36)
     assert float(run.metrics["source_share"]) == pytest.approx(share) and share > 110.0
     answer = run.verdict[-2]
-    assert answer.status == "bad" and "cannot keep up: at the set pressure it gives 1.3 l/min" in answer.text
+    assert (
+        answer.status == "bad" and "cannot keep up: at the set pressure it delivers 1.3 l/min" in answer.text
+    )
     assert "strides_per_bottle" not in run.metrics
 
 

@@ -143,7 +143,7 @@ def test_a_source_that_runs_empty_within_the_run_is_told_with_what_the_numbers_a
     assert told.data["after"] == pytest.approx(below) and told.subject == "source"
     assert "cartridge is empty" in told and f"numbers are of {of}" in told
     if name == WALK:
-        assert run.verdict[-2].status == "bad" and "It is empty after" in run.verdict[-2].text
+        assert run.verdict[-2].status == "bad" and "is empty after" in run.verdict[-2].text
         empty = "strides_without_air" in run.metrics
         assert empty == ("empty source" in of) == ("This is of" in run.verdict[2].text)
         if of == "the strides before":  # 2.98 s: the second stride alone has air and is none of the start

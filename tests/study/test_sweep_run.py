@@ -341,7 +341,7 @@ def test_ctrl_c_says_that_the_same_command_goes_on(
 
     monkeypatch.setattr(Store, "write", write)
     code, _, complained = call("sweep", file, "--out", out, "--threads", 1)
-    assert code == 130 and "same command goes on" in complained
+    assert code == 130 and "same command to continue" in complained
     monkeypatch.undo()
     code, said, _ = call("sweep", file, "--out", out, "--threads", 1)
     assert code == 0 and "8 cases computed" in said and "12 of 12 are done" in said
@@ -564,7 +564,7 @@ def test_a_restart_that_is_refused_leaves_the_results(
     swept(tmp_path, SEATED)
     out = tmp_path / "out"
     file = written(tmp_path, SEATED.replace("[set]", 'metrics = ["toe_clearance"]\n[set]'))
-    for option, problem in (("--dry-run", "--dry-run does not"), ("--threads=1", "toe_clearance")):
+    for option, problem in (("--dry-run", "--dry-run changes nothing"), ("--threads=1", "toe_clearance")):
         code, _, complained = call("sweep", file, "--out", out, "--if-changed", "restart", option)
         assert code == 2 and problem in complained
         assert_same(table(out), seated_table)
