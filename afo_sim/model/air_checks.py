@@ -54,8 +54,10 @@ def _of_device(orthosis: Orthosis) -> tuple[tuple[Notice, ...], tuple[Notice, ..
     long = []
     for where, tube, length in tubes:
         if tube is not None and length is not None and length > LONG_TUBE:
-            text = "the tube of {subject} is {length:.3g} m long: tubes have no delay here, and sound takes "
-            text += "{delay} through it (2.9 ms/m); they are tested to 2 m"
+            text = (
+                "the tube of {subject} is {length:.3g} m long: its delay of {delay} (sound, 2.9 ms/m) is not "
+            )
+            text += "simulated; tubes are tested up to 2 m"
             data: Keywords = {"length": length, "delay": _ms(tube.delay(length))}
             long.append(Notice("tube-long", text, subject=where, **data))
     return tuple(_lost(orthosis)), tuple(long)
@@ -67,7 +69,7 @@ def _lost(orthosis: Orthosis) -> Iterator[Notice]:
     lost = reached([SUPPLY], [way for way in known if way.part.blows_off]).get(AMBIENT)
     if lost:
         through = ", ".join(way.key.partition(".")[2] for way in lost)
-        text = "air blows off all the time, from the supply through {through}: a valve between would stop it"
+        text = "air escapes all the time, from the supply through {through}; put a valve in between"
         yield Notice("air-blows-off", text, through=through)
     fed = reached([SUPPLY], [way for way in known if way.part.feeds])
     for name in orthosis.chamber:
@@ -76,13 +78,13 @@ def _lost(orthosis: Orthosis) -> Iterator[Notice]:
             mend = "a valve between, or another upstream, would stop it"
             if fed[name][-1].part is PARTS["quick_exhaust"]:
                 mend = f"chamber.{name}.quick_exhaust would stand behind the inlet"
-            text = "chamber {subject!r} is on the supply all the time: its inlet valve is bypassed by "
+            text = "chamber {subject!r} is always connected to the supply: its inlet valve is bypassed by "
             text += "restriction {through}; {mend}"
             yield Notice("inlet-bypassed", text, subject=name, through=through, mend=mend)
     out = reached([AMBIENT], known, back=True)
     for name in orthosis.volume:
         if name not in out:
-            text = "volume {subject!r} fills and never vents: nothing draws from it or leads out of it"
+            text = "volume {subject!r} fills and never vents: nothing takes air from it"
             yield Notice("volume-never-vents", text, subject=name)
 
 
@@ -113,19 +115,22 @@ def _pressures(scenario: Scenario) -> Iterator[Notice]:
             "pressure": pressure,
         }
         if pressure > high * (1.0 + 1e-9):
-            text = has + "and its maker allows {allowed}"
+            text = has + "but its maker allows only {allowed}"
             allowed = amount(high, "Pa", 3)
             yield Notice("valve-pressure-high", text, subject=name, allowed=allowed, **data)
         elif pressure < low * ALIKE:
-            text = has + "and needs {needed}: here it switches all the same; another valve, or more pressure"
+            text = has + "but needs {needed}: it is simulated as if it switched; take another valve, or "
+            text += "more pressure"
             needed = amount(low, "Pa", 3)
             yield Notice("valve-pressure-low", text, subject=name, needed=needed, **data)
 
     most, fed = scenario.supply.pressure, reached([SUPPLY], ways(scenario.orthosis))
     for name, each in scenario.orthosis.volume.items():
         if name in fed and (each.start_pressure or 0.0) > most * (1.0 + 1e-9):
-            text = "volume {subject!r} begins with {start}, more than the supply's {supply}: start_pressure "
-            text += "would be that of a volume filled before"
+            text = (
+                "volume {subject!r} starts with {start}, more than the supply's {supply}: use start_pressure "
+            )
+            text += "only for a volume that was filled beforehand"
             start, supply = amount(each.start_pressure or 0.0, "Pa", 3), amount(most, "Pa", 3)
             yield Notice("volume-above-supply", text, subject=name, start=start, supply=supply)
 
@@ -137,7 +142,7 @@ def _times(scenario: Scenario) -> Iterator[Notice]:
     for name, each in scenario.orthosis.restriction.items():
         if each.valve is not None and not (name in told and told[name].open):
             table = "phases" if scenario.phases is not None else "timer"
-            text = "valve {subject!r} never opens: {table}.{subject}.open would say when"
+            text = "valve {subject!r} never opens: set {table}.{subject}.open"
             yield Notice("valve-never-opens", text, subject=name, table=table)
     valves = {name: valve for name, valve, _ in valves_of(scenario.orthosis)}
     for name, seconds in _shortest(scenario).items():
@@ -152,7 +157,7 @@ def too_short(name: str, valve: Valve, seconds: float) -> str:
         return f"{pulse} is shorter than its opening delay, {_ms(delay)}: it does not open"
     if valve.minimum_on_time is not None and seconds < valve.minimum_on_time * ALIKE:
         least = _ms(valve.minimum_on_time)
-        return f"{pulse} is shorter than its minimum_on_time, {least}: here it opens, and it may not"
+        return f"{pulse} is shorter than its minimum_on_time, {least}: here it opens, a real one may not"
     return ""
 
 

@@ -165,7 +165,7 @@ def _built(scenario: Scenario) -> Built:
     described = (*check_description(scenario), *implausible(scenario, model), *check_air_path(scenario))
     walked: list[Notice] = []  # though a stride was to be solved for, or too few
     if scenario.gait is not None and scenario.gait.settled == "solved" and (why := why_walked(scenario)):
-        text = "the settled stride is walked to, not solved for: {why}"
+        text = "strides are walked until they settle, not solved for: {why}"
         walked.append(Notice("stride-not-solved", text, subject="gait.settled", why=why))
     if scenario.gait is not None and (unseen := unseen_drift(scenario)) is not None:
         walked.append(unseen)
@@ -218,10 +218,10 @@ def _with_walking(built: Built, foot: Foot, bare: Foot) -> Built:
         contact = register(walk, foot, built.model, scenario, built.body_mass)
         warnings = (*warnings, *contact.warnings)
         if walk.laid > MISFIT * person.Size.of(scenario).taller:
-            text = "the recorded sole is {laid:.0f} mm off the floor while force acts: the two do not fit"
+            text = "the recorded sole is {laid:.0f} mm off the floor under load: motion and force do not match"
             warnings = (*warnings, Notice("sole-off-floor", text, subject="gait.cycle", laid=1e3 * walk.laid))
     else:
-        text = "the foot feels the recorded force, whatever it does: believe swing alone"
+        text = "the foot gets the recorded force whatever it does: trust results in swing only"
         warnings = (*warnings, Notice("ground-recorded", text, subject="ground.mode"))
     found = dataclasses.replace(built, warnings=warnings, walk=walk, active=own, contact=contact)
     _ = found.person  # now: later the gait's file may be another
@@ -233,7 +233,7 @@ def check_description(scenario: Scenario) -> Iterator[Notice]:
     knee = scenario.shank.knee_angle
     if knee is not None and knee > KNEE_LIMIT and scenario.leg.passive.scale > 0.0:
         text = (
-            "the passive ankle is extrapolated: Riener & Edrich measured to 60 deg of knee angle, "
+            "the passive ankle moment is extrapolated: Riener & Edrich measured up to 60 deg of knee angle, "
             f"here it is {np.degrees(knee):g} deg"
         )
         yield Notice("passive-ankle-extrapolated", text, subject="shank.knee_angle", knee_angle=knee)
@@ -241,11 +241,13 @@ def check_description(scenario: Scenario) -> Iterator[Notice]:
         pairs = itertools.product(times.inlet, times.outlet)
         overlaps = [(max(a, c), min(b, d)) for (a, b), (c, d) in pairs if max(a, c) < min(b, d)]
         if overlaps:
-            text = "inlet and outlet of chamber {subject!r} are open together {spans}: the supply blows off"
+            text = (
+                "inlet and outlet of chamber {subject!r} are open at the same time {spans}: the supply vents"
+            )
             spans = ", ".join(f"from {start:g} s to {end:g} s" for start, end in overlaps)
             yield Notice("valves-open-together", text, subject=name, spans=spans, overlaps=overlaps)
     if scenario.walking and scenario.orthosis.plate is not None and scenario.orthosis.outsole is None:
-        text = "the orthosis' plate has no [outsole]: the foot walks as if {on}, whatever lies under it"
+        text = "the orthosis' plate has no [outsole]: the foot walks as if {on}, whatever is under it"
         on = "in the shoe" if scenario.shoe is not None else "barefoot"
         yield Notice("plate-without-outsole", text, subject="orthosis.outsole", on=on)
 
@@ -255,7 +257,7 @@ def _paced(scenario: Scenario, walk: Walk) -> Iterator[Notice]:
     assert scenario.gait is not None
     late = [at for at, _ in scenario.gait.pace if at >= scenario.duration]
     if late:
-        text = "{subject}: the change at {at:g} s comes after the end of the run, at {end:g} s"
+        text = "{subject}: the change at {at:g} s is after the end of the run at {end:g} s"
         yield Notice("cadence-change-after-end", text, subject="gait.pace", at=late[0], end=scenario.duration)
     for begun, _ in Pace.of(scenario.gait).stands:
         if begun < scenario.duration:

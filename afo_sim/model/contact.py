@@ -238,7 +238,7 @@ def _lost(force: np.ndarray, phase: np.ndarray, fastest: float) -> tuple[Notice,
     if most <= NOTICED:
         return ()
     text = (
-        f"the pads lose up to {100.0 * most:.0f} % of the body weight of the recorded force at "
+        f"the pads lose up to {100.0 * most:.0f} % of body weight of the recorded force at "
         f"{100.0 * at:.0f} % of the stride, where the recorded foot leaves the floor fast: "
         "lower {subject} to {damping:.2f} s/m"
     )

@@ -134,8 +134,8 @@ def _beyond_limits(
         yield Notice("muscle-too-short", text, subject=role, travel=travel, shortening=shortest)
     else:
         text = "{subject} muscles are mounted too slack to follow the whole range of motion: at its end they "
-        text += "would have to be shorter by a contraction of {contraction:.3f}, and their limit is "
-        text += "{limit:g}; a link_length shorter by {shorter:.0f} mm would do"
+        text += "would need a contraction of {contraction:.3f}, but their limit is "
+        text += "{limit:g}; shorten link_length by {shorter:.0f} mm"
         limit = limits.contraction_max
         by = math.ceil(1e3 * (most - limit) * length)
         yield Notice("muscle-too-slack", text, subject=role, contraction=most, shorter=by, limit=limit)
@@ -247,8 +247,8 @@ def _surface(
             yield Notice(code, text, subject=f"{name}, path[{number}]", problem=problem)
     if not touched:
         text = (
-            f"{name} touches the surface path[{number}] nowhere in the range of motion: it acts as if it "
-            "were not there"
+            f"{name} never touches the surface path[{number}] in the range of motion: the surface has no "
+            "effect"
         )
         yield Notice("surface-not-touched", text, subject=f"{name}, path[{number}]")
 
@@ -301,7 +301,7 @@ def _muscle_that_bends(name: str, group: MuscleGroup, paths: Paths, angles: np.n
     if straight < length:
         text = (
             f"{{subject}}: the muscle, {100.0 * length:.3g} cm long, does not fit on the "
-            f"{100.0 * straight:.3g} cm between its origin and the first guide; it is computed as if only "
-            "its cable bent"
+            f"{100.0 * straight:.3g} cm between its origin and the first guide; it is simulated as if only "
+            "its cable were bent"
         )
         yield Notice("muscle-bends", text, subject=name, length=length, straight=straight)

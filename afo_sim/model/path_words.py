@@ -40,7 +40,9 @@ def slack_everywhere(facts: PathFacts) -> Notice | None:
     if facts.group.pulley is not None or hangs.min() < _SLACK:
         return None
     words = "{subject} muscles without air are slack at every angle, by {least:.0f} to {most:.0f} mm: they "
-    words += "shorten by as much before they pull; a link_length shorter by {least:.0f} mm makes them taut "
+    words += (
+        "must shorten by as much before they pull; a link_length shorter by {least:.0f} mm makes them taut "
+    )
     words += "at one angle"
     least, most = (1e3 * float(by) for by in (hangs.min(), hangs.max()))
     return Notice("slack-everywhere", words, subject=facts.name, least=least, most=most)

@@ -21,14 +21,14 @@ def why_walked(scenario: Scenario) -> str:
     if gait is None or gait.settled == "walked":
         return "the scenario asks for it"
     if scenario.controller is not None:
-        return "a controller closes the loop, and its strides need not repeat"
+        return "a controller closes the loop, so strides may not repeat"
     if gait.variability > 0.0:
         return "the stride time varies (gait.variability)"
     if gait.pace:
         return "the cadence changes or the walker stops (gait.pace)"
     source = scenario.supply.source
     if source is not None and source.kind == "compressor":
-        return "the compressor starts and stops at its own times, and strides need not repeat"
+        return "the compressor starts and stops at its own times, so strides may not repeat"
     if drift(scenario):
         assert scenario.timer is not None
         stride, period = stride_time_of(scenario), scenario.timer.period
@@ -63,9 +63,9 @@ def unseen_drift(scenario: Scenario) -> Notice | None:
         return None
     seen = scenario.duration * share / stride
     text = (
-        f"the {{subject}} drifts by {100.0 * share:.2g} % of its period in each stride: this run sees "
-        f"{100.0 * seen:.2g} % of the way round, and verdict and numbers are of that part alone; "
-        "a duration of {enough:.0f} s sees all of it"
+        f"the {{subject}} drifts by {100.0 * share:.2g} % of its period in each stride: this run covers "
+        f"{100.0 * seen:.2g} % of a full cycle of the drift, and verdict and numbers hold for that part "
+        "only; a duration of {enough:.0f} s covers all of it"
     )
     return Notice("timer-drifts", text, subject="timer", drift=share, seen=seen, enough=stride / share)
 

@@ -114,7 +114,7 @@ def walker_of(scenario: Scenario) -> Walker:
     if walker is None:
         allowed = 'a header line "# walker: healthy" or "# walker: patient" in the file, or '
         allowed += "gait.walker = healthy or patient in the scenario"
-        problem = "does not say whose walk it is"
+        problem = "does not state whose walk it is"
         raise InputError(problem, file=gait.cycle, field="walker", allowed=allowed)
     return walker
 
@@ -171,8 +171,8 @@ def signs_of_compensation(scenario: Scenario) -> tuple[Notice, ...]:
     seen = signs(stride, person_of(scenario).body_height)
     if not seen or walker_of(scenario) == "patient":
         return seen
-    text = "the walk is described as a healthy walker's, and {seen}: if it is the patient's own, "
-    text += "gait.walker=patient, else the weakness counts twice"
+    text = "the walk is described as a healthy walker's, but {seen}: if it is the patient's own, set "
+    text += "gait.walker=patient, or the weakness counts twice"
     return tuple(Notice("walker-not-usual", text, subject="gait.walker", seen=str(each)) for each in seen)
 
 
@@ -182,7 +182,7 @@ def doubts_of_trial(scenario: Scenario) -> tuple[Notice, ...]:
     assert gait is not None
     said = recorded_stride(gait).notes.get("quality", "")
     found = [part.removeprefix("doubted: ") for part in said.split("; ") if part.startswith("doubted: ")]
-    text = "the walk's trial is doubted: {faults}; the ankle's moment may be off (`afo-sim gait show`)"
+    text = "the walk's trial is doubtful: {faults}; the ankle moment may be wrong (see `afo-sim gait show`)"
     return tuple(Notice("trial-doubted", text, subject="gait.cycle", faults=each) for each in found)
 
 
@@ -229,7 +229,7 @@ def with_person(scenario: Scenario) -> Scenario:
     if patient.body_height is None and recorded_stride(gait).body_height is not None:
         sources["body_height"] = Provenance(kind="derived", source=recorded)
     elif patient.body_height is None:
-        source = "of the leg's body: the recorded walker's is not known"
+        source = "from the leg: the recorded walker's is not known"
         sources["body_height"] = Provenance(kind="assumed", source=source)
     person, walker = person_of(scenario), walker_of(scenario)
     stated: dict[str, object] = {"body_mass": person.body_mass, "body_height": person.body_height}

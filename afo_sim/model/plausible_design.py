@@ -145,5 +145,5 @@ def _mounted(size: float, orthosis: Orthosis) -> tuple[Notice, ...]:
 
 
 def _doubt(field: str, value: str, allowed: str) -> Notice:
-    text = "{subject} = {value}: no person or worn device is like that; expected {allowed}"
+    text = "{subject} = {value} is implausible for a person or a worn device; expected {allowed}"
     return Notice(IMPLAUSIBLE, text, subject=field, value=value, allowed=allowed)

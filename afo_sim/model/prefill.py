@@ -101,7 +101,9 @@ TRIES = 60  # of a pressure at rest; each halves its residual, or its bounds onc
 CLOSE = 2e-3  # relative change of the pressure over which the volume follows as it did before
 FLAT = 1e-5  # relative change of the pressure below which it does not tell how the volume follows
 STILL = 1e-4  # relative change until the end, or in 1 s, below which a chamber, or a network, is full [-]
-UNBALANCED = "no pressure is found at which muscles rest with the air that they hold before the first step"
+UNBALANCED = (
+    "no pressure was found at which the muscles rest with the air that they hold before the first step"
+)
 
 Volume = Callable[[float], float]  # absolute pressure [Pa] → volume [m³]
 

@@ -84,7 +84,7 @@ def check_air(orthosis: Orthosis, step: float) -> tuple[float, tuple[Notice, ...
             text = (
                 "the air of chamber {subject!r} is coarse at this time step (number {number:.3g}): while "
                 "it fills or vents, pressures may be off by 1 to 3 % of the supply's, moments by 1 to "
-                f"5 %; {in_unit(enough, 's', 'ms'):.2g} ms would do"
+                f"5 %; take a step of {in_unit(enough, 's', 'ms'):.2g} ms"
             )
             warnings.append(Notice("air-coarse", text, subject=name, number=step * rate, enough=enough))
     return air, tuple(warnings)

@@ -41,15 +41,17 @@ FILES = (
     BOTH_PNG,
 )
 IDEAL = (
-    "the supply's pressure is constant, whatever is drawn from it: neither leg disturbs the other, and what "
-    "they share is air alone"
+    "the supply pressure is constant, whatever is drawn from it: the legs share only air and do not disturb "
+    "each other"
 )
 APART_ON_IT = (
-    "each leg is simulated alone on the source: together they draw it down faster, and the supply sags at "
-    "least as far as for either of them"
+    "each leg is simulated alone on the source: together they empty it faster, and the supply sags at least "
+    "as far as for each of them"
 )
-LAST = "the flow is of the last whole period; the air per cycle is the mean of all, the first one too"
-FIRST = "the flow is of one settled stride of each leg; the strides after a stop stand in each leg's own run"
+LAST = (
+    "the flow is from the last complete period; air per cycle is the mean of all periods, including the first"
+)
+FIRST = "the flow is from one settled stride of each leg; for strides after a stop see each leg's own run"
 
 Description = str | os.PathLike[str] | Scenario | JsonMapping
 Progress = Callable[[int, int, str], None]
@@ -297,7 +299,9 @@ def _period(scenario: Scenario) -> float:
     """The stride time, or that of the timer or of what a controller follows [s]."""
     period = stride_time_of(scenario) if scenario.walking else described_cycle(scenario)
     if period is None:
-        problem = "has no strides, and its valves follow nothing that repeats: two legs share no cycle of air"
+        problem = (
+            "has no strides, and its valves follow no repeating pattern: two legs have no common air cycle"
+        )
         allowed = "a scenario that walks, a timer, or a controller that follows a sine or a clock"
         field = "timer" if scenario.controller is None else "controller"
         raise InputError(problem, field=field, allowed=allowed)
@@ -312,27 +316,31 @@ def checked(right: Scenario, left: Scenario, apart: float | None) -> float:
         raise InputError(problem, field="left", value=left.name, allowed="two that walk, or two that sit")
     for side, scenario in zip(SIDES, (right, left), strict=True):
         if scenario.gait is not None and scenario.gait.variability > 0.0:
-            problem = f"the {side} leg's stride time varies: its strides lie beside no others"
+            problem = f"the {side} leg's stride time varies: its strides do not match the other leg's"
             raise InputError(problem, field="gait.variability", allowed="0, for both legs")
         if scenario.gait is not None and scenario.gait.pace:
-            problem = f"the {side} leg's cadence changes: no stride of it stands for all"
+            problem = f"the {side} leg's cadence changes: no single stride represents all"
             raise InputError(problem, field="gait.pace", allowed="none, for both legs")
     if not (right.orthosis.chamber or left.orthosis.chamber):
-        problem = "neither leg's orthosis has a chamber: they draw no air"
+        problem = "neither leg's orthosis has a chamber: no air is used"
         raise InputError(problem, field="orthosis", allowed="one with muscles, at least on one leg")
     what = "stride" if right.walking else "period"
     sentence = f"the {what} of the left leg is {{}} s and the right one's {{}} s"
     _same(_period(right), _period(left), sentence, left)
     pressures = 1e-5 * right.supply.pressure, 1e-5 * left.supply.pressure
-    _same(*pressures, "the left leg's supply has {} bar and the right one's {} bar; one feeds both", left)
+    _same(
+        *pressures,
+        "the left leg's supply has {} bar and the right one's {} bar, but one supply feeds both",
+        left,
+    )
     if _feeding(right) != _feeding(left):
-        problem = "the two legs name different sources or regulators; one feeds both"
+        problem = "the two legs name different sources or regulators, but one supply feeds both"
         raise InputError(problem, field="left", value=left.name, allowed="the same for both legs")
     shift = (APART if right.walking else 0.0) if apart is None else float(apart)
     if not 0.0 <= shift < 1.0:
         raise InputError("is out of range", field="apart", value=apart, allowed="0 to below 1 (of a stride)")
     if shift and not right.walking:
-        problem = "the valves of both legs of a seated person are switched together: there are no strides"
+        problem = "the valves of both legs of a seated person switch together, since there are no strides"
         raise InputError(problem, field="apart", value=apart, allowed="0, or a scenario that walks")
     return shift
 
@@ -354,18 +362,20 @@ def _doubts(right: Scenario, left: Scenario) -> list[Notice]:
     found: list[Notice] = []
     for side, scenario in zip(SIDES, (right, left), strict=True):
         if scenario.walking and (why := why_walked(scenario)):
-            text = "{subject}: its strides are walked, and the last one stands for all: {why}"
+            text = "{subject}: its strides are walked, not solved for, and the last one represents all: {why}"
             found.append(Notice("leg-walked", text, subject=side, why=why))
         if scenario.walking and scenario.timer is not None:
-            text = "{subject}: a timer switches its valves; it is taken to keep to this leg's own strides"
+            text = (
+                "{subject}: a timer switches its valves; it is assumed to keep pace with this leg's strides"
+            )
             found.append(Notice("leg-timer", text, subject=side))
     if right.walking and (persons_stride(right).side, persons_stride(left).side) == SIDES[::-1]:
-        found.append(Notice("legs-exchanged", "each leg walks the recorded stride of the other side"))
+        found.append(Notice("legs-exchanged", "each leg walks with the recorded stride of the other side"))
     if right.walking and person_of(right) != person_of(left):
-        text = "the two legs have persons of different mass or height: they are not one person's"
+        text = "the two legs belong to persons of different mass or height"
         found.append(Notice("legs-persons", text))
     if right.walking and _bottle(right) != _bottle(left):
-        text = "the legs' limits have different bottles; that of the right leg's counts"
+        text = "the legs' limits name different bottles; that of the right leg is used"
         found.append(Notice("legs-bottles", text))
     return found
 
@@ -394,8 +404,9 @@ def other_side(scenario: Scenario) -> Scenario:
 
 def paced(pair: Sequence[Scenario]) -> list[Notice]:
     """A note for a leg that walks at the other one's pace."""
-    text = "the {subject} side's stride, recorded in {recorded:.4f} s, is walked in the other's {walked:.4f} "
-    text += "s"
+    text = (
+        "the {subject} side's stride, recorded in {recorded:.4f} s, is walked in the other's {walked:.4f} s"
+    )
     found = []
     for side, own, other in zip(SIDES, pair, pair[::-1], strict=True):
         if own.gait and other.gait and own.gait.stride_time and other.gait.stride_time is None:
@@ -410,8 +421,8 @@ def copied(pair: Sequence[Scenario], affected: Side | None) -> list[Notice]:
     if affected is None or len(cycles) < 2 or cycles[0] != cycles[1] or walker_of(pair[0]) != "patient":
         return []
     other = SIDES[1 - SIDES.index(affected)]
-    text = "the {subject} side has no recording of its own and walks as the affected side's shows it: what "
-    text += "differs between the sides is the device alone (gait import --side each records both)"
+    text = "the {subject} side has no recording of its own and copies the affected side's: "
+    text += "only the device differs between the sides (gait import --side each records both)"
     return [Notice("side-copied", text, subject=other)]
 
 

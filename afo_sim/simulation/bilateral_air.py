@@ -148,7 +148,9 @@ def cycle_of(recording: Recording) -> Cycle:
     step = float(time[1] - time[0]) if len(time) > 1 else 1.0
     counted = settled(columns, strides(columns, step, body_mass(recording.described)))
     if not counted:
-        raise _too_short(recording, "no whole stride follows the first, which is the start's transient")
+        raise _too_short(
+            recording, "no complete stride follows the first one, which is the starting transient"
+        )
     last = counted[-1]
     begun = np.interp([last.number - 1.0, float(last.number)], progress(columns), columns["ankle/position/x"])
     rows = {name: values[last.rows] for name, values in columns.items()}

@@ -121,7 +121,7 @@ class Expectation:
         """Look, and say what was found."""
         name = ("rate of " if self.is_rate else "") + " + ".join(self.columns)
         if not self.checks:
-            raise InputError("nothing is expected of it", field=name, allowed=", ".join(CHECKS))
+            raise InputError("no expectation is stated for it", field=name, allowed=", ".join(CHECKS))
         if not self.run.ok:
             return _never_ended(self.run, name, self.why)
         signals = self._signals(name)
@@ -147,7 +147,7 @@ class Expectation:
         """The samples in the window, in each cycle if it is per cycle."""
         time = self.run["time"]
         if len(time) < 2:
-            raise InputError("the recording has less than two samples", field="time")
+            raise InputError("the recording has fewer than two samples", field="time")
         values = np.sum([self.run[column] for column in self.columns], axis=0)
         if self.is_rate:
             with np.errstate(invalid="ignore"):
@@ -226,7 +226,7 @@ def metric_result(run: Recording, metric: str, kind: str, limits: object, why: s
     if metric not in run.metrics:
         problem = told("the run has no such metric", metric)
         if words(metric).group != OTHER:
-            problem = "the run does not hold it: such a run has none, or it was made by an older version"
+            problem = "the run does not contain it: such runs have none, or it was made by an older version"
         raise _unknown(problem, "metric", metric, run.metrics, instead(metric, run.metrics))
     value, unit = run.metrics[metric].value, run.metrics[metric].unit
     check = read_criterion(kind, limits, unit)

@@ -169,7 +169,7 @@ def read_header(file: Foreign, folder: str | os.PathLike[str]) -> JsonDict:
         stated = run.get("format") if isinstance(run, dict) else None
         if isinstance(stated, int) and stated > FORMAT:  # this program is too old for it
             by = run["versions"] if isinstance(run.get("versions"), dict) else {}
-            problem = f"was written by afo-sim {by.get('afo-sim', 'unknown')} in format {stated}, and this "
+            problem = f"was written by afo-sim {by.get('afo-sim', 'unknown')} in format {stated}, but this "
             problem += f"program reads up to {FORMAT}"
         raise InputError(problem, file=folder) from None
 
@@ -208,7 +208,7 @@ def read_undamaged(folder: str | os.PathLike[str]) -> JsonDict:
     file = open_run(folder, damaged=True)
     stated = file.schema_arrow.metadata or {}
     if digest(stated.get(RUN_KEY.encode(), b"")) != stated.get(DIGEST_KEY.encode(), b"").decode():
-        raise InputError("its header is damaged, so that nothing says what its rows are", file=folder)
+        raise InputError("its header is damaged, so its rows cannot be interpreted", file=folder)
     header, columns, lost = read_header(file, folder), {}, []
     for name in file.schema_arrow.names:
         parts, rows = [], 0

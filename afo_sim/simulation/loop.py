@@ -185,7 +185,7 @@ class Loop:
         self.raised = None
         for column in self.reads:  # a comparison with no number is false: the valves would just stay shut
             if not math.isfinite(seen[column]):
-                raise PolicyFault(f"the controller reads {column}, and that is not a number")
+                raise PolicyFault(f"the controller reads {column}, which is not a number")
         commands = self._watched(lambda _: self.controller(seen), "for a command")
         tell = getattr(self.controller, "tell", None)
         found = None if tell is None else self._watched(lambda _: tell(), "to report its columns")

@@ -46,7 +46,7 @@ class Columns(Brief[str, np.ndarray]):
         if not isinstance(which, slice):
             return super().__getitem__(which)
         if not (which.step is None or isinstance(which.step, Integral)):
-            problem, allowed = "is not a number of rows", "a whole number, as in [::10]"
+            problem, allowed = "is not a valid step", "a whole number, as in [::10]"
             raise InputError(problem, field="step", value=which.step, allowed=allowed)
         rows = slice(self._row(which.start), self._row(which.stop), which.step)
         return Columns({name: values[rows] for name, values in self.items()})

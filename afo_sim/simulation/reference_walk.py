@@ -208,7 +208,7 @@ def _beside(recording: Recording, scenario: Scenario) -> tuple[dict[str, Metric]
         bare = Reference({}) if scenario.reference is None else _tried(reference_of(judged), {})
         found |= uncompensated_metrics(bare.metrics, worn.metrics)
         if failed := bare.failure or worn.failure:
-            text = "what the toe clears without compensation is not known: {why}"
+            text = "toe clearance without compensation is not known: {why}"
             warned = (*warned, Notice("compensation-unknown", text, subject="gait.compensation", why=failed))
     if "reference_toe_clearance" in found:
         found |= by_other_laws(scenario)

@@ -170,17 +170,17 @@ def _loop_warnings(scenario: Scenario) -> Iterator[Notice]:
     if scenario.controller is None:
         yield Notice(
             "controller-in-python",
-            "a controller in Python commanded the chambers: the scenario does not hold it, and walking was "
-            "walked from the start",
+            "a controller in Python commanded the chambers: the scenario lacks it, and all strides "
+            "were walked from the start",
         )
     if scenario.walking:
         return
     cycle = described_cycle(scenario)
     if cycle is None:
-        text = "no cycle is described: numbers per cycle are of the whole run of {duration:g} s"
+        text = "no cycle is described: numbers per cycle are for the whole run of {duration:g} s"
         yield Notice("no-cycle", text, duration=scenario.duration)
     elif scenario.controller is None:
-        text = "numbers per cycle are over the timer's period of {cycle:g} s, whatever the controller did"
+        text = "numbers per cycle are for the timer's period of {cycle:g} s, whatever the controller did"
         yield Notice("timer-cycle", text, cycle=cycle)
 
 
@@ -252,13 +252,15 @@ def unsettled_warning(settled: Settled) -> tuple[Notice, ...]:
     if settled.found and not settled.slowest > SLOW:
         return ()
     if settled.found:
-        text = "the air settles slowly: at least {strides:.0f} strides from a stop until {left:.0f} % of the "
-        text += "way is left; the numbers are those of the end"
+        text = (
+            "the air settles slowly: at least {strides:.0f} strides after a stop, {left:.0f} % of the change "
+        )
+        text += "still remains; the numbers are for the settled state"
         strides = math.log(LEFT) / math.log(settled.slowest) if settled.slowest < 1.0 else math.inf
         return (Notice("air-settles-slowly", text, strides=strides, left=100.0 * LEFT),)
-    text = "no stride was found that repeats: after {strides} strides the air still changes by {air:.2g} % "
-    text += "over one, and the ankle's angle by {angle:.2g}° ({air_limit:g} % and {angle_limit:.2g}° would "
-    text += "be settled); the numbers are the last one's"
+    text = "no repeating stride was found: after {strides} strides the air still changes by {air:.2g} % "
+    text += "per stride and the ankle angle by {angle:.2g}° (limits {air_limit:g} % and {angle_limit:.2g}°); "
+    text += "the numbers are from the last stride"
     still: Keywords = {"air": 100.0 * settled.air, "angle": float(np.degrees(settled.angle))}
     still |= {"air_limit": 100.0 * AIR, "angle_limit": float(np.degrees(ANGLE))}
     return (Notice("strides-unsettled", text, strides=settled.strides, **still),)

@@ -26,7 +26,7 @@ from afo_sim.simulation.rollout import (
 )
 from afo_sim.simulation.stepping import FAILURES, Policy, Rows, fixed, stepper_of
 
-GONE = "the ankle has gone through its stops"
+GONE = "the ankle moved beyond its stops"
 PLAY = 0.5  # beyond a stop, where no stop yields by that much [rad]
 WATCHED_BLOCK = 250  # steps between two stretches that somebody watches, and in Python mode
 

@@ -151,8 +151,10 @@ def _told(run: Recording, errors: Mapping[str, StepError], step: float) -> tuple
             f"{name} by {Metric(errors[name].error, errors[name].unit)} ({errors[name].bound:.2g} allowed)"
             for name in beyond
         )
-        text = "{count} of {among} numbers still depend on the time step at {step:.3g} ms, beside twice "
-        text += "that: {named}"
+        text = (
+            "{count} of {among} numbers still depend on the time step at {step:.3g} ms, compared with twice "
+        )
+        text += "that step: {named}"
         data: Keywords = {"count": len(beyond), "among": len(errors), "step": 1e3 * step}
         kept.append(Notice("step-matters", text, named=named, names=beyond, **data))
     return tuple(kept)

@@ -128,14 +128,13 @@ def _warnings(built: Built, highest: float, *, whose: bool) -> Iterator[Notice]:
             yield notice
     height, fits = person_of(scenario).body_height, scenario.leg.body_height
     if whose and abs(math.log(height / fits)) > OTHER_SIZE:
-        text = "the device is placed as on a body of {fits:.3g} m, the patient has {height:.3g} m: refit it"
+        text = "the device is placed for a body of {fits:.3g} m, the patient is {height:.3g} m tall: refit it"
         yield Notice("device-of-another-size", text, subject="patient.body_height", height=height, fits=fits)
     for name, group in scenario.orthosis.muscle.items():
         yield from static.beyond_pressure(name, group, highest)
         lower, upper = (1e-5 * bound for bound in group.type.law_set.pressure_range)
         if not lower <= 1e-5 * scenario.supply.pressure <= upper:
-            text = f"{{subject}}: its law holds from {lower:g} to {upper:g} bar, the supply has another "
-            text += "pressure"
+            text = f"{{subject}}: its law holds from {lower:g} to {upper:g} bar, not at the supply's pressure"
             yield Notice("law-outside-its-pressure", text, subject=name)
 
 

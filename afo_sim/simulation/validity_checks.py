@@ -34,11 +34,11 @@ def validity_warnings(built: Built, columns: Columns, static: Columns, energy: E
     if done < NOTHING:
         return
     for code, found, problem in (
-        ("energy-lost", abs(energy.residual), "of the work is found nowhere"),
+        ("energy-lost", abs(energy.residual), "of the work is unaccounted for"),
         (
             "energy-from-friction",
             -energy.friction_loss,
-            "of the work comes from friction, which should take some",
+            "of the work comes from friction, which should only absorb work",
         ),
     ):
         if not found <= UNBALANCED * done:
@@ -52,8 +52,8 @@ def validity_warnings(built: Built, columns: Columns, static: Columns, energy: E
             muscle, time = max(moved, key=moved.__getitem__), float(part["time"].mean())
             yield Notice(
                 code,
-                "the energy balance does not close: {share:.1f} % {problem}, most of it near {time:.2f} s, "
-                "where {subject} moves; a shorter time step would show more",
+                "the energy balance does not close: {share:.1f} % {problem}, mostly near {time:.2f} s, "
+                "where {subject} moves; try a shorter time step",
                 subject=muscle,
                 share=100.0 * found / done,
                 beyond=float(abs(found) / done),
@@ -70,8 +70,8 @@ def mismatch_warning(energy: Mapping[str, Metric]) -> Iterator[Notice]:
     if abs(share) > MADE:
         yield Notice(
             "law-mismatch",
-            "the muscles' laws {way} {work:.3g} J a cycle beside the {net:.3g} J that the air does: force "
-            "and volume contradict each other, and torque, air or clearance are off; choose another law",
+            "the muscles' laws {way} {work:.3g} J per cycle beside the air's work of {net:.3g} J: force and "
+            "volume contradict each other, so torque, air or clearance are wrong; choose another law",
             subject="law",
             way="give" if share > 0.0 else "take",
             work=abs(float(energy["law_mismatch"])),
@@ -88,19 +88,19 @@ def limit_warnings(
     known = float(np.isfinite(columns.get("controller/phase", np.zeros(1))).mean())
     if known < SELDOM:
         code = "phase-seldom-known" if known else "phase-never-known"
-        text = "the gait phase was known for {share:.0f} % of the run, else the valves waited: is the column "
-        text += "of {subject} the shank's angle [rad] or a heel's load, and is the walk longer than four "
-        text += "strides?"
+        text = "the gait phase was known for only {share:.0f} % of the run, and the valves waited otherwise: "
+        text += "check that the column of {subject} is the shank's angle [rad] or a heel's load, and that "
+        text += "the walk is longer than four strides"
         yield Notice(code, text, subject="controller.gait_phase", share=100.0 * known)
     elif not columns.get("controller/heel_strike", np.ones(1)).any():
-        text = "the gait phase counts from where other people's heels strike; a foot switch tells the "
+        text = "the gait phase starts where other people's heels strike; a foot switch gives the "
         text += "wearer's"
         yield Notice("heel-strike-assumed", text, subject="controller.gait_phase.switch", severity="note")
     for name, group in muscle_names(built.scenario.orthosis).items():
         yield from _muscle_limits(name, group, columns)
         if name.endswith("_1"):  # its neighbours say the same
             if LAWS[group.type.law].native_id >= FIRST_USER_ID:
-                text = "{subject} pulls by {law}, a law of your own: nothing measured stands behind it here"
+                text = "{subject} uses {law}, a law of your own, which no measurement supports here"
                 yield Notice("law-of-your-own", text, subject=name, law=group.type.law)
             yield from _law_warnings(name, group, columns, (static or {}).get(name))
         filled = float(columns[f"chamber/{chamber_of(name, group)}/pressure"].max())
@@ -108,11 +108,11 @@ def limit_warnings(
             text = "{subject} never pulls, although its chamber reaches {bar:.2g} bar: {reason}"
             law = group.type.law
             strongest = static_force(LAWS[law].native_id, 0.0, filled, [*group.type.coefficients], 0)
-            why = "its cable hangs through; shorten link_length or slack, or stiffen cuff and plate"
+            why = "its cable stays slack; shorten link_length or slack, or stiffen cuff and plate"
             if strongest <= 1.0:
-                why = f"its law, {law}, gives no force at that pressure"
+                why = f"its law {law} gives no force at that pressure"
             elif group.cable.stiffness * GIVES < strongest:
-                why = "its cable yields; raise cable.stiffness"
+                why = "its cable is too soft; raise cable.stiffness"
             yield Notice("muscle-never-pulls", text, subject=name, bar=filled * 1e-5, reason=why)
     lower, upper = built.model.joint(ANKLE).range
     angle = columns["ankle/angle"]
@@ -161,19 +161,18 @@ def _target_warnings(built: Built, columns: Mapping[str, np.ndarray]) -> Iterato
         most = float(np.nanmax(asked, initial=0.0))  # not a number: the drive is off
         who = f"drive of chamber {chamber!r}"
         if len(asked) and np.isnan(asked).all():
-            text = "{subject}: is never asked for a pressure, and changes nothing but the valves of a "
-            text += "regulator: a controller asks it"
+            text = "{subject}: never gets a pressure command, so it has no effect but the valves of a "
+            text += "regulator: a controller must command it"
             yield Notice("drive-never-asked", text, subject=who)
         elif 0.0 < most < LEAST_NUMBER:
             yield Notice(
                 "drive-asked-too-little",
-                "{subject}: is never asked for more than {most:.3g} Pa; a command is a number of Pa: was it "
-                "meant in bar?",
+                "{subject}: its commands never exceed {most:.3g} Pa; commands are in Pa: was bar meant?",
                 subject=who,
                 most=most,
             )
         elif most > supply * (1.0 + SLIGHTLY):
-            text = "{subject}: is asked for up to {asked:.3g} bar, above the supply's {supply:.3g} bar, "
+            text = "{subject}: is commanded up to {asked:.3g} bar, above the supply's {supply:.3g} bar, "
             text += "which it cannot reach"
             yield Notice("drive-asked-too-much", text, subject=who, asked=1e-5 * most, supply=1e-5 * supply)
 
@@ -202,7 +201,7 @@ def _law_warnings(
         if beyond[worst] > SLIGHTLY * upper:
             yield Notice(
                 f"law-outside-its-{word.split()[-1]}",
-                "{subject}: the law {law} was asked at a {what} of {value:.3g}{unit} at {time:.3f} s, "
+                "{subject}: the law {law} was used at a {what} of {value:.3g}{unit} at {time:.3f} s, "
                 "outside its range of {lower:g} to {upper:g}{unit}",
                 subject=role,
                 law=muscle.law,
@@ -215,7 +214,7 @@ def _law_warnings(
                 time=float(columns["time"][worst]),
             )
     if why := muscle.law_volume.reason:
-        text = "{subject}: the braid's volume is used, not that which follows from {law}: {why}"
+        text = "{subject}: the braid's volume is used instead of the one that follows from {law}: {why}"
         yield Notice("law-volume", text, subject=role, law=muscle.law, why=why)
     if why := muscle.length_warning:
         yield Notice("muscle-length", "{subject}: {why}", subject=role, why=why)
@@ -240,9 +239,9 @@ def _skin_warnings(built: Built, columns: Mapping[str, np.ndarray]) -> Iterator[
         )
         yield Notice(
             "skin-pressure",
-            "{subject}: {who} must press with {pressure:.3g} kPa on the skin so as not to slide under "
-            "{pull:.0f} N, more than the {worse}{limit_kind}); over {area:g} cm², at a friction of "
-            "{friction:g}{kind}",
+            "{subject}: {who} must press on the skin with {pressure:.3g} kPa so as not to slide under "
+            "{pull:.0f} N, which exceeds the {worse}{limit_kind}); on {area:g} cm², with a friction "
+            "coefficient of {friction:g}{kind}",
             subject=part,
             who=WHO[part],
             pressure=pressure,
@@ -270,8 +269,8 @@ def empty_warnings(scenario: Scenario, sag: Mapping[str, float], of: str = "") -
     usual = "the strides before" if scenario.walking else "the whole run, with and without air"
     yield Notice(
         "source-empty",
-        "{subject}: {name} is empty after {after:.3g} s, with less than the set {needed:g} bar: what follows "
-        "is of a device without enough air, and the numbers are of {of}",
+        "{subject}: {name} is empty after {after:.3g} s (less than the set {needed:g} bar): from then on the "
+        "device lacks air, and the numbers are of {of}",
         subject=SOURCE,
         name=source.name or source.kind,
         after=float(sag["source_empty_after"]),
@@ -291,9 +290,9 @@ def _source_warnings(built: Built, columns: Mapping[str, np.ndarray]) -> Iterato
     if pressure is not None and columns["time"][0] <= built.scenario.timestep and pressure[0] < needed:
         yield Notice(
             "source-short",
-            "{subject}: filling chambers and volumes before the first step takes so much out of {name} that "
-            "{left:.2g} bar are left of the {needed:g} bar that are needed: a larger source, smaller "
-            "volumes, or volumes filled from elsewhere",
+            "{subject}: filling chambers and volumes before the first step leaves {left:.2g} bar in {name}, "
+            "but {needed:g} bar are needed: take a larger source, smaller volumes, or fill the volumes from "
+            "elsewhere",
             subject=SOURCE,
             name=name,
             left=1e-5 * float(pressure[0]),
@@ -302,8 +301,8 @@ def _source_warnings(built: Built, columns: Mapping[str, np.ndarray]) -> Iterato
     if temperature is not None and source.real_gas.liquefies and (temperature < TRIPLE_TEMPERATURE).any():
         yield Notice(
             "source-freezes",
-            "{subject}: {name} is below {triple:g} K from {begun:.3g} s on, where carbon dioxide is dry "
-            "ice: its pressure and what follows from it hold no more",
+            "{subject}: {name} is below {triple:g} K from {begun:.3g} s on, where carbon dioxide turns to "
+            "dry ice: its pressure and all that depends on it are no longer valid",
             subject=SOURCE,
             name=name,
             triple=TRIPLE_TEMPERATURE,

@@ -92,7 +92,7 @@ def test_both_legs_on_the_terminal_and_on_disk(
     monkeypatch.setenv("COLUMNS", "100")
     code, out, err = both(call, tmp_path / "a")
     assert (code, err) == (0, "")
-    assert "neither leg disturbs the other" in " ".join(out.split())
+    assert "do not disturb each other" in " ".join(out.split())
     assert max(map(len, out.splitlines()[:-1])) <= 100
     assert sorted(p.name for p in (tmp_path / "a").iterdir()) == ["both.json", "both.png", "left", "right"]
 

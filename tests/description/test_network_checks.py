@@ -214,7 +214,7 @@ WARNED = [
     ),
     (
         {"supply.pressure": "9 bar", f"{C}inlet": "matrix_821"},
-        "dorsiflexor_inlet .* has 9 bar before it, and its maker allows 6 bar",
+        "dorsiflexor_inlet .* has 9 bar before it, but its maker allows only 6 bar",
     ),
     (
         {

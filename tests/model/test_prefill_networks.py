@@ -140,5 +140,5 @@ def test_muscles_that_begin_to_widen_rest_with_what_their_chambers_hold() -> Non
 
 
 def test_muscles_that_snap_to_three_times_their_volume_hold_nothing_between() -> None:
-    with pytest.raises(native.KernelFailure, match="no pressure is found"):
+    with pytest.raises(native.KernelFailure, match="no pressure was found"):
         _pressure_at_rest(lambda p: 1e-4 if p < 1.5e5 else 3e-4, 30.0, 1.0, AMBIENT_PRESSURE)

@@ -294,7 +294,7 @@ def test_settling_later_than_the_window_is_refused() -> None:
 
 
 def test_an_expectation_without_a_check_is_refused() -> None:
-    with pytest.raises(InputError, match="nothing is expected"):
+    with pytest.raises(InputError, match="no expectation"):
         bool(expect(made(), ANGLE).after("1 s"))
 
 

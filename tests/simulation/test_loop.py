@@ -288,7 +288,7 @@ def test_a_described_controller_does_not_go_on_with_a_reading_that_is_no_number(
 SINE = {"amplitude": "3 deg", "frequency": "0.5 Hz"}
 PID = {"pid": {"lowers": "plantarflexor", "angle": {"proportional_band": "2 deg", "reference": SINE}}}
 HELD = {"pid": {"angle": {"proportional_band": "2 deg", "reference": {"mean": "2 deg"}}}}
-WHOLE = "numbers per cycle are of the whole run"
+WHOLE = "numbers per cycle are for the whole run"
 
 
 def controlled(controller: dict[str, Any]) -> afo_sim.Recording:

@@ -55,7 +55,7 @@ def test_a_seated_wearer_s_tank_is_out_of_it_too() -> None:
 def test_a_source_that_the_start_empties_is_told() -> None:
     small = {"supply.source": "bottle_0_5l_10bar", "supply.source.volume": "0.2 l"}
     run = afo.run(WALK, SHORT | TANK | small)
-    assert any("before the first step takes so much" in warning for warning in run.warnings)
+    assert any("before the first step leaves" in warning for warning in run.warnings)
     assert float(run["store/source/pressure"][0]) < 4e5
     full = 0.2e-3 * (1e6 + AMBIENT_PRESSURE) / (287.05 * AMBIENT_TEMPERATURE)
     assert load("source", "bottle_0_5l_10bar", {"volume": "0.2 l"}).full_mass == pytest.approx(full, rel=0.01)

@@ -107,7 +107,7 @@ def test_a_balance_that_does_not_close_is_placed(seated: tuple[Built, Rows, Rows
     share = 100.0 * work / (energy.turnover + energy.damper_loss + abs(energy.law_mismatch))
     assert share > 1.0
     assert len(found) == 1
-    assert f"{share:.1f} % of the work is found nowhere" in found[0]
+    assert f"{share:.1f} % of the work is unaccounted for" in found[0]
     near = re.search(r"near ([0-9.]+) s, where dorsiflexor_1 moves", found[0])
     assert near is not None and float(near[1]) == pytest.approx(columns["time"][at], abs=0.04)
 
