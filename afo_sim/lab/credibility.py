@@ -65,18 +65,20 @@ class Credibility(Shown):
     def because(self) -> list[str]:
         """Why it is judged so: factors that fall short, whether the draws decide, what to measure next."""
         a, below = self.answer, ", ".join(f"{each.name} ({each.grade})" for each in self.short)
-        needed = f"grade {self.factors[0].required}, which {self.risk} risk requires"
+        needed = f"grade {self.factors[0].required}, as {self.risk} model risk requires"
         reached = len(self.factors) - len(self.short)
         graded = f"{reached} of {len(self.factors)} factors reach {needed}"
-        graded += f"; not {below}" if below else ""
-        wanted = "" if a["wanted"] is None else f"; {a['good']} {a['wanted']:.3g} {a['unit']} is wanted"
+        graded += f"; too low: {below}" if below else ""
+        wanted = "" if a["wanted"] is None else f"; target: {a['good']} {a['wanted']:.3g} {a['unit']}"
         band = f"5 to 95 % of {a['draws']} draws: {a['low']:.3g} to {a['high']:.3g} {a['unit']}"
         # no yes or no: the program cannot know how the question is put
-        told = f"{self.asked['metric'].replace('_', ' ')} is {a['answer']} in the draws; {band}{wanted}"
+        told = f"by the draws, {self.asked['metric'].replace('_', ' ')} is {a['answer']}; {band}{wanted}"
         told += f"; the verdict of the run is {a['status']}"
         found = [graded, told] if below else [told, graded]
         if not self.evidence["worn"]:
-            found.append("no such number of a worn orthosis was compared, and none of this patient")
+            found.append(
+                "no measured value of a worn orthosis, nor of this patient, was compared with a prediction"
+            )
         return found + [f"measure next: {one['what']}: {one['measure']}" for one in self.plan[:1]]
 
     def to_json(self) -> Numbers:
@@ -155,11 +157,11 @@ def credibility(
             raise InputError("is empty", field=field, allowed="a sentence in your own words")
     description = load("scenario", scenario, sets)
     if not description.walking:
-        problem = "nobody walks here, and what is assessed is a walk"
+        problem = "this scenario does not walk, and only walks are assessed"
         allowed = "a scenario with a gait: `afo-sim list scenarios`"
         raise InputError(problem, field="scenario", value=description.name, allowed=allowed)
     if not draws:
-        problem = "draws nothing, and a band is asked for"
+        problem = "needs draws for a band"
         raise InputError(problem, field="draws", value=draws, allowed="20 or more")
     recording = run(description, uncertainty=draws, progress=progress, step="controlled")
     if not recording.ok:
@@ -211,7 +213,7 @@ def _answer(recording: Recording, metric: str) -> Numbers:
     rule, study = rules_of()["metric"][metric], recording.studies["uncertainty"]
     if metric not in study["metrics"]:
         there = ", ".join(name for name in rules_of()["metric"] if name in study["metrics"])
-        raise InputError("this walk has no such number", field="metric", value=metric, allowed=there)
+        raise InputError("this walk has no such metric", field="metric", value=metric, allowed=there)
     band, of = study["metrics"][metric], next(o for o in recording.verdict if o.name == rule["answer"])
     limits = getattr(limits_of(recording), rule["limit"], None)
     wanted, bad = (None, None) if limits is None else (rule["times"] * limit for limit in limits)
@@ -313,10 +315,10 @@ def _plan(
             ranked.append((-gain if gain > group.get("wrong_left_error", 0.0) else 0.0, left, told))
     found = [told for *_, told in sorted(ranked, key=lambda each: each[:2])]
     if status == "unknown":
-        more = "nothing yet: the draws are too few, repeat with --draws 1000"
+        more = "nothing yet: there are too few draws; repeat with --draws 1000"
         found.insert(0, {"what": "more draws", "measure": more})
     if any(each.grade < each.required for each in factors if each.part == "validation: comparator"):
-        measure = f"record the wearer with the device, and compare {metric.replace('_', ' ')}"
+        measure = f"record the wearer with the device and compare {metric.replace('_', ' ')}"
         seen = {name: evidence[name] for name in ("values", "worn")}
         found.insert(0, {"what": "comparison", "measure": measure} | seen)
     return tuple(found)

@@ -218,7 +218,7 @@ def _with_walking(built: Built, foot: Foot, bare: Foot) -> Built:
         contact = register(walk, foot, built.model, scenario, built.body_mass)
         warnings = (*warnings, *contact.warnings)
         if walk.laid > MISFIT * person.Size.of(scenario).taller:
-            text = "the recorded sole is {laid:.0f} mm off the floor under load: motion and force do not match"
+            text = "the recorded sole is {laid:.0f} mm off the floor under load: motion and force differ"
             warnings = (*warnings, Notice("sole-off-floor", text, subject="gait.cycle", laid=1e3 * walk.laid))
     else:
         text = "the foot gets the recorded force whatever it does: trust results in swing only"

@@ -172,7 +172,7 @@ class _Evaluation:
                     powers[name] = powers.get(name, 0.0) + sign * power
                 measures = tuple(sorted((name, power) for name, power in powers.items() if power))
             return ARITHMETIC[type(node.op)](a, b), measures
-        self._refuse(node, "is not of the language of constraints", _LANGUAGE)
+        self._refuse(node, "is not allowed in a constraint", _LANGUAGE)
 
     def _alike(
         self, left: ast.expr, right: ast.expr, whole: ast.expr
@@ -185,8 +185,8 @@ class _Evaluation:
             for each, of in sides:
                 base = "·".join(name if power == 1.0 else f"{name}^{power:g}" for name, power in of)
                 words.append(f"{self._part(each)!r} in {base or 'bare numbers'}")
-            problem = f"puts together what has different dimensions: {' and '.join(words)}"
-            self._refuse(whole, problem, "alike on both sides")
+            problem = f"combines different dimensions:  {' and '.join(words)}"
+            self._refuse(whole, problem, "the same dimension on both sides")
         return a, b, of_a
 
     def _part(self, node: ast.expr) -> str:

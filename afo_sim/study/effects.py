@@ -27,8 +27,8 @@ SHARES = {
     "muscle_share_of_force": "the muscles' limit of force",
     "muscle_share_of_contraction": "the muscles' limit of contraction",
     "muscle_share_of_stretch": "the muscles' limit of stretch",
-    "cuff_share_of_pain": "the pressure at which the cuff hurts",
-    "plate_share_of_pain": "the pressure at which the strap hurts",
+    "cuff_share_of_pain": "the pressure at which the cuff becomes painful",
+    "plate_share_of_pain": "the pressure at which the strap becomes painful",
 }
 
 BEYOND_LIMIT = "beyond-limit"
@@ -98,9 +98,9 @@ def _gain(effect: Effect, base: Mapping[str, float], limits: Limits, aim: Aim) -
 def _lost(effect: Effect, base: Mapping[str, float], limits: Limits, aim: Aim) -> str:
     """What a step takes of what goes before the aim: worse than what is wanted, and worse than now."""
     after, before = effect.after_it(base), len(ORDER) if aim == "spare" else ORDER.index(aim)
-    clearance = "the toe clears {:.1f} mm, {:g} mm are wanted"
-    landing = "the foot lands at {:.1f}°, {:g}° are wanted"
-    push_off = "push-off is hindered {:.2f} times as much as is wanted"
+    clearance = "toe clearance {:.1f} mm is below the target of {:g} mm"
+    landing = "foot pitch at contact {:.1f}° is below the target of {:g}°"
+    push_off = "push-off is resisted {:.2f} times as much as the target allows"
     height = in_unit(limits.toe_clearance[0], "m", "mm")
     pitch = in_unit(limits.contact_pitch[0], "rad", "deg")
     kept = (

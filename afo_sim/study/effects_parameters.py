@@ -98,7 +98,7 @@ def _group(scenario: Scenario, name: str, hangs: bool) -> Iterator[Effect]:
         yield from _added(f"{name} slack" if loose else f"{name} link length", slack if loose else link, LINK)
     for count in (group.count - 1, group.count + 1):
         yield Effect(f"{name} count", f"{group.count}", f"{count}", {f"{at}.count": count})
-    reason = f"no air enters {name}, and its muscles hang through all along"
+    reason = f"no air enters {name}, and its muscles stay slack throughout"
     idle = hangs and not takes_air(scenario, group.chamber or name)
     for step in (*_mounting(name, at, group), *_pulley(name, at, group)):
         yield step.barred("no air", reason) if idle else step

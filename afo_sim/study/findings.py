@@ -20,10 +20,10 @@ _SEED = 1  # of the bootstrap, so that a figure drawn twice is the same; SALib t
 _OF_SALIB = {"first": "S1", "total": "ST", "second": "S2"}
 _OF_SALIB |= {f"{name}_interval": f"{key}_conf" for name, key in _OF_SALIB.items()}
 _BINNED = (
-    "shares of the variance lie between the means of bins: what a metric does within a bin is not counted, "
-    "so they are at most the first-order Sobol' indices, which the design saltelli gives"
+    "shares of variance are between the means of bins: variation within a bin is not counted, "
+    "so they are at most the first-order Sobol' indices, which the saltelli design gives"
 )
-EXACT = "shares of the variance are first-order Sobol' indices, as in the tables below"
+EXACT = "shares of variance are first-order Sobol' indices, as in the tables below"
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,11 +65,11 @@ def indices(results: Results, metric: str) -> Indices:
     """First-order, second-order and total Sobol' indices, with intervals by bootstrap of base samples."""
     size = _block_size(results)
     if results.design != _DESIGN:
-        text = "Sobol' indices need a sweep of another design"
+        text = "Sobol' indices need another design of the sweep"
         raise InputError(text, file=results.folder, field="design", value=results.design, allowed=_DESIGN)
     if results.unfinished or len(results) % size:
         there = f"{len(results)} of {results.planned} are here"
-        raise InputError(f"Sobol' indices need every case of the sweep, and {there}", file=results.folder)
+        raise InputError(f"Sobol' indices need every case of the sweep, but {there}", file=results.folder)
     values = results[metric].reshape(-1, size)  # a row for each base sample (N, 2d + 2)
     whole = np.isfinite(values).all(axis=1)
     failed = 1.0 - float(np.isfinite(values).mean())
@@ -113,13 +113,13 @@ def findings(results: Results, objectives: Mapping[str, Better]) -> Findings:
             continue
         if left_out := found[name].left_out:
             of = f"{left_out} of {found[name].blocks} base samples"
-            remarks.append(f"Sobol' indices leave out {of}, of which a case has no {name}")
+            remarks.append(f"Sobol' indices leave out {of} in which a case has no {name}")
     effects = {name: effects_of(results, name, found.get(name)) for name in known}
     if effects:
         whole = results.levels() is not None and not any(map(results.lacking, known))
         remarks += [] if whole else [EXACT if set(found) == set(known) else _BINNED]
     if any(not np.isfinite(effect.share) for each in effects.values() for effect in each.values()):
-        remarks.append("–: too few cases at each value, or nothing varies, to estimate a share of variance")
+        remarks.append("–: too few cases per value, or no variation, to estimate a share of variance")
     return Findings(results, dict(objectives), effects, found, tuple(dict.fromkeys(remarks)))
 
 
@@ -129,9 +129,9 @@ def _remarks(results: Results, objectives: Mapping[str, Better]) -> list[str]:
     if results.unfinished:
         remarks.append(f"unfinished: {len(results)} of {results.planned} cases are computed so far")
     if others := [name for name in results.metrics if name not in objectives]:
-        remarks.append(f"{len(others)} more metrics are shown by --metric, such as {others[0]}")
+        remarks.append(f"{len(others)} more metrics can be shown with --metric, such as {others[0]}")
     if results.sweep.get("mixed"):
-        remarks.append("the cases were computed by more than one version of the code")
+        remarks.append("the cases were computed by different versions of the code")
     remarks += [of_step] if (of_step := time_step.remark(results.folder)) else []
     for name in objectives:
         lacking = results.lacking(name)
@@ -139,7 +139,9 @@ def _remarks(results: Results, objectives: Mapping[str, Better]) -> list[str]:
             remarks.append(f"no case has a value of {name}")
         elif lacking and results.levels() is not None:
             of = f"{lacking} of {results.planned} cells of the grid"
-            remarks.append(f"{of} have no {name}: its main effects are those of the others, by chance uneven")
+            remarks.append(
+                f"{of} have no {name}: its main effects are from the others, which may be unbalanced"
+            )
     return remarks
 
 

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from afo_sim.study.sweep_plan import Plan
 
 Changed = Literal["refuse", "restart", "continue"]
-AGAIN = "the same command again when there is room; what is computed is kept"
+AGAIN = "free space and run the same command again; computed cases are kept"
 PARTS = {"fingerprint": dict, "scenario": dict, "metrics": dict, "seconds_per_case": float}
 
 
@@ -51,7 +51,7 @@ class FolderKind:
 
     def read(self, folder: pathlib.Path) -> JsonDict:
         """The manifest of a folder."""
-        path, allowed = folder / self.manifest, "`changed=restart`, which throws the folder's results away"
+        path, allowed = folder / self.manifest, "`changed=restart`, which deletes the folder's results"
         manifest = told_in(path, allowed)
         if manifest is None:
             raise InputError(f"there is no {self.name} here ({self.manifest} is missing)", file=folder)
@@ -105,9 +105,9 @@ class FolderKind:
         finished = any((folder / name).is_file() for name in self.computed)
         if changed == "restart" or not (finished or any((folder / self.cases).glob("*.parquet"))):
             return None
-        throws = "`changed=restart`, which throws its results away"
+        throws = "`changed=restart`, which deletes its results"
         if before.get(self.name) != now[self.name]:
-            problem = f"the folder holds another {self.name}, or this one before it was changed"
+            problem = f"the folder holds another {self.name}, or this one before a change"
             raise refused(problem, f"another folder, or {throws}")
         if changed == "refuse":  # results of other code may be mixed, if asked for
             old = before.get("versions")

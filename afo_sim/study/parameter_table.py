@@ -171,13 +171,13 @@ class ParameterReader:
     def _spread(self) -> Spread:
         way = next((way for way in _WAYS if way in self.given), "from" if "to" in self.given else "")
         if not way:
-            raise self._error("is missing: nothing states its values", "from", _ANY_WAY)
+            raise self._error("is missing: its values are not stated", "from", _ANY_WAY)
         for option in self.given:
             if option not in _WAYS[way]:
                 raise self._error(f"does not go with {way}", option, ", ".join(_WAYS[way]))
         if way == "from_seed":
             if not self.table.from_seed:
-                raise self._error("states nothing", "from_seed", "true", False)
+                raise self._error("has no effect", "from_seed", "true", False)
             if self.field.kind != "integer":
                 raise self._error("goes to whole numbers only", "from_seed", "a key such as gait.seed")
             for field in self.fields:

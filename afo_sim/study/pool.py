@@ -56,7 +56,7 @@ def _computed(
             yield chunk, future.result()
         submit()
     if lost:
-        text = f"chunks {', '.join(map(str, lost))} killed every worker that took them (out of memory?); "
+        text = f"chunks {', '.join(map(str, lost))} killed every worker that computed them (out of memory?); "
         allowed = "the same command with fewer workers, "
         allowed += "or a smaller chunk in the sweep file (in another folder)"
         raise InputError(f"{text}all others are computed", field="workers", allowed=allowed)
@@ -89,7 +89,7 @@ def compute(
 
 def _broken(error: BaseException) -> InputError:
     problem = f"a chunk could not be computed: {type(error).__name__}: {error}"
-    return InputError(problem, allowed="the same command again; what is computed is kept")
+    return InputError(problem, allowed="run the same command again; computed cases are kept")
 
 
 def unprotected(scheduler: str) -> Notice | None:
@@ -100,7 +100,7 @@ def unprotected(scheduler: str) -> Notice | None:
         host = "localhost" if ipaddress.ip_address(host).is_loopback else host
     if protocol in ("tls", "wss", "inproc") or host == "localhost":
         return None
-    text = "{subject} has no TLS: whoever reaches that scheduler runs code as you, here and on its workers"
+    text = "{subject} has no TLS: whoever reaches that scheduler can run code as you, here and on its workers"
     return Notice("scheduler-without-tls", text, subject=scheduler)
 
 

@@ -72,8 +72,8 @@ class Child:
                 given -= 1
         except Exception:  # whatever a pickle that ends too early raises
             if said == _CODE:
-                problem = f"a process was ended (exit code {self.process.wait()}; out of memory?)"
-                allowed = "fewer, or the same command again; what is computed is kept"
+                problem = f"a process was killed (exit code {self.process.wait()}; out of memory?)"
+                allowed = "fewer, or run the same command again; computed cases are kept"
                 answers.put(InputError(problem, field="threads", allowed=allowed))
 
     def close(self) -> None:

@@ -33,7 +33,9 @@ def replay(folder: pathlib.Path, case: int, *, progress: Callable[[int, int], No
     """Run one case of a sweep as the sweep ran it."""
     results = read(folder)
     if results.sweep.get("walkers"):
-        raise InputError("has no recording: patients respond", field="case", allowed="`afo-sim walk`")
+        raise InputError(
+            "has no recording, since its patients respond", field="case", allowed="`afo-sim walk`"
+        )
     where = (results["case"] == case).nonzero()[0]
     if not len(where):
         late = results.unfinished and 0 <= case < results.planned

@@ -90,7 +90,9 @@ def run(
         needed = _bytes(store, _cases(store, chunks) + len(store.cases)) + _CHUNK_BYTES * len(chunks)
         free = shutil.disk_usage(store.folder).free
         if needed > free:
-            problem = f"the results need about {needed / 1e9:.2g} GB, the disk has {free / 1e9:.2g} GB left"
+            problem = (
+                f"the results need about {needed / 1e9:.2g} GB, but the disk has {free / 1e9:.2g} GB left"
+            )
             allowed = "a folder with more room, or fewer cases"
             raise InputError(problem, field="out", value=str(store.folder), allowed=allowed)
         scenario = SWEEP.read(store.folder)["scenario"]
@@ -144,7 +146,7 @@ def _tried(scenario: JsonMapping, plan: Plan, cases: Cases) -> tuple[dict[str, s
     telling = dict.fromkeys([0, last // 2, last, *first[:_MOST_WORDS]])
     units, beside, seconds = probe(scenario, [plan.set, *map(cases.sets, telling)], plan)
     if not units:
-        problem = "no case that was tried has any metric: is the run shorter than two strides?"
+        problem = "no tried case has any metric: is the run shorter than two strides?"
         raise InputError(problem, file=plan.file, field="set.duration")
     known = units | beside
     for name in plan.metrics:
@@ -165,7 +167,7 @@ def probe(
     seconds = (time.perf_counter() - begun) / len(sets)
     if all(outcome.status != OK for outcome in found):
         reason = next(outcome.reason for outcome in reversed(found))
-        raise InputError(f"no case that was tried runs: {reason}", file=plan.file)
+        raise InputError(f"no tried case runs: {reason}", file=plan.file)
     units = {name: metric.unit for outcome in found for name, metric in outcome.metrics.items()}
     compares = scenario.get("reference") is not None or any("reference" in one for one in sets)
     rows = REPORTED[reference_metrics] if compares and COMPARED in units else []

@@ -396,7 +396,7 @@ def test_shares_between_bins_are_named_as_such(
     show_folder(folder, None, ["y:lowest"], 1)
     said = " ".join(capsys.readouterr().out.split())
     assert "variance explained" not in said
-    assert "shares of the variance lie between the means of bins" in said
+    assert "shares of variance are between the means of bins" in said
 
 
 def test_of_a_sum_first_order_is_total(tmp_path: pathlib.Path) -> None:

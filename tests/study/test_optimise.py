@@ -668,6 +668,6 @@ def test_an_infeasible_result_says_what_is_short(uninterrupted: pathlib.Path) ->
     best["parameters"][1]["value"] = 0.65  # of 0.45 to 0.85
     said = " ".join(statement(best))
     assert "at an end of its range: pressure;" in said
-    assert "no design keeps every limit" in said
+    assert "no design meets every limit" in said
     assert "Toe clearance is 7.5 mm below the limit of −15.0 mm; " in said
     assert "is 0.004 N·m/kg above the limit of 0.070 N·m/kg" in said

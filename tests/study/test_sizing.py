@@ -42,7 +42,7 @@ def test_whether_a_pressure_suffices_is_one_sentence() -> None:
     assert enough.holds and enough.answer.startswith("4 bar suffices: dorsiflexion angle, peak ")
     little = size("pressure", "seated", SHORT, limits=[f"{ANGLE} >= 2 deg"], at="1.5 bar")
     assert not little.holds and "1.5 bar does not suffice" in little.answer
-    assert little.best is not None and f"the least that does is {little.best.name}" in little.answer
+    assert little.best is not None and f"the lowest that suffices is {little.best.name}" in little.answer
 
 
 @pytest.mark.slow

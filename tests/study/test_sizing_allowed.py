@@ -48,9 +48,9 @@ def test_the_least_pressure_is_never_beyond_a_limit() -> None:
 def test_a_pressure_that_suffices_at_the_lowest_tried_is_not_called_the_least_there_is() -> None:
     limits, between = [f"{ANGLE} >= -60 deg"], ("1 bar", "2 bar")
     found = size("pressure", "seated", SHORT, limits=limits, between=between)
-    assert found.best is found.tried[0] and found.answer.endswith(", the lowest that was tried")
+    assert found.best is found.tried[0] and found.answer.endswith(", the lowest tried")
     asked = size("pressure", "seated", SHORT, limits=limits, between=between, at="1.5 bar")
-    assert "the least that does is 1 bar, the lowest that was tried" in asked.answer
+    assert "the lowest that suffices is 1 bar, the lowest tried" in asked.answer
 
 
 def test_a_valve_has_its_limit_too() -> None:
@@ -173,7 +173,7 @@ def test_a_muscle_that_nobody_measured_is_not_crowned_without_a_word() -> None:
     guessed = each["1 × handmade_10mm"]
     assert guessed.meets and found.best is not None and not found.best.doubt
     assert found.best.size > guessed.size
-    assert f"1 × handmade_10mm would do too, but: {guessed.doubt}" in found.answer
+    assert f"1 × handmade_10mm would also suffice, but: {guessed.doubt}" in found.answer
     assert "for dorsiflexor that meets" in found.answer
     grades = {row[0][2:]: row[found.table[1].index("grade")] for row in found.table[2]}
     assert grades["1 × handmade_10mm"] == grades["1 × dmsp_40"] == "D *" and grades["1 × dmsp_10"] == "B"

@@ -58,7 +58,7 @@ def test_local_workers_give_the_same_rows(whole: Any, tmp_path: pathlib.Path) ->
 )
 def test_a_scheduler_without_keys_is_warned_of(address: str) -> None:
     with (
-        pytest.warns(UserWarning, match="has no TLS: whoever reaches that scheduler runs code as you"),
+        pytest.warns(UserWarning, match="has no TLS: whoever reaches that scheduler can run code as you"),
         pool(scheduler=address),
     ):
         pass

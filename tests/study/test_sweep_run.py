@@ -511,7 +511,7 @@ def test_a_changed_sweep_is_refused_until_told(tmp_path: pathlib.Path, call: Cal
     written(tmp_path, SEATED.replace("0.3 s", "0.4 s"))
     for changed in ("refuse", "continue"):
         code, _, complained = call("sweep", file, "--out", out, "--if-changed", changed)
-        assert code == 2 and "another sweep, or this one before it was changed" in complained
+        assert code == 2 and "another sweep, or this one before a change" in complained
         assert (out / "results.parquet").read_bytes() == before
     command = ("sweep", file, "--out", out, "--if-changed", "restart")
     code, said, _ = call(*command)
@@ -673,7 +673,7 @@ def test_a_run_too_short_for_any_metric_is_refused(tmp_path: pathlib.Path) -> No
 
 def test_a_sweep_of_which_nothing_runs_is_refused(tmp_path: pathlib.Path) -> None:
     text = SEATED.replace('duration = "0.3 s"', 'duration = "0.3 s"\nload_moment = "1000 N*m"')
-    with pytest.raises(InputError, match=r"no case that was tried runs: .*no rest position"):
+    with pytest.raises(InputError, match=r"no tried case runs: .*no rest position"):
         opened(written(tmp_path, text), tmp_path / "out")
 
 

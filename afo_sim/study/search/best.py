@@ -52,13 +52,13 @@ def statement(best: JsonMapping) -> list[str]:
     patients = f"the patients of {best['walkers']}" if "walkers" in best else patients
     tried += f", {best['simulated']} of them simulated with {patients} each"
     tried += f", {best['runs']} runs by {best['method']}" if "runs" in best else ""
-    further = "the search has not converged: more generations may find better"
+    further = "the search has not converged: more generations may find a better design"
     how = "the search has converged" if best["converged"] else further
     lines = []
     if best["feasible"]:
-        lines.append(f"design {best['design']} keeps every limit, as {best['feasible_designs']} designs do")
+        lines.append(f"design {best['design']} meets every limit, as do {best['feasible_designs']} designs")
     else:
-        lines.append(f"no design keeps every limit; design {best['design']} violates least: {_lacks(best)}")
+        lines.append(f"no design meets every limit; design {best['design']} comes closest:  {_lacks(best)}")
     lines.append(f"{tried}; {how}")
     lines += spread_over_starts(best)
     if best.get("mixed"):
@@ -68,15 +68,15 @@ def statement(best: JsonMapping) -> list[str]:
         if min(p["value"] - p["from"], p["to"] - p["value"]) < 0.01 * (p["to"] - p["from"]):
             ends.append(p["name"])
     if ends:
-        lines.append(f"at an end of its range: {', '.join(ends)}; a wider range may hold better")
+        lines.append(f"at an end of its range:  {', '.join(ends)}; a wider range may contain a better design")
     half = best.get("half_step")
     if best["feasible"] and half and _fails(half):
-        lines.append("at half the time step it does not keep every limit: search again with that step")
+        lines.append("at half the time step it does not meet every limit: search again with that step")
     fresh = best["fresh_patients"]
     if fresh is None:
-        lines.append("not tried on fresh patients: the search draws none")
+        lines.append("not tested on fresh patients: the search draws none")
     elif best["feasible"] and _fails(fresh):
-        lines.append("with fresh patients it does not keep every limit: take the limits with a margin")
+        lines.append("with fresh patients it does not meet every limit: add a margin to the limits")
     return lines
 
 
@@ -91,11 +91,11 @@ def spread_over_starts(best: JsonMapping) -> list[str]:
     if len(starts) < 2:
         return []
     values = [start["objective"] for start in starts if start["feasible"]]
-    lacking = f", and {len(starts) - len(values)} found none that keeps every limit"
+    lacking = f", and {len(starts) - len(values)} found none that meets every limit"
     if not values:
-        return [f"none of {len(starts)} starts found a design that keeps every limit"]
+        return [f"none of {len(starts)} starts found a design that meets every limit"]
     if len(values) == 1:  # there is nothing to compare it with
-        return [f"only one of {len(starts)} starts found designs that keep every limit: take more starts"]
+        return [f"only one of {len(starts)} starts found designs that meet every limit: use more starts"]
     low, high = min(values), max(values)
     label = metric_words.words(goal["metric"]).label
     size = max(abs(low), abs(high))
@@ -108,7 +108,7 @@ def spread_over_starts(best: JsonMapping) -> list[str]:
 def _lacks(best: JsonMapping) -> str:
     """The shortfalls of the least violating design."""
     if best["outside"]:
-        return "no design was within the constraints on the parameters"
+        return "no design satisfied the constraints on the parameters"
     each = []
     for limit in (limit for limit in best["limits"] if limit["short"]):
         by, bound = (_value_text(limit[key], limit["unit"]) for key in ("short", "bound"))
@@ -130,7 +130,7 @@ def _kept(found: JsonMapping, limit: JsonMapping, patients: int) -> str:
     level = _value_text(found["level"], limit["unit"])
     if patients == 1:
         return level
-    return f"{level}; kept by {_percent(found['kept'])}"
+    return f"{level}; met by {_percent(found['kept'])}"
 
 
 def _percent(share: float | None) -> str:
@@ -167,7 +167,7 @@ class BestDesign(Shown):
         """One line: objective, parameters, limits."""
         values = ", ".join(f"{name} = {value}" for name, value in self.parameters.items())
         broken = [limit for limit, kept in self.limits.items() if not kept]
-        limits = f"; not kept: {', '.join(broken)}" if broken else "; limits kept" if self.limits else ""
+        limits = f"; not met:  {', '.join(broken)}" if broken else "; limits met" if self.limits else ""
         open_ended = "" if self.converged else "; not converged"
         best = f"{self.goal} {self.objective} = {self.metrics[self.objective]}"
         return f"<BestDesign: {best} with {values}{limits}{open_ended}>"

@@ -222,7 +222,7 @@ def _write(opened: Opened, columns: Columns, summary: JsonMapping) -> None:
         # the files that the scenario needs are copied beside it
         scenario = portable(load("scenario", opened.scenario, summary["sets"]).resolved(), folder, scratch)
         scenario["name"] = f"{opened.search.file.stem}-best"
-        worse = "design that violates its limits least (none keeps them)"
+        worse = "design that violates its limits least (none meets them)"
         kind = "best design" if summary["feasible"] else worse
         head = [f"The {kind} of {summary['designs']} that the search {opened.search.file.name} tried."]
         text = "".join(f"# {line}\n" for line in (*head, *spread_over_starts(summary)))

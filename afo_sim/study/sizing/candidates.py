@@ -136,13 +136,13 @@ def valves(
 def why_not(scenario: Scenario, side: str, proportional: bool, valve: Valve) -> str:
     """Why a valve is not tried; "" where it is."""
     if valve.proportional and not proportional:
-        return "a proportional valve, which is tried with --proportional"
+        return "a proportional valve; try it with --proportional"
     if valve.three_way and side != "both":
-        return "a 3/2 valve is inlet and outlet in one, which is tried with --side both"
+        return "a 3/2 valve is inlet and outlet in one; try it with --side both"
     (low, high), pressure = valve.working_pressure or (-math.inf, math.inf), scenario.supply.pressure
     if pressure < low:
-        return f"its pilot needs at least {bar(low)}, and the supply has {bar(pressure)}"
-    return f"is made for {bar(high)} at most, and the supply has {bar(pressure)}" if pressure > high else ""
+        return f"its pilot needs at least {bar(low)}, but the supply has {bar(pressure)}"
+    return f"is made for {bar(high)} at most, but the supply has {bar(pressure)}" if pressure > high else ""
 
 
 def _valve_sets(scenario: Scenario, chamber: str, side: str, name: str, valve: Valve) -> JsonDict:
@@ -201,7 +201,7 @@ def sources(scenario: Scenario) -> list[Candidate]:
         if not source.given(pressure) > 0.0:
             pumps = source.kind == "compressor"
             full = bar((source.switch_off if pumps else source.filling_pressure) or 0.0)
-            has = f"stops at {full}" if pumps else f"has {full} when full"
+            has = f"stops at {full}" if pumps else f"holds {full} when full"
             reason = f"{has}, and the supply is set to {bar(pressure)}"
         sets: JsonDict = {"supply.source": name}
         if scenario.supply.line_pressure is not None:  # a source takes the line's place
@@ -232,7 +232,7 @@ def muscles(scenario: Scenario, group: str, count: tuple[int, int] | None = None
         doubt = doubt_of(muscle) or beyond
         facts["grade"] = f"{muscle.grade} *" if doubt else muscle.grade
         if muscle.limits.pressure < pressure and not reason:
-            reason = f"may hold {bar(muscle.limits.pressure)}, and the supply has {bar(pressure)}"
+            reason = f"may hold {bar(muscle.limits.pressure)}, but the supply has {bar(pressure)}"
         notes = (doubt,) if doubt else ()
         found.append(Candidate(f"{n} × {name}", size, sets, facts, reason, notes, doubt))
     return sorted(found, key=lambda each: (each.size, each.name))

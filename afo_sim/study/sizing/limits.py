@@ -58,13 +58,13 @@ class Requirement:
     def reached(self, value: float) -> str:
         """A value beside its bound: "toe clearance 5.8 mm (wanted ≥ 10 mm)"."""
         text = self._undefined if math.isnan(value) else shown(value, self.unit)
-        return f"{self._name} {text} (wanted {self.wanted})"
+        return f"{self._name} {text} (target {self.wanted})"
 
     def shortfall(self, value: float) -> str:
         """Why a value does not meet it, in words."""
         if math.isnan(value):
             return f"{self._name} is {self._undefined}"
-        way = "short of" if self.at_least else "beyond"
+        way = "below" if self.at_least else "above"
         return f"{self._name} {shown(abs(self.margin(value)), self.unit)} {way} {self.wanted[2:]}"
 
     @property

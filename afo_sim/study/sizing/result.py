@@ -50,9 +50,8 @@ KINDS = {
         ("hours", "strides"),
         (
             "g, l: mass and volume of the source; mean, peak: flow out of it [l/min] of the free gas",
-            "each run begins with a full source; strides and hours are of its content down to the set "
-            "pressure, which cools as it gives the mean flow of the run; air before the first step is not "
-            "taken out",
+            "each run starts with a full source; strides and hours are for its content down to the set "
+            "pressure, as it cools at the run's mean flow; air before the first step is not subtracted",
         ),
     ),
     "muscle": Kind(
@@ -120,12 +119,12 @@ class Sizing(Shown):
         """One sentence."""
         best, asked = self.best, self.asked
         if asked is not None:
-            least = "no pressure that was tried does"
+            least = "no tried pressure suffices"
             if best is not None:
-                least = f"the least that does is {best.name}{self._lowest(best)}"
+                least = f"the lowest that suffices is {best.name}{self._lowest(best)}"
             how = self._reached(asked) if asked.status == "run" else f"it was {asked.status} ({asked.reason})"
             verdict = f"is {asked.short[ALLOWED]}" if ALLOWED in asked.short else "does not suffice"
-            mind = "".join(f"; mind: {note}" for note in with_code(asked.notes, BEYOND_LIMIT) if asked.meets)
+            mind = "".join(f"; note: {note}" for note in with_code(asked.notes, BEYOND_LIMIT) if asked.meets)
             return f"{asked.name} {'suffices' if asked.meets else verdict}: {how}; {least}{mind}"
         if best is None:
             return self._nearest_miss()
@@ -140,30 +139,30 @@ class Sizing(Shown):
         elif not smaller:
             text += self._lowest(best) or "; no smaller one could be tried"
         if best.doubt:
-            return f"{text}; none without a doubt meets them"
+            return f"{text}; nothing without this reservation meets them"
         would = [e for e in self.ran if e.meets and e.doubt and not best.size <= e.size < math.inf]
         for doubt, those in itertools.groupby(would, key=lambda each: each.doubt):
-            text += f"; {', '.join(each.name for each in those)} would do too, but: {doubt}"
+            text += f"; {', '.join(each.name for each in those)} would also suffice, but: {doubt}"
         return text
 
     def _lowest(self, best: Candidate) -> str:
         """That lower pressures than the best were not tried, where that is so."""
-        return ", the lowest that was tried" if self.kind == "pressure" and best is self.tried[0] else ""
+        return ", the lowest tried" if self.kind == "pressure" and best is self.tried[0] else ""
 
     def _nearest_miss(self) -> str:
         """Where nothing meets what is wanted: the one that comes closest, and how close."""
         ran, what = self.ran, self._what
         if not ran:
-            why = f" could be run: {self.tried[0].reason}" if self.tried else " is there to try"
+            why = f" could be run: {self.tried[0].reason}" if self.tried else " exists to try"
             return f"no {what}{why}"
         if all(ALLOWED in each.short for each in ran):
-            return f"no {what} that was tried is allowed: {ran[0].name} is {ran[0].short[ALLOWED]}"
+            return f"no tried {what} is allowed:  {ran[0].name} is {ran[0].short[ALLOWED]}"
         labels = {each.label for each in self.requirements}
         closest = min(ran, key=lambda each: (bool(each.short.keys() - labels), self._missing(each)))
         how = self._reached(closest)
         how += "".join(f", but {why}" for name, why in closest.short.items() if name not in labels)
         span = f" from {ran[0].name} to {ran[-1].name}" if self.kind == "pressure" else ""
-        return f"no {what}{span} that was tried meets all limits; closest comes {closest.name}: {how}"
+        return f"no tried {what}{span} meets all limits; the closest is {closest.name}: {how}"
 
     def _missing(self, each: Candidate) -> float:
         """The largest shortfall as a share of its bound; inf of what is not known."""
@@ -181,7 +180,9 @@ class Sizing(Shown):
         after = [each for each in after if ALLOWED not in each.short]
         if not after:
             return []
-        return [f"more is not better: {len(after)} larger fail, the first {after[0].name} ({after[0].why})"]
+        return [
+            f"larger is not better: {len(after)} larger ones fail, first {after[0].name} ({after[0].why})"
+        ]
 
     @property
     def table(self) -> Table:
