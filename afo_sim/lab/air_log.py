@@ -54,7 +54,7 @@ def air_row(file: pathlib.Path, band: Sequence[float]) -> LedgerRow:
     mean, error = (float(1e3 * x / (len(starts) - 1)) for x in (air, facts.get("error", 0.0)))
     if mean <= 0.0 or error < 0.0 or np.diff(columns["time"]).min() <= 0.0:
         allowed = "air that is taken, an error that is not negative, and times that increase"
-        raise InputError("is no log of air that was taken", file=file, value=f"{mean:.3g} g", allowed=allowed)
+        raise InputError("is no log of consumed air", file=file, value=f"{mean:.3g} g", allowed=allowed)
     beyond = max(band[0] - mean, mean - band[2])  # of the band; within the error nothing is refuted
     words = "not distinguishable from" if abs(beyond) < error else "inside" if beyond <= 0.0 else "outside"
     told = f"{words} the predicted band ({file})"

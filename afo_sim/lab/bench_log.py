@@ -94,7 +94,7 @@ class BenchLog:
         for key in _NEEDS.keys() & found.keys():
             if _NEEDS[key] not in found:
                 allowed = f"{_NEEDS[key]} beside it"
-                raise InputError("does nothing alone", file=self.file, field=key, allowed=allowed)
+                raise InputError("has no effect alone", file=self.file, field=key, allowed=allowed)
         if found.get("start", 0.0) >= self.columns["time"][-1]:
             raise InputError("is after the last sample", file=self.file, field="start", value=found["start"])
         return replace(self, bench=found)

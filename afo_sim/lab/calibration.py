@@ -57,7 +57,7 @@ def calibrate(
 
 
 def _readings(log: object, inverse: bool) -> tuple[np.ndarray, np.ndarray, str, str, Table]:
-    """References, outputs [V], the references' unit and its SI unit, the table; refuse what fixes no line."""
+    """References, outputs [V], unit, SI unit and table; refuse what determines no line."""
     table = table_of(log, _EXAMPLE, "log")
     columns, units = columns_of(table, _COLUMNS, _EXAMPLE, {f"a {name}": (name,) for name in _COLUMNS})
     unit, si = split_title(table.titles[[*columns].index("reference")])[1], units["reference"]
@@ -66,7 +66,7 @@ def _readings(log: object, inverse: bool) -> tuple[np.ndarray, np.ndarray, str, 
         x, unit, si = GRAVITY * columns["reference"], "N", "N"
     if len(x) < 3 or np.ptp(x) == 0.0 or (inverse and x.min() <= 0.0):
         allowed = f"3 readings, at two references or more{', above 0' if inverse else ''}"
-        raise InputError("fixes no line", file=table.file, field="reference", allowed=allowed)
+        raise InputError("determines no line", file=table.file, field="reference", allowed=allowed)
     return x, columns["reading"], unit, si, table
 
 

@@ -111,7 +111,7 @@ def fit_law(problem: LawProblem, *, seed: int = 0, starts: int = STARTS) -> LawF
     solution = believed(problem, best)
     lines, covariance = verdict(solution), None
     if starts >= ENOUGH and agreeing < ENOUGH:
-        few = f"only {agreeing} of {len(ends)} starts end here, there may be a better fit"
+        few = f"only {agreeing} of {len(ends)} starts end here; there may be a better fit"
         lines.append(unidentified("few-starts-agree", problem.names, f"not identifiable: {few}"))
     elif solution.independent >= POINTS_PER_PARAMETER * len(problem.free):
         covariance = _covariance(solution)
@@ -203,4 +203,4 @@ def doubt(problem: LawProblem, residuals: np.ndarray) -> str:
         return ""
     text = f"neighbouring errors of a curve are alike (correlation {rho:.2f}), so intervals and standard "
     text += f"errors, which count each point, are about {factor:.1f} times too small; "
-    return f"{text}the muscle's draws count it"
+    return f"{text}the muscle's draws account for it"

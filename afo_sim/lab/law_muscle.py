@@ -17,7 +17,7 @@ LIKE = "s1_215mm"
 BESIDE_THE_LAW = {"damping": "m^2*s", "braid_stiffness": "N", "dead_volume": "m^3", "mass": "kg"}
 Sourced = dict[str, tuple[Json, dict[str, str]]]  # name → value as it is written, and what is known of it
 FEWEST = {"pressure": 3, "load": 3}  # groups to leave out in turn: with two, each is extrapolated from one
-GROSS = 3.0  # times the error of the law that fits best: the two orders contradict each other
+GROSS = 3.0  # times the error of the law that fits best: the two rankings contradict each other
 
 
 def residual_unit(fit: LawFit) -> tuple[float, str]:
@@ -95,7 +95,7 @@ def _beside_the_law(data: Measured, like: str) -> Sourced:
     other, found = assets.read_toml(assets.find("muscle", like)), Sourced()
     for name, unit in BESIDE_THE_LAW.items():
         own = other[name]["value"] if isinstance(other[name], dict) else other[name]
-        found[name] = own, _source("assumed", f"taken over from {like}, not measured")
+        found[name] = own, _source("assumed", f"taken from {like}, not measured")
         if name in data.facts:
             stated = _source("user", f"stated with {data.file.name}")
             found[name] = format_quantity(data.facts[name], unit), stated
@@ -124,7 +124,7 @@ def _fitted(fit: LawFit, name: str) -> tuple[Json, dict[str, str]]:
         return format_quantity(fit.problem.fixed[name], si), _source("assumed", "held during the fit")
     factor, unit = residual_unit(fit)
     summary = f"fitted with {fit.problem.law.name} to {_files(fit)}, {factor * fit.rms:.3g} {unit} RMS"
-    belief = "no interval: the data do not identify it alone"
+    belief = "no interval: the data do not identify it on its own"
     if math.isfinite(fit.half_width[name]):
         p = next(p for p in fit.problem.free if p.name == name)
         belief = f"95 % interval ± {p.number(fit.half_width[name]):.3g} {p.shown}".rstrip()
@@ -172,12 +172,12 @@ def doubts(fits: Sequence[LawFit]) -> list[Notice]:
     factor, unit = residual_unit(best)
     for kind in kinds(fits):
         if _too_few(fits, kind):
-            text = "only {groups} {subject}s: one left out is extrapolated from the other, "
-            text += "so the laws are not ranked by it; measure at {fewest} or more"
+            text = "only {groups} {subject}s: leaving one out extrapolates from the other, "
+            text += "so laws are not ranked by it; measure at {fewest} or more"
             groups = _groups(fits, kind)
             found.append(Notice("too-few-groups", text, subject=kind, groups=groups, fewest=FEWEST[kind]))
     if not _ranked_by(fits) and not found:
-        text = "nothing was left out: the order says how laws fit, not how they predict"
+        text = "nothing was held out: the order shows how well laws fit, not how well they predict"
         found.append(Notice("nothing-left-out", text))
     # more parameters than the points can bear fit anything
     sound = [f for f in fits if f.values and f.telling >= POINTS_PER_PARAMETER * len(f.values)]
@@ -185,7 +185,7 @@ def doubts(fits: Sequence[LawFit]) -> list[Notice]:
     if best.spread > GROSS * closest.spread:
         text = f"{{subject}} is first by the {criterion(fits)}, but misses the fitted points by "
         text += f"{factor * best.rms:.3g} {unit} RMS, and {{closest}} by {factor * closest.rms:.3g} {unit}: "
-        text += "the two orders contradict each other"
+        text += "the two rankings contradict each other"
         first, other = best.problem.law.name, closest.problem.law.name
         found.append(Notice("orders-contradict", text, subject=first, closest=other))
     return found

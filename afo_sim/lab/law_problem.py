@@ -207,7 +207,7 @@ def _stated(data: Data, but: Sequence[str]) -> dict[str, float]:
         if name in but or not values:
             continue
         if len(values) > 1:
-            problem = "is stated differently in the files, which are fitted with one value"
+            problem = "is stated differently in the files, but is fitted with one value"
             raise InputError(problem, field=name, allowed=f"the same in all files, or free: {name}")
         found[name] = values.pop()
     return found
@@ -236,13 +236,15 @@ def _require_enough(problem: LawProblem) -> None:
     file, law = problem.data[0].file, problem.law.name
     pressures = np.unique(np.concatenate(pressure_levels(problem.data)))
     if len(pressures) < 2:
-        text = "holds one pressure only: how the force depends on pressure cannot be identified"
+        text = "contains only one pressure: how the force depends on pressure cannot be identified"
         only = f"{pressures[0]:g} bar" if len(pressures) else "none"
         raise InputError(text, file=file, field="pressure", value=only, allowed="at least two pressures")
     if not problem.free:
         held = ", ".join(name for name in problem.fixed if name in (*GEOMETRY, *problem.law.fitted))
         allowed = "one of them free, or not stated"
-        raise InputError("has nothing left to fit", file=file, field=law, value=held, allowed=allowed)
+        raise InputError(
+            "has no free parameter left to fit", file=file, field=law, value=held, allowed=allowed
+        )
     if problem.telling <= len(problem.free):
         text = f"holds {problem.telling} usable points for the {len(problem.free)} parameters of {law}"
         allowed = "more points than parameters; or a law with fewer, or some of them held"

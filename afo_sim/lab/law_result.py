@@ -173,7 +173,7 @@ def _read(sources: Sequence[object], facts: Mapping[str, object]) -> tuple[list[
         unit = HEADER.get(key)
         if unit is None:
             names = [name for name, si in HEADER.items() if si]
-            raise unknown(key, names, field="facts", problem="is not a fact that can be stated")
+            raise unknown(key, names, field="facts", problem="is not a known fact")
         values[key] = quantity_at(f"facts.{key}", text, unit)
     check_facts(None, values, "facts")
     data, left_out = [], 0
@@ -243,7 +243,7 @@ def _covariance_line(best: LawFit) -> str:
     """What stands in the table [covariance], or why there is none, and whether it is too narrow."""
     told = best.covariance
     if told is None:
-        return "no covariance is written: the points or the search do not settle the parameters"
+        return "no covariance is written: the points, or the search, do not determine the parameters"
     names = [key.rpartition(".")[2] for key in told.parameters]
     held = [name for name in best.values if name not in names]
     line = f"covariance of {', '.join(names)} with {told.freedom} degrees of freedom"
@@ -287,16 +287,18 @@ def remarks(result: StaticFit) -> list[str]:
     line = f"{len(best.residuals)} points: {factor * best.rms:.3g} {unit} RMS, worst "
     line += f"{factor * best.worst:.3g} {unit}; {best.agreeing_starts} of {best.starts} starts agree"
     lines = [line, *held_out_lines(best.held_out, factor, unit)]
-    lines += [f"data do not identify: {line}" for line in best.verdict]
+    lines += [f"not identified by the data: {line}" for line in best.verdict]
     lines.append(_covariance_line(best))
     if result.slack:
-        line = f"{result.slack} readings of 0 N are taken as of a slack muscle, whose force a law may put "
-        line += "below zero; a load of 0 N at which the contraction was measured belongs into a column `load`"
+        line = f"{result.slack} readings of 0 N are taken as a slack muscle, whose force a law may predict "
+        line += "below zero; put a load of 0 N at which contraction was measured into a column `load`"
         lines.append(line)
     if result.left_out:
-        line = f"{result.left_out} points without pressure or tension, or stretched, were left out: "
-        lines.append(f"{line}no static law is about them")
+        line = (
+            f"{result.left_out} points without pressure or tension, or of a stretched muscle, were left out: "
+        )
+        lines.append(f"{line}static laws do not apply to them")
     lacking = dict.fromkeys(name for data in best.problem.data for name in law_muscle.taken_over(data))
     if lacking:
-        lines.append(f"grade C at most: {', '.join(lacking)} are taken over from {result.like}, not measured")
+        lines.append(f"grade C at most: {', '.join(lacking)} are taken from {result.like}, not measured")
     return lines + [f"warning: {warning}" for warning in result.warnings]

@@ -177,7 +177,7 @@ def columns_of(
             problem, near = "is an unknown column", nearest_name(name, known)
             raise InputError(problem, file=file, field="header", value=title, allowed=allowed, nearest=near)
         if name in found:
-            raise InputError("stands there twice", file=file, field=name, value=title)
+            raise InputError("occurs twice", file=file, field=name, value=title)
         scale, units[name] = 1.0, ""
         if si := known[name]:
             scale, units[name] = scale_of(file, name, title, si, example)

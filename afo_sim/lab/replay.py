@@ -166,7 +166,7 @@ def _plan(log: BenchLog, muscle: Muscle) -> ReplayPlan:
     inlet, outlet = _valves(log) if "supply" in bench else (None, None)
     if inlet and not ({"inlet", "outlet"} & log.columns.keys() or "period" in bench):
         allowed = "a column inlet or outlet, or a period; without a supply the measured pressure drives it"
-        raise InputError("no valve is told to open", file=log.file, field="supply", allowed=allowed)
+        raise InputError("no valve is commanded to open", file=log.file, field="supply", allowed=allowed)
     first, top = log.first_pressure, bench.get("supply", float(pressure.max()))
     hung, spring = {"load", "spring"} & bench.keys(), bench.get("spring", 0.0)
     weight = GRAVITY * bench.get("load", CARRIAGE) if hung else math.nan

@@ -270,8 +270,8 @@ def doubts(errors: Mapping[str, Errors], columns: Mapping[str, str]) -> Iterator
             ratios.append(f"{math.sqrt(held_out):.2g} times where it was held out")
         if ratios:
             causes = CAUSES.get(columns[title].rpartition("/")[2].partition("_in")[0], OTHERWISE)
-            text = "{subject}: its errors are {ratios}; the scenario lacks something: {causes}; "
-            text += "the fitted values make up for it and may be wrong by more than their intervals"
+            text = "{subject}: its errors are {ratios}; the scenario lacks something ({causes}); "
+            text += "the fitted values compensate for it and may be wrong by more than their intervals"
             yield Notice("misfit", text, subject=title, ratios=" and ".join(ratios), causes=causes)
 
 

@@ -83,7 +83,7 @@ def read_log(data: TableLike, scenario: Scenario) -> Log:
     channels: list[Channel] = []
     for title, (name, values) in zip(table.titles, columns.items(), strict=True):
         if any(channel.columns == known[name] for channel in channels):
-            raise InputError("stands there twice", file=file, field=name)
+            raise InputError("occurs twice", file=file, field=name)
         if name != "time":
             scale, _ = scale_of(file, name, title, units[name], EXAMPLE)
             channels.append(Channel(name, known[name], split_title(title)[1], scale, values))
@@ -123,7 +123,7 @@ def read_noise(log: Log, texts: JsonDict) -> dict[str, float]:
     """The noise of each channel [SI], by title: as stated ({"angle": "0.5 deg"}), else estimated."""
     for channel in log.channels:
         if np.ptp(channel.values) == 0.0 and channel.title not in texts:
-            problem = "is constant, so its noise cannot be estimated, and it would outweigh all else"
+            problem = "is constant, so its noise cannot be estimated and it would outweigh everything else"
             allowed = "its noise stated, or a log without this column"
             raise InputError(problem, file=log.file, field=channel.title, allowed=allowed)
     noise = {channel.title: channel.noise(log.time) for channel in log.channels}
@@ -247,7 +247,7 @@ def pose(
     problem = RunProblem(scenario.resolved(), parameters, log, read_noise(log, dict(noise or {})), hold_out)
     samples = int(problem.seen.sum()) * len(log.channels)
     if samples <= len(names):
-        few = f"holds {samples} samples outside its held-out part for {len(names)} parameters"
+        few = f"contains {samples} samples outside its held-out part for {len(names)} parameters"
         raise InputError(few, file=log.file, allowed="more samples than parameters")
     return problem
 

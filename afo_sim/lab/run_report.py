@@ -14,7 +14,7 @@ def write(fit: FitRun, folder: pathlib.Path) -> None:
     """Write fit_run.json and, if a search has settled, scenario.toml."""
     write_json(folder / NUMBERS, _as_json(fit), "run fit")
     if fit.values and fit.converged:
-        comments = [f"# Fitted to {fit.problem.log.file.name}; what it does not say is as it was before."]
+        comments = [f"# Fitted to {fit.problem.log.file.name}; all else is unchanged."]
         for p in (p for p in fit.problem.free if not p.keys):
             comments.append(f"# {p.name} = {fit.value_text(p)}, of the log: {fit.belief(p)}")
         text = "\n".join([*comments, toml_text(portable(fit.scenario.resolved(), folder), exact=False)])
@@ -94,7 +94,7 @@ def remarks(fit: FitRun) -> list[str]:
     samples, plural = len(fit.problem.log.time), "s" if fit.runs > 1 else ""
     lines = [f"{samples} samples, {fit.runs} run{plural}; the errors are {fit.misfit:.3g} times the noise"]
     if not fit.converged:
-        lines.append("the search was stopped before it converged")
-    lines += [f"the log does not identify: {line}" for line in fit.verdict]
+        lines.append("the search stopped before it converged")
+    lines += [f"not identified by the log: {line}" for line in fit.verdict]
     lines += [f"warning: {warning}" for warning in fit.warnings]
     return lines

@@ -202,7 +202,7 @@ def verdict(solution: Solution) -> list[Notice]:
                 found.append(unidentified("correlated", [names[j], p.name], why))
         size = 1.0 if p.logarithmic else max(abs(float(solution.x[i])), problem.least_size)
         if not away[i]:
-            found.append(unidentified("at-bound", [p.name], "not identifiable: it ends at its bound"))
+            found.append(unidentified("at-bound", [p.name], "not identifiable: the fit ends at its bound"))
         elif solution.half[i] > VAGUE * size:
             found.append(unidentified("vague", [p.name], f"not identifiable: {_shown(solution, i)}"))
     return found
@@ -214,7 +214,7 @@ def _shown(solution: Solution, k: int) -> str:
     low, high = map(p.text, solution.interval(k))
     if not solution.jacobian[:, k].any():
         return "it has no effect on the data"
-    return f"{p.text(solution.values[p.name])}, and as well {low} to {high}"
+    return f"{p.text(solution.values[p.name])}, but {low} to {high} fit as well"
 
 
 def _too_few(solution: Solution, points: int) -> Iterator[Notice]:
@@ -224,7 +224,7 @@ def _too_few(solution: Solution, points: int) -> Iterator[Notice]:
         if not solution.half[k] <= 1e100:
             without.append(name)
             if not solution.inner[k]:
-                yield unidentified("at-bound", [name], "not identifiable: it ends at its bound")
+                yield unidentified("at-bound", [name], "not identifiable: the fit ends at its bound")
                 continue
             yield unidentified("no-effect", [name], f"not identifiable: {_shown(solution, k)}")
     if rest := [name for name in names if name not in without]:

@@ -220,7 +220,7 @@ def _switched(
     points, start, hung = _pulling(muscle, given, laboratory), contraction or 0.0, np.nan
     weakest, lets_go = float(points.min()), kind == "release"
     if contraction is not None and load is not None and not lets_go:
-        raise InputError("goes without a held contraction", field="load", value=f"{load:g} N")
+        raise InputError("is not compatible with a held contraction", field="load", value=f"{load:g} N")
     if contraction is not None or lets_go:
         _check_contractions(muscle, [start], weakest if lets_go else float(points.max()))
     if contraction is None or lets_go:
@@ -314,7 +314,7 @@ def _check_loads(
     strength = force_at(muscle, contraction, pressure)
     for load in loads:
         if not LEAST_LOAD <= load < strength:
-            weak = "the muscle cannot lift it" if load >= strength else "is less than the stand can hang on"
+            weak = "the muscle cannot lift it" if load >= strength else "is less than the stand can attach"
             problem, value = f"{weak} at {pressure * 1e-5:g} bar", f"{load:g} N"
             allowed = f"{LEAST_LOAD:g} N to {math.floor(strength * 0.999):g} N"
             raise InputError(problem, field="load", value=value, allowed=allowed)
@@ -331,14 +331,14 @@ def _check_pressures(muscle: Muscle, pressures: np.ndarray, supply: float | None
     whose = f"the muscle's limit{told}"
     if supply is not None:
         if supply > top:
-            raise refused(f"is more than the muscle bears{told}", supply, field="supply")
+            raise refused(f"is more than the muscle withstands{told}", supply, field="supply")
         top, whose = supply, "the supply's pressure"
     for pressure in pressures:
         if not 0.0 <= pressure <= top * (1.0 + 1e-9):
             raise refused(f"is beyond {whose}", pressure)
         if pulls and force_at(muscle, 0.0, pressure) < PULLING:
             enough = _lifting(muscle, PULLING, 0.0, top)
-            raise refused("is too little for this muscle to pull", pressure, enough)
+            raise refused("is too low for this muscle to pull", pressure, enough)
 
 
 def _check_rise(name: str, low: float, high: float, shown: str) -> None:

@@ -172,7 +172,7 @@ def limits_left(plan: StandPlan, curves: tuple[Rows, ...]) -> Iterator[Notice]:
             said = "{subject}: {reached}, beyond its {limit}"
             yield Notice(code, said, subject=muscle.name, reached=shown, limit=limit)
     if plan.kind in ("step", "release") and not plan.held and "assumed" in provenance_note(muscle, "mass"):
-        yield Notice("mass", "{subject}: its mass is assumed, so is power per mass", subject=muscle.name)
+        yield Notice("mass", "{subject}: its mass is assumed, and so is power per mass", subject=muscle.name)
     if muscle.length_warning:
         text = "{subject}: {problem}"
         yield Notice("length", text, subject=muscle.name, problem=muscle.length_warning)

@@ -41,7 +41,7 @@ def scattered(solution: Solution, groups: Apart | None) -> tuple[Solution, list[
         if groups.chance[p.name] < CONTRADICT and scatter[k] > half[k]:
             half[k] = scatter[k]
             own = [values[p.name] for values in groups.values.values()]
-            text = "{subject}: the groups contradict each other, {least} to {largest} one by one; "
+            text = "{subject}: the groups contradict each other ({least} to {largest} when fitted alone); "
             text += "the interval is their scatter"
             least, largest = p.text(min(own)), p.text(max(own))
             said.append(Notice("groups-contradict", text, subject=p.name, least=least, largest=largest))
@@ -58,7 +58,7 @@ def unknowns(
     one = len(np.unique(solution.problem.levels)) == 1 and any(p.of_law for p in solution.problem.free)
     if one and not set(solution.problem.names) <= refused(lines):
         why = "not identifiable one by one: the readings are at one pressure, "
-        why += "where the law's strength passes for stiffness"
+        why += "where the law's strength is mistaken for stiffness"
         lines.append(unidentified("one-pressure", solution.problem.names, why))
     return lines
 
@@ -110,8 +110,10 @@ def doubts(solution: Solution, told: Sequence[str], shared: Sequence[SharedError
         for each in shared:
             x = p.coordinate(max(each.values[p.name], p.lower))
             if each.held and p.name in told and abs(x - solution.x[k]) > solution.half[k]:
-                text = "{subject} depends on {held}, which is the orthosis' own and was not fitted: with "
-                text += "{cause} it is {value}, beyond its interval"
+                text = (
+                    "{subject} depends on {held}, which is taken from the orthosis and was not fitted: with "
+                )
+                text += "{cause} it is {value}, outside its interval"
                 told_of = {"subject": p.name, "held": each.held, "cause": each.cause}
                 yield Notice("depends-on-held", text, value=p.text(each.values[p.name]), **told_of)
 
@@ -151,13 +153,13 @@ def warnings_of(solution: Solution, added: Sequence[str]) -> Iterator[Notice]:
     """Warnings of a fit; `added` are parameters that were fitted without being asked for."""
     problem = solution.problem
     for name in added:
-        yield Notice("fitted-too", "{subject} is fitted too: a column `cuff` tells it", subject=name)
+        yield Notice("fitted-too", "{subject} is fitted too: a column `cuff` would measure it", subject=name)
     angle = np.degrees(problem.column("angle"))
     pressure, torque = problem.column("pressure"), problem.column("torque")
     lower, upper = np.degrees(np.array([g.orthosis.range_of_motion for g in problem.groups])).T
     if angle.min() < lower.min() - 0.1 or angle.max() > upper.max() + 0.1:
         text = f"angles go from {angle.min():.3g} to {angle.max():.3g} deg, beyond the orthosis' "
-        yield Notice("beyond-motion", f"{text}range_of_motion: are unit and zero right?")
+        yield Notice("beyond-motion", f"{text}range_of_motion: check unit and zero")
     for group in problem.groups:
         yield from arms_off(group.readings)
     yield from beyond_law(solution)
@@ -166,26 +168,26 @@ def warnings_of(solution: Solution, added: Sequence[str]) -> Iterator[Notice]:
     scatter = float(np.sqrt(np.mean((found - torque)[taut] ** 2))) if taut.any() else 0.0
     slack = int(np.sum(~taut & (np.abs(torque) > max(PULL * np.abs(found).max(), 4.0 * scatter))))
     if slack:
-        text = "at {settings} the fitted muscle hangs slack where a torque was read"
+        text = "at {settings} the fitted muscle is slack where a torque was measured"
         yield Notice("slack", text, settings="1 setting" if slack == 1 else f"{slack} settings")
     yield from _held_soft(solution)
     if len(np.unique(problem.levels)) == 1:
-        text = "the readings are at one pressure: an error of the law's force passes for stiffness or "
-        yield Notice("one-pressure", f"{text}offset; readings at three pressures tell them apart")
+        text = "the readings are at one pressure: an error of the law's force is mistaken for stiffness or "
+        yield Notice("one-pressure", f"{text}offset; readings at three pressures distinguish them")
     missed = errors(problem, solution.values)["torque"]
     share = rms(missed) / float(np.abs(torque).mean())
     if share > COARSE:
-        text = f"the errors are {100 * share:.0f} % of the mean torque: the model misses something, such as "
+        text = f"the errors are {100 * share:.0f} % of the mean torque: the model lacks something, such as "
         yield Notice("coarse", f"{text}friction, a moment arm or the angle's zero", share=share)
     if solution.memory > HANGING_TOGETHER:
-        text = "errors of neighbouring angles hang together (correlation {memory:.2f}): they are the "
-        text += "model's, not the gauge's; the intervals count them as fewer"
+        text = "errors at neighbouring angles are correlated ({memory:.2f}): they are the "
+        text += "model's, not the gauge's; the intervals count them as fewer points"
         yield Notice("errors-correlated", text, memory=solution.memory)
     airless = (pressure <= WITHOUT_AIR) & (np.abs(missed) > AIRLESS * np.abs(torque).max())
     if airless.any() and not problem.difference:
         empty = np.abs(torque[pressure <= WITHOUT_AIR]).max()
         text = f"without air the torque reads up to {empty:.3g} N·m: the limb's weight or tissue is in it; "
-        yield Notice("torque-without-air", f"{text}take it out, or fit with torque = difference")
+        yield Notice("torque-without-air", f"{text}remove it, or fit with torque = difference")
 
 
 def beyond_law(solution: Solution) -> Iterator[Notice]:
@@ -212,6 +214,6 @@ def _held_soft(solution: Solution) -> Iterator[Notice]:
     if free is None or not weaker or not held or not orthosis.anchored:
         return
     if solution.values[free.name] > RIGID * free.upper:
-        text = "the cables end rigid, and the readings are stronger still: what is held gives more in the "
+        text = "with rigid cables the readings are still stronger: what is held is softer in the "
         text += f"orthosis' file than on the device, or an anchor is elsewhere: try --free {held[0]}"
         yield Notice("held-soft", text, subject=held[0])

@@ -84,8 +84,8 @@ def read_torques(
     pressure, torque = columns["pressure"], np.abs(columns["torque"])
     empty = np.abs(pressure - AMBIENT_PRESSURE) < 5e3
     if pressure.min() >= 0.9e5 and empty.any() and torque[empty].max() <= 0.02 * torque.max():
-        remark = "at 1 bar the torque is zero, and no pressure is below: if these pressures are absolute, "
-        remarks.append(f"{remark}the title of their column must say absolute pressure")
+        remark = "at 1 bar the torque is zero, and no pressure is lower: if these pressures are absolute, "
+        remarks.append(f"{remark}the title of their column must be absolute pressure")
     unused = [title for title in table.titles if re.match("length|moment.arm", title.strip().lower())]
     if unused and not _of_path(columns):
         remarks.append(f"{', '.join(unused)}: not used; a path has columns path length and moment arm")
@@ -98,7 +98,7 @@ def read_torques(
         groups[name] = _settings(table.file, name, own)
     before, after = len(columns["angle"]), sum(len(g) for g in groups.values())
     if after < before and not difference:
-        remarks.append(f"{before} readings are of {after} settings; those of one setting count as one")
+        remarks.append(f"{before} readings are of {after} settings; those of one setting count once")
     return Torques(groups, chambers, tuple(remarks))
 
 
@@ -113,12 +113,12 @@ def _columns(table: Table) -> Columns:
     for name in (name for name in columns if name not in IGNORED and not (own and name in paths)):
         meant = WORDS.get(name, "pressure" if name == "absolute pressure" else name)
         if meant in found:
-            raise InputError("stands there twice", file=table.file, field=meant, value=name)
+            raise InputError("occurs twice", file=table.file, field=meant, value=name)
         found[meant] = columns[name]
     for name in _of_path(found):
         partner = name.replace(*(PATH if name.startswith(PATH[0]) else PATH[::-1]))
         if partner not in found:
-            raise InputError("stands without its partner", file=table.file, field=name, allowed=partner)
+            raise InputError("is given without its partner", file=table.file, field=name, allowed=partner)
     count = len(table.rows)
     if not count:
         raise InputError("holds no points", file=table.file, allowed=EXAMPLE)
@@ -167,7 +167,7 @@ def _still(file: pathlib.Path, columns: Columns, rates: tuple[float, float]) -> 
     bounds = f"{np.degrees(rates[0]):.3g} deg/s and {rates[1] * 1e-5:.3g} bar/s"
     if not still.any():
         least = f"{np.degrees(np.abs(turning).min()):.3g} deg/s, {np.abs(filling).min() * 1e-5:.3g} bar/s"
-        problem = f"is never still: angle and pressure change faster than {bounds} throughout"
+        problem = f"is never still: angle and pressure always change faster than {bounds}"
         allowed = "higher bounds, or held postures"
         raise InputError(problem, file=file, field="time", value=least, allowed=allowed)
     stretch = np.cumsum(np.diff(still.astype(int), prepend=0) == 1)
@@ -181,7 +181,7 @@ def _still(file: pathlib.Path, columns: Columns, rates: tuple[float, float]) -> 
         found[name] = np.array([columns[name][rows].mean() for rows in cells.values()])
     found["weight"] = np.ones(len(cells))
     said = f"{int(still.sum())} of {len(time)} samples are still (slower than {bounds}, over {WINDOW:g} s); "
-    said += f"their stretches give {len(cells)} readings"
+    said += f"their intervals give {len(cells)} readings"
     return found, said
 
 
@@ -224,8 +224,8 @@ def _less_without_air(file: pathlib.Path, columns: Columns) -> tuple[Columns, st
     found = {name: values[keep] for name, values in columns.items()}
     found["torque"] = found["torque"] - np.interp(found["angle"], angles, base)
     outside = int(np.sum(~empty & ~within))
-    said = f"{int(empty.sum())} readings without air are taken from the others"
-    return found, said + (f"; {outside} beyond their angles are left out" if outside else "")
+    said = f"{int(empty.sum())} readings without air were subtracted from the others"
+    return found, said + (f"; {outside} at other angles are left out" if outside else "")
 
 
 def _settings(file: pathlib.Path, group: str, columns: Columns) -> Readings:

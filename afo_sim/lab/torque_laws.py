@@ -85,14 +85,14 @@ def moves(laws: Sequence[OfLaw], free: Sequence[FitParameter]) -> Iterator[Notic
     fitting = [each for each in laws if each.comparable]
     if fitting and laws[0] not in fitting:
         closer = ", ".join(each.law for each in fitting)
-        text = "{subject} fits worse than chance allows; {closer} fit closer"
+        text = "{subject} fits worse than chance allows; {closer} fit better"
         yield Notice("law-fits-worse", text, subject=laws[0].law, closer=closer)
     for p in free if laws else ():
         counted = [each for each in laws if each.ends(p.name) and each in (laws[0], *fitting)]
         value = sorted((each.solution.values[p.name], each.law) for each in counted)
         low, high = laws[0].ends(p.name) or (-np.inf, np.inf)
         beyond = value[0][0] < low or value[-1][0] > high
-        text = "{subject}: the law moves it from {least} to {most}; {count} of {all} laws fit comparably"
+        text = "{subject}: depending on the law it is {least} to {most}; {count} of {all} laws fit comparably"
         text = text if len(value) > 1 else "{subject}: no other of {all} laws fits comparably"
         least, most = (f"{p.text(number)} ({law})" for number, law in (value[0], value[-1]))
         data = {"least": least, "most": most, "count": len(fitting), "all": len(laws)}

@@ -51,7 +51,7 @@ def parameters(names: Sequence[str], orthoses: Sequence[Orthosis], chamber: str)
         if name not in known:
             raise unknown(name, known, field="free", problem="is not a parameter that torques identify")
         if [*names].count(name) > 1:
-            raise InputError("stands there twice", field="free", value=name)
+            raise InputError("occurs twice", field="free", value=name)
         anchor = name in ("cuff_stiffness", "plate_stiffness")
         if anchor and not all(orthosis.anchored for orthosis in orthoses):
             problem = "has no effect: the muscles run over pulleys, which pull on no cuff"
@@ -215,7 +215,7 @@ def on_muscles(readings: Readings, orthosis: Orthosis, chamber: str) -> Readings
     if len(muscles) == 1 and "" in readings.path:
         titles = {"": next(iter(muscles))}
     if orthosis.joint_centre:
-        problem = "stands beside the orthosis' joint_centre: one of them gives the path"
+        problem = "is given in addition to the orthosis' joint_centre: only one may give the path"
         raise InputError(problem, file=readings.file, field="path length")
     if {*readings.path} != {*titles}:
         problem = f"is of {', '.join(readings.path) or 'no muscle by name'}"
@@ -230,7 +230,7 @@ def on_muscles(readings: Readings, orthosis: Orthosis, chamber: str) -> Readings
             raise InputError(problem, file=readings.file, field="path length", allowed=allowed)
         lengths, turned = _over_angle(readings, length, arm)
         if np.ptp(turned) > APART and np.sum((lengths - lengths.mean()) * turned) > 0.0:
-            problem = "has the wrong sign: r = -dL/dangle, and the path's length rises with its integral"
+            problem = "has the wrong sign: r = -dL/dangle, but the path's length increases with its integral"
             mean = f"{1e3 * arm.mean():.3g} mm"
             raise InputError(problem, file=readings.file, field="moment arm", value=mean)
     return replace(readings, path={name: readings.path[title] for title, name in titles.items()})
@@ -265,7 +265,7 @@ def choose_chamber(orthosis: Orthosis, asked: str, named: Sequence[str]) -> str:
             raise unknown(name, known, field="chamber", problem="the orthosis has no such chamber or muscle")
     meant = {known[name] for name in ([asked] if asked else named)}
     if len(meant) > 1:
-        problem = "several were filled, and one is fitted: which one?"
+        problem = "several were filled, but one is fitted: which one?"
         raise InputError(problem, field="chamber", value=", ".join(named), allowed=", ".join(sorted(meant)))
     if meant:
         return meant.pop()
@@ -273,7 +273,7 @@ def choose_chamber(orthosis: Orthosis, asked: str, named: Sequence[str]) -> str:
         return next(iter(orthosis.chamber))
     if USUAL_CHAMBER in known:
         return known[USUAL_CHAMBER]
-    problem = "which one was filled? Neither the file nor the orthosis says"
+    problem = "which one was filled? Neither the file nor the orthosis states it"
     raise InputError(problem, field="chamber", allowed=", ".join(orthosis.chamber))
 
 
@@ -310,10 +310,10 @@ def require_possible(problem: TorqueProblem) -> None:
         raise refused("is zero at every reading")
     if np.isfinite(cuff).any() and not np.nansum(cuff) > 0.0:
         mean = f"{1e3 * np.nanmean(cuff):.3g} mm on average"
-        raise refused("does not go along the pull, which is positive", mean, field="cuff")
+        raise refused("is not along the pull, which is positive", mean, field="cuff")
     muscles = f"the muscles of chamber {problem.chamber!r}"
     if not np.abs(most).max() > 1e-6 * largest:
-        text = f"{muscles} hang slack at every reading, even on rigid anchors"
+        text = f"{muscles} are slack at every reading, even on rigid anchors"
         allowed = "another chamber, angle or pressure, or a shorter link in the orthosis"
         raise refused(text, f"{largest:.3g} N·m measured", allowed)
     share = float(np.sum(measured * most) / np.sum(most**2))

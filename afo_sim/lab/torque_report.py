@@ -24,7 +24,7 @@ Table = tuple[str, list[str], list[list[str]]]
 def write(fit: TorqueFit, folder: pathlib.Path, place: pathlib.Path) -> None:
     """Write fit_torque.json and orthosis.toml; with an orthosis for each group, a folder for each."""
     write_json(folder / NUMBERS, as_json(fit), "torque fit")
-    lacking = [f"# the readings do not identify: {line}" for line in fit.verdict]
+    lacking = [f"# not identified by the readings: {line}" for line in fit.verdict]
     for name, own in folders(fit).items():
         (folder / own).mkdir(parents=True, exist_ok=True)
         table = {"orthosis": fit.orthoses[name].model_dump(mode="json", exclude_none=True)}
@@ -117,7 +117,7 @@ def tables(fit: TorqueFit) -> list[Table]:
     if fit.laws:
         left = [f"{next(iter(fit.held_out))} left out"] if fit.laws[0].rms_held_out is not None else []
         header = ["law", *(f"{p.name} [{p.shown}]" for p in free), "RMS [N·m]", *left, "fits"]
-        title = "each law of the muscle, intervals by its fit alone; those above hold all that fit comparably"
+        title = "each law of the muscle with its own interval; those above include all comparable laws"
         rows = []
         for law in fit.laws:
             cells = []
@@ -163,6 +163,6 @@ def remarks(fit: TorqueFit) -> list[str]:
     lines += [line for line in moves(fit.laws, problem.free) if line.severity == "note"]
     if not fit.laws:
         line = "no second law of the muscle was fitted: "
-        lines.append(f"{line}how far the law moves these numbers is not known")
-    lines += [f"the readings do not identify: {line}" for line in fit.verdict]
+        lines.append(f"{line}how much these numbers depend on the law is not known")
+    lines += [f"not identified by the readings: {line}" for line in fit.verdict]
     return lines + [f"warning: {warning}" for warning in fit.warnings]

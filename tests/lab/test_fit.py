@@ -274,7 +274,7 @@ def test_laws_without_a_free_parameter_are_skipped_among_all(characteristic: dic
     stated = dataclasses.replace(data, facts=data.facts | {"braid_angle": math.radians(25.0)})
     posed, skipped = _problems("all", [stated], (), {}, "linear")
     assert [*skipped] == ["chou_hannaford_1996"] and len(posed) == len(LAWS) - 1
-    with pytest.raises(InputError, match="nothing left to fit"):
+    with pytest.raises(InputError, match="no free parameter left to fit"):
         fit(data.file, law="chou_hannaford_1996", facts={"braid_angle": "25 deg"})
 
 
@@ -403,7 +403,7 @@ def test_grade_counts_only_what_was_measured() -> None:
     assert found.muscle.provenance["mass"].kind == "user"
     some = {key: value for key, value in measured.items() if key != "mass"}
     lines = remarks(fit(readings, law=PLANTED, hold_out="none", facts=some))
-    assert any("mass" in line and "taken over from s1_215mm" in line for line in lines)
+    assert any("mass" in line and "taken from s1_215mm" in line for line in lines)
 
 
 def test_columns_in_memory_are_the_file(tmp_path: pathlib.Path) -> None:

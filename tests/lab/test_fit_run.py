@@ -139,7 +139,7 @@ def test_fill_is_not_told_by_a_log_of_the_vent_alone(tmp_path: pathlib.Path) -> 
     names = ("inlet_conductance.dorsiflexor", "outlet_conductance")
     vent = fitted(file, *names, sets=fast, hold_out=0.0)
     assert vent.interval["inlet_conductance.dorsiflexor"] is None
-    assert "and as well" in vent.reason("inlet_conductance.dorsiflexor")
+    assert "fit as well" in vent.reason("inlet_conductance.dorsiflexor")
     interval = vent.interval["outlet_conductance"]
     assert interval is not None
     assert interval[0] <= 5.5e-10 <= interval[1]

@@ -93,7 +93,7 @@ WRONG = {
     "time after the scenario": (TITLES, {"r11c0": "16001"}, "outside the scenario.*0 s to 16 s"),
     "no time": (TITLES.replace("time [ms]", "force plantarflexor [N]"), {}, "lacks a time"),
     "time alone": ("time [ms]", {}, "lacks anything measured"),
-    "twice": (TITLES.replace("force dorsiflexor [N]", "ankle/angle [rad]"), {}, "stands there twice"),
+    "twice": (TITLES.replace("force dorsiflexor [N]", "ankle/angle [rad]"), {}, "occurs twice"),
 }
 
 

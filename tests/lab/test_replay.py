@@ -166,7 +166,7 @@ def test_a_fit_finds_the_bench_that_made_a_log_and_predicts_another() -> None:
         ({"timestep": "0 s"}, "1e-05 to 0.1 s"),
         ({"supply": "6 bar", "conductance": "1 dm^3/(s*bar)", "critical_ratio": "1.2"}, "0 to 0.9"),
         ({"conductance": "100 dm^3/(s*bar)", "supply": "6 bar", "inlet": np.ones(201)}, "too long"),
-        ({"conductance": "1 dm^3/(s*bar)", "supply": "6 bar"}, "no valve is told to open"),
+        ({"conductance": "1 dm^3/(s*bar)", "supply": "6 bar"}, "no valve is commanded to open"),
         ({"valve": "mh1_3_2", "supply": "6 bar", "inlet": np.ones(201)}, "3/2 valve"),
         ({"length": "0 m"}, "length"),
         ({"spring": "1 N/mm", "mounting_stiffness": "0 N/mm"}, "mounting_stiffness"),

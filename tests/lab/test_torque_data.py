@@ -113,7 +113,7 @@ def test_what_is_read_without_air_is_taken_away() -> None:
     }
     read = read_torques(data, difference=True)
     assert read.groups[ONLY].torque == pytest.approx([5.0, 4.0, 3.0])
-    assert "2 readings without air" in read.remarks[0] and "1 beyond their angles" in read.remarks[0]
+    assert "2 readings without air" in read.remarks[0] and "1 at other angles" in read.remarks[0]
 
 
 def test_rows_of_another_chamber_are_left_out() -> None:
@@ -145,7 +145,7 @@ def lacking(name: str) -> dict[str, Any]:
         (lacking("angle [deg]"), "lacks an angle"),
         (lacking("torque [N*m]"), "lacks a torque"),
         (lacking("pressure [bar]"), "lacks a pressure"),
-        ({**GOOD, "angle [rad]": [0.0, 0.1, 0.2]}, "angle .*stands there twice"),
+        ({**GOOD, "angle [rad]": [0.0, 0.1, 0.2]}, "angle .*occurs twice"),
         ({**GOOD, "absolute pressure [bar]": [3.0, 4.0, 4.0]}, "has pressure and absolute pressure"),
         ({**lacking("torque [N*m]"), "torque [N]": [0.0, 1.0, 2.0]}, "torque"),
         ({**lacking("torque [N*m]"), "torqe [N*m]": [0.0, 1.0, 2.0]}, "did you mean 'torque'"),
@@ -155,7 +155,7 @@ def lacking(name: str) -> dict[str, Any]:
         ({**GOOD, "time [s]": [0.0, 1.0, 2.0]}, "holds 3 samples"),
         (
             {**GOOD, "path length [mm]": [1.0, 2.0, 3.0]},
-            "path length: stands without its partner.*moment arm",
+            "path length: is given without its partner.*moment arm",
         ),
         ({**GOOD, "moment arm flexor [mm]": [1.0, 2.0, 3.0]}, "without its partner.*path length flexor"),
         ({"angle [deg]": [], "pressure [bar]": [], "torque [N*m]": []}, "holds no points"),

@@ -117,7 +117,7 @@ def test_an_offset_that_is_not_there_is_bounded_and_the_stiffness_told() -> None
         assert interval is not None and interval[0] < STIFFNESS < interval[1]
         offset = found.intervals["offset"]
         if offset is None:
-            assert "offset: not identifiable: it ends at its bound" in found.verdict
+            assert "offset: not identifiable: the fit ends at its bound" in found.verdict
         else:
             assert offset[0] < 0.2e-3 and offset[1] < 1e-3
 
@@ -304,7 +304,7 @@ WEAK = data_of(np.linspace(1.0, 9.0, len(ANGLE)))
         (data_of(-torques(device())), {}, "wrong sign"),
         (data_of(0.0 * ANGLE), {}, "zero at every reading"),
         (WEAK, {"fit": ("series_stifness",)}, "did you mean 'series_stiffness'"),
-        (WEAK, {"fit": ("offset", "offset")}, "stands there twice"),
+        (WEAK, {"fit": ("offset", "offset")}, "occurs twice"),
         (WEAK, {"fit": ()}, "names nothing"),
         (WEAK, {"fit": ("cuff_stiffness",)}, "pull on no cuff"),
         (WEAK, {"chamber": ""}, "which one was filled"),

@@ -101,7 +101,7 @@ def test_a_law_that_fits_far_worse_widens_nothing_and_is_in_table_file_and_remar
     )
     (rows,) = [rows for title, _, rows in torque_report.tables(found) if title.startswith("each law")]
     assert [row[0] for row in rows] == [*laws]
-    assert sum("the law moves it from" in line for line in torque_report.remarks(found)) == 2
+    assert sum("depending on the law it is" in line for line in torque_report.remarks(found)) == 2
 
 
 def test_a_law_beyond_its_range_or_against_the_readings_is_reported() -> None:

@@ -207,4 +207,4 @@ def test_what_leaves_its_own_limits_comes_closest_only_where_nothing_keeps_them(
         Sizing("muscle", "walk", wanted, tried, "air_per_stride") for tried in ((broken, low), (broken,))
     )
     assert "closest comes low: toe clearance 4.0 mm" in found.answer
-    assert only.answer.endswith("(wanted ≥ 10 mm), but too far")
+    assert only.answer.endswith("(target ≥ 10 mm), but too far")
