@@ -19,10 +19,12 @@ CASES = {
     "device adapted": "with device, adapted",
 }
 LEGS = {"right": "device's leg", "left": "other leg"}
-EXPERIMENTAL = "Experimental: these gaits are not yet people's; compare cases, take no number for a patient."
+EXPERIMENTAL = "Experimental: these gaits are not realistic yet. Compare cases; apply no number to a patient."
 
-NOT_SEEN = "Circumduction, hip hiking: not in a plane. Hyperextension: the knee has a stop at 5° of flexion."
-NORM_OF = "Norm: Bovi et al. 2011 at each walker's own speed, from 0.85 m/s on."
+NOT_SEEN = (
+    "Circumduction and hip hiking cannot occur in a plane, nor knee hyperextension (stop at 5° of flexion)."
+)
+NORM_OF = "Norm: Bovi et al. 2011 at each walker's own speed, from 0.85 m/s."
 LEAST = 0.10  # relative difference of a cost of transport from which on it is claimed [-]
 NONE = "–"
 FALLS = (
@@ -31,16 +33,16 @@ FALLS = (
     "not a patient's risk of falling."
 )
 _NATURAL = (
-    "The shipped natural gait does not bear weak plantarflexors: where one leg has lost 15 % of them, 14 of "
+    "The shipped natural gait does not tolerate weak plantarflexors: with 15 % lost on one leg, 14 of "
     "20 starts fall."
 )
 _CHANGES = (
-    "Both legs are in the sagittal plane. A case that is not adapted keeps the reflexes of the healthy walk. "
-    "An adapted one is the best that a search found for a stated cost; a person may adapt otherwise."
+    "Both legs move in the sagittal plane. A case that is not adapted keeps the reflexes of healthy walking. "
+    "An adapted one is the best that a search found for a stated cost; a person may adapt differently."
 )
 _COST = (
-    "The muscles' energy is a model's. Over conditions of walking, seven such models follow measured gas "
-    "exchange with a correlation of 0.9 and more (Koelewijn et al. 2019, doi 10.1371/journal.pone.0222037). "
+    "The muscles' energy comes from a model. Over walking conditions, seven such models follow measured gas "
+    "exchange with a correlation of 0.9 or more (Koelewijn et al. 2019, doi 10.1371/journal.pone.0222037). "
     "Differences below 10 % are not claimed. The cost itself, with 1.51 W/kg at rest, is not validated."
 )
 
@@ -101,7 +103,7 @@ def in_words(response: Response) -> list[str]:
         signs, alone = signs_of(case), case is healthy
         who = CASES[case.name].capitalize() + (f" ({walk_in_words(case)})" if case.numbers["fell"] else "")
         if not signs:
-            lines.append(f"{who}: {'too few strides to be classified' if signs is None else 'no sign'}.")
+            lines.append(f"{who}: {'too few strides to classify' if signs is None else 'no sign'}.")
         for leg, whose in (LEGS | {"trunk": "trunk"}).items():
             names, told = list[str](), dict[str, str]()
             for each in (sign for sign in signs or () if sign["leg"] == leg):
@@ -120,14 +122,14 @@ def in_words(response: Response) -> list[str]:
 def asked_in_words(response: Response) -> list[str]:
     """What a response was asked for."""
     asked = response.asked
-    weak = ", ".join(f"{name} {share:g}" for name, share in asked["strength"].items()) or "whole"
+    weak = ", ".join(f"{name} {share:g}" for name, share in asked["strength"].items()) or "full"
     lines = [
-        f"Asked for: healthy gait {asked['gait']}; strength left: {weak}; {asked['starts']} starts, "
+        f"Settings: healthy gait {asked['gait']}; remaining strength: {weak};  {asked['starts']} starts, "
         f"pushed by {asked['push']:g} N; {asked['generations']} generations of search over {asked['subset']} "
         f"gains; seed {asked['seed']}; steps of {1e3 * asked['timestep']:g} ms."
     ]
     if response.scenario.worn_on == "both":
-        lines.append(f"Both legs wear the device; “{LEGS['left']}” is the left one. Air is that of both.")
+        lines.append(f"Both legs wear the device; “{LEGS['left']}” is the left one. Air is for both.")
     return lines
 
 
@@ -190,24 +192,24 @@ def verdict(response: Response) -> tuple[Reply, ...]:
 def _doubts(response: Response) -> Iterator[str]:
     """A healthy walker who falls; adapted cases whose search did not converge, or does not say so."""
     if (floor := floor_of(response.scenario)).slope or floor.uneven:
-        yield "The norms are of a level floor, and the shipped gaits were searched for on one."
+        yield "The norms and the shipped gaits are for a level floor."
     if response["healthy"].numbers["fell"]:
-        yield "The healthy walker falls, too: its gait does not suit this body and says nothing of a patient."
+        yield "The healthy walker falls too: its gait does not suit this body and describes no patient."
     if any(case.falls is not None and case.falls.count for case in response.cases.values()):
-        yield "Numbers are of one undisturbed walk; where starts fall, another start gives other numbers."
+        yield "Numbers are from one undisturbed walk; if some starts fall, another start gives other numbers."
     if any(name.endswith("adapted") for name in response.cases):
         yield (
-            "An adapted gait was searched for this body, beside 12 drawn patients. Patients who differ from "
-            "it and do not adapt anew may fall more often (--patients CONDITION --draws N)."
+            "An adapted gait was searched for this body and 12 drawn patients. Patients who differ from "
+            "them and do not adapt again may fall more often (--patients CONDITION --draws N)."
         )
     healthy = response["healthy"].gait.vector.gains
     for name, case in response.cases.items():
         known, adapted = _converged(case), name.endswith("adapted")
         if adapted and np.array_equal(case.gait.vector.gains, healthy):
-            yield f"“{CASES[name]}” keeps the healthy gait: the searches that were made found no better one."
+            yield f"“{CASES[name]}” keeps the healthy gait: the searches found no better one."
         elif adapted and not known:
             what = "is not known to have converged" if known is None else "did not converge"
-            yield f"The search of “{CASES[name]}” {what}: a longer one may find another walk."
+            yield f"The search of “{CASES[name]}” {what}: a longer search may find another walk."
 
 
 def _converged(case: Case) -> bool | None:
@@ -229,13 +231,19 @@ def _pairs(response: Response) -> dict[str, tuple[Case, Case]]:
 
 def _of_falls(response: Response) -> Iterator[str]:
     for case in response.cases.values():
-        among = "" if case.falls is None else f"; of perturbed starts {_falls(case.falls)} fall"
+        among = "" if case.falls is None else f"; falls after perturbed starts: {_falls(case.falls)}"
         yield f"{CASES[case.name].capitalize()}: {walk_in_words(case)}{among}."
     for title, (before, after) in list(_pairs(response).items())[1:]:
         if before.falls is None or after.falls is None:
             continue
         low, high = difference(before.falls, after.falls)
-        more = "more falls" if low > 0.0 else "fewer falls" if high < 0.0 else "falls are not distinguishable"
+        more = (
+            "more falls"
+            if low > 0.0
+            else "fewer falls"
+            if high < 0.0
+            else "no distinguishable difference in falls"
+        )
         spread = f"{100.0 * low:+.0f} to {100.0 * high:+.0f}".replace("-", "−")
         yield f"{title}: {more} ({spread} % of {after.falls.of} starts, 95 % interval)."
 
@@ -269,7 +277,7 @@ def _of_changes(response: Response) -> Iterator[str]:
     yield from _compared(response, words)
     torque = ROWS["device_torque_swing"].of("device_torque_swing", [*response.cases.values()][-1])
     if torque != NONE:
-        yield f"In swing the device turns the ankle with {torque} N·m, dorsiflexion positive."
+        yield f"In swing the device applies {torque} N·m to the ankle (dorsiflexion positive)."
 
 
 def _of_cost(response: Response) -> Iterator[str]:
@@ -288,9 +296,9 @@ def _of_cost(response: Response) -> Iterator[str]:
     healthy = response["healthy"].numbers
     if math.isfinite(own := healthy["cost_of_transport"]):
         known = measured_cost(healthy["speed"])
-        beside = f"where people take {known:.1f} at its speed (Looney et al. 2019)"
-        yield f"The healthy walker takes {own:.1f} J/(kg·m) {beside}: {own / known:.1f} times as much."
+        beside = f"where people need {known:.1f} at that speed (Looney et al. 2019)"
+        yield f"The healthy walker needs {own:.1f} J/(kg·m) {beside}: {own / known:.1f} times as much."
     yield from _compared(response, words)
     air = ROWS["air_per_stride"].of("air_per_stride", [*response.cases.values()][-1])
     if air != NONE:
-        yield f"The device takes {air} g of air per stride."
+        yield f"The device uses {air} g of air per stride."

@@ -24,14 +24,14 @@ FEWEST = 8  # patients of whom anything is told
 BOOTSTRAP = 2000
 CANNOT = "cannot tell"
 _RECORDED = (
-    "The recorded walk is people's, with the patient's muscles and the device on it; hip and knee move as "
-    "recorded, whatever the ankle does. The patients' hip and knee respond; how they do is experimental."
+    "The recorded walk is a person's, with the patient's muscles and the device added; hip and knee move as "
+    "recorded, whatever the ankle does. The patients' hip and knee respond; how they do so is experimental."
 )
 _DAYS = (
-    "On the first day a patient walks with the device by the gait of before; after weeks by the gait that a "
-    "search found with it, for little effort, few falls and speed, not for toe clearance. A person may adapt "
-    "otherwise. The spring has no "
-    "mass, rests at a right angle, and is as stiff both ways; the device weighs what its parts weigh."
+    "On the first day a patient uses the previous gait with the device; after weeks the gait that a "
+    "search found with it, for low effort, few falls and speed, not for toe clearance. A person may adapt "
+    "differently. The spring has no "
+    "mass, rests at a right angle, and is equally stiff both ways; the device has the mass of its parts."
 )
 Rows = tuple[list[str], list[list[str]]]  # header and rows of text
 
@@ -71,7 +71,7 @@ def changes(population: Population, case: str, name: str, base: str = WITHOUT) -
 
 
 def outcomes(population: Population, case: str, base: str = WITHOUT) -> np.ndarray:
-    """Of each patient 1: gains, -1: loses, 0: nothing that the model can tell (n,)."""
+    """Of each patient 1: gains, -1: loses, 0: no change that the model can resolve (n,)."""
     better, worse = np.zeros((2, len(population.drawn)), dtype=bool)
     for name, effect in {"falls": FALLS_DIFFER, **EFFECTS}.items():
         change = effect.better * changes(population, case, name, base)
@@ -100,7 +100,7 @@ def told(population: Population, case: str, name: str) -> str:
     values = changes(population, case, name)
     known = values[np.isfinite(values)]
     if len(known) < FEWEST:
-        return CANNOT if name == "falls" else f"{CANNOT}, too few walk in both"
+        return CANNOT if name == "falls" else f"{CANNOT}, too few walk in both cases"
     if name == "falls":
         middle, low, high = share_of_falls(population, case, change=True)
         beyond, known = low > 0.0 or high < 0.0, known[known != 0.0]
@@ -170,9 +170,9 @@ def tables(population: Population) -> list[tuple[str, str, Rows]]:
     cases, of = list(population.cases), len(population.drawn)
     rows = [[_row(name), *(_cell(population, case, name) for case in cases)] for name in ("falls", *_ROWS)]
     whole = [str(int((population.values(case, "fell") == 0.0).sum())) for case in cases]
-    rows.insert(1, [f"of {of} patients walk to the end undisturbed", *whole])
+    rows.insert(1, [f"patients, of {of}, who finish the undisturbed walk", *whole])
     header = ["", *(NAMES[case] for case in cases)]
-    first = "Median, and in brackets 5 to 95 % of the patients; of falls the 95 % interval over patients."
+    first = "Median (5 to 95 % of the patients); for falls the 95 % interval over patients."
     found = [(f"{of} patients: {population.condition.name}", first, (header, rows)), *_others(population)]
     if len(cases) == 1:
         return found
@@ -182,13 +182,13 @@ def tables(population: Population) -> list[tuple[str, str, Rows]]:
             (told(population, case, name), _cell(population, case, name, change=True)) for case in cases[1:]
         ]
         rows.append([_row(name, change=True), *(f"{word}: {cell}" for word, cell in words)])
-    for word, sign in (("patients who gain", 1), ("who lose", -1), ("of whom the model cannot tell", 0)):
+    for word, sign in (("patients who gain", 1), ("who lose", -1), ("for whom the model cannot tell", 0)):
         rows.append([word, *(f"{_count(population, case, sign)} of {of}" for case in cases[1:])])
     second = (
-        "Of each patient, from the walk without a device. Told where the median (of falls the mean's "
-        "interval) is beyond the model's error and a sign test finds patients alike (5 %). Who falls more by "
-        "over half of the starts, or is slower, costlier or lower at the toe by more than the error, loses; "
-        "who does not, and is better in one of these, gains."
+        "Change for each patient against the walk without a device. Stated if the median (for falls the "
+        "mean's interval) exceeds the model's error and a sign test finds patients alike (5 %). Whoever falls "
+        "more in over half of the starts, or is slower, costlier or lower at the toe by more than the error, "
+        "loses; whoever does not, and improves in one of these, gains."
     )
     return [*found, ("What the device changes", second, (["", *header[2:]], rows))]
 
@@ -217,10 +217,10 @@ def _others(population: Population) -> Iterator[tuple[str, str, Rows]]:
             names = ("speed", "right/ankle_swing")
             speed, ankle = (_spread(np.array([one.numbers[n] for one in others]), n) for n in names)
             rows[-1].append(f"{100.0 * fell / max(starts, 1):.0f} % of {starts}; {speed} m/s; {ankle}°")
-    caption = "About each patient, who keeps the gait: starts that fall, speed, ankle in mid-swing."
+    caption = "People varied about each patient, with that patient's gait: falls, speed, ankle in mid-swing."
     if rows:
         header = ["", *(NAMES[case] for case in population.others)]
-        yield "Others than those who adapted", caption, (header, rows)
+        yield "People other than those who adapted", caption, (header, rows)
 
 
 @dataclass(frozen=True)
@@ -246,15 +246,17 @@ def replies(population: Population, recorded: Recorded) -> tuple[Reply, ...]:
     """Who gains and who loses, what they change, what the bottle gives, whom to believe, in plain English."""
     condition = population.condition
     ranges = "; ".join(f"{name}: {each.source}" for name, each in condition.ranges.items())
-    who = f"Patients are drawn (seed {condition.seed}); none is a person. {ranges[:1].upper()}{ranges[1:]}. "
-    who += f"After weeks a search has gone on, which alone may gain, too. {_searches(population)}"
-    bottle = "The recorded walk's bottle, by the air of a stride; leaks and pauses are not in it."
+    who = f"Patients are drawn (seed {condition.seed}); none is a real person. {ranges[:1].upper()}{ranges[1:]}. "
+    who += f"After weeks the search has continued, which may bring gains by itself.  {_searches(population)}"
+    bottle = (
+        "The bottle of the recorded walk, divided by the air per stride; leaks and pauses are not included."
+    )
     answers = (
         ("Who gains, and who loses?", _gains(population), who),
         ("Do they fall (in simulation)?", _falls(population), FALLS),
         ("What do they change?", _changes(population), _DAYS),
-        ("How far does a bottle reach?", _bottle(population, recorded), bottle),
-        ("What does the recorded walk say, and whom to believe?", _beside(population, recorded), _RECORDED),
+        ("How long does a bottle last?", _bottle(population, recorded), bottle),
+        ("What does the recorded walk show, and which to believe?", _beside(population, recorded), _RECORDED),
     )
     return tuple(Reply(ask, text, (assumed,)) for ask, each, assumed in answers if (text := " ".join(each)))
 
@@ -273,29 +275,29 @@ def _searches(population: Population) -> str:
 
 def _gains(population: Population) -> Iterator[str]:
     if count := population.asked["unadapted"]:
-        whom = f"{count} of {len(population.drawn)} have not adapted, and"
-        yield f"{whom} walk by the healthy gait, as on first steps with weak muscles."
+        whom = f"{count} of {len(population.drawn)} have not adapted and"
+        yield f"{whom} use the healthy gait, as in first steps with weak muscles."
     each = [
         (population.values(c, "fell") == 0.0) & np.isnan(population.values(c, "speed"))
         for c in population.cases
     ]
     if short := int(np.sum(each)):
-        yield f"{short} walks are too short for strides: there falls alone tell who gains (--duration)."
+        yield f"{short} walks are too short for strides: there only falls decide who gains (see --duration)."
     for case in list(population.cases)[1:]:
         gain, lose, rest = (_count(population, case, sign) for sign in (1, -1, 0))
-        whom = f"{gain} of {len(population.drawn)} gain, {lose} lose, {rest} cannot be told"
+        whom = f"{gain} of {len(population.drawn)} gain, {lose} lose, {rest} cannot be decided"
         yield f"{NAMES[case].capitalize()}: {whom}."
         for name, rank in deciding(population, case).items():
             more = "more" if rank > 0.0 else "less"
             yield f"The {more} {name}, the better (rank correlation {rank:+.2f}).".replace("-", "−")
     for case in (DEVICE, SPRING):
         if case in population.cases and case + WEEKS not in population.cases:
-            yield f"After weeks with this {case} is not known; --generations 20 lets them adapt to it."
+            yield f"After weeks with this {case} the result is unknown; --generations 20 lets patients adapt."
     for when in ("", WEEKS):
         if {DEVICE + when, SPRING + when} <= population.cases.keys():
             better, worse = (_count(population, DEVICE + when, sign, SPRING + when) for sign in (1, -1))
             whom = f"{better} of {len(population.drawn)} walk better, {worse} worse"
-            yield f"{NAMES[DEVICE + when].capitalize()}, against the spring (without mass): {whom}."
+            yield f"{NAMES[DEVICE + when].capitalize()}, compared with the spring (without mass): {whom}."
 
 
 def _falls(population: Population) -> Iterator[str]:
@@ -316,7 +318,7 @@ def _changes(population: Population) -> Iterator[str]:
             unit, change = "%" if effect.relative else row.unit, _cell(population, case, name, change=True)
             (unknown if word.startswith(CANNOT) else known).append(f"{row.label} {change} {unit}")
         rest = f"; cannot tell: {', '.join(unknown)}" if unknown else ""
-        yield f"{NAMES[case].capitalize()}: {', '.join(known) or 'nothing that the model can tell'}{rest}."
+        yield f"{NAMES[case].capitalize()}: {', '.join(known) or 'no change that the model resolves'}{rest}."
 
 
 def _bottle(population: Population, recorded: Recorded) -> Iterator[str]:
@@ -326,10 +328,10 @@ def _bottle(population: Population, recorded: Recorded) -> Iterator[str]:
         none, air = int((air == 0.0).sum()), air[air > 0.0]
         if len(air) and math.isfinite(gas):
             few, middle, many = np.percentile(gas / air, (5.0, 50.0, 95.0))
-            yield f"{NAMES[case].capitalize()}: {middle:.0f} strides in the median ({few:.0f} to {many:.0f}),"
+            yield f"{NAMES[case].capitalize()}: {middle:.0f} strides (median; {few:.0f} to {many:.0f}),"
             yield f"{1e3 * np.median(air):.3f} g each (recorded walk {1e3 * recorded.air:.3f} g)."
         if none:
-            yield f"{NAMES[case].capitalize()}, {none} patients' device takes no air: it is never switched."
+            yield f"{NAMES[case].capitalize()}, {none} patients' device uses no air: it is never switched."
 
 
 def _beside(population: Population, recorded: Recorded) -> Iterator[str]:
@@ -337,32 +339,33 @@ def _beside(population: Population, recorded: Recorded) -> Iterator[str]:
         return
     lift, found = recorded.worn - recorded.without, list[bool]()  # whether they contradict
     device = f", {1e3 * recorded.worn:.0f} mm with the device" if math.isfinite(lift) else ""
-    words = f"The middle patient's toe clears the floor by {1e3 * recorded.without:.0f} mm without{device}."
+    words = "In the recorded walk the middle patient's toe clears the floor by "
+    words += f"{1e3 * recorded.without:.0f} mm without the device{device}."
     yield words.replace("-", "−")
     heights = population.values(WITHOUT, "right/clearance")
     heights = heights[np.isfinite(heights)]
     if len(heights) < FEWEST:
-        yield "Too few patients walk without a device to tell how high their toes are."
+        yield "Too few patients walk without a device to tell their toe clearance."
     else:
         bare = float(np.median(heights))
         found.append((recorded.without > 0.0) != (bare > 0.0))
         if found[0]:
-            steps = "the patients in that people whose foot hangs step higher, too; not in how high."
-            believe = steps if bare > 0.0 else "the recorded walk here: its hip and knee are people's."
+            steps = "the patients in that people with a drop foot step higher, but not by how much."
+            believe = steps if bare > 0.0 else "the recorded walk here: its hip and knee are a real person's."
             clear = f"{1e3 * bare:.0f} mm".replace("-", "−")
-            yield f"They contradict: without a device patients clear it by {clear}. Believe {believe}"
+            yield f"The two contradict: without a device, patients clear it by {clear}. Trust {believe}"
     case = next((each for each in (DEVICE + WEEKS, DEVICE) if each in population.cases), None)
     if case and abs(lift) > EFFECTS["right/clearance"].error:
         word, meant = told(population, case, "right/clearance"), "more" if lift > 0.0 else "less"
         change = _cell(population, case, "right/clearance", change=True)
-        lifts = f"recorded, the device moves the toe by {1e3 * lift:+.0f} mm, that of patients by {change} mm"
+        lifts = f"recorded, the device moves the toe by {1e3 * lift:+.0f} mm, in patients by {change} mm"
         lifts = f"{lifts} ({NAMES[case]}: {word}).".replace("-", "−")
         if word.startswith(f"{CANNOT},"):
             yield lifts.capitalize()
         elif word != meant:
-            yield f"They contradict: {lifts} Believe the recorded walk for the lift at given hip and knee."
+            yield f"The two contradict: {lifts} Trust the recorded walk for the lift at given hip and knee."
             if told(population, case, "right/thigh_max") == "less":
-                yield "Believe the patients in that who is lifted steps lower."
+                yield "Trust the patients' result that a lifted foot steps lower."
             found.append(True)
     if found and not any(found):
-        yield "The two do not contradict each other."
+        yield "The recorded walk and the patients agree."

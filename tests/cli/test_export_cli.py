@@ -79,7 +79,7 @@ def test_a_timer_is_written_and_its_own_commands_read_back(tmp_path: pathlib.Pat
     assert sorted(path.name for path in folder.rglob("*") if path.is_file()) == NAMES
     log = folder / "commands.csv"
     code, out, _ = call("electronics", "seated", "--read", log, "--within", "0 ms")
-    assert code == 0 and "they switch alike" in out
+    assert code == 0 and "they switch at the same times" in out
     hung = tmp_path / "hung.csv"
     hung.write_text("\n".join(log.read_text().splitlines()[1:4]))  # below the digest
     code, _, err = call("electronics", "seated", "--read", hung)

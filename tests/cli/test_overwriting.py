@@ -75,7 +75,7 @@ def test_folder_of_another_kind_is_refused(
 def test_numbers_that_say_nothing_are_left_out(tmp_path: pathlib.Path, call: Call) -> None:
     code, printed, _ = call("run", "--numbers", "--no-rrd", "--set", "duration=10 ms", "--out", tmp_path)
     assert code == 0
-    table, _, rest = printed.partition("left out, ")
+    table, _, rest = printed.partition("without a value ")
     assert "nan" not in table
     assert "rise_time" in rest
     assert "rise_time" not in table
@@ -90,7 +90,7 @@ def test_a_joint_that_only_rounding_moves_is_left_out(
     monkeypatch.setattr(running, "run_built", lambda *_, **__: still)
     code, printed, _ = call("run", "--numbers", "--no-rrd", "--out", tmp_path / "a")
     assert code == 0
-    assert "left out, does not move: range_of_motion" in printed
+    assert "without a value (does not move): range_of_motion" in printed
     assert "3e-14" not in printed
 
 

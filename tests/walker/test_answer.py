@@ -120,7 +120,7 @@ def test_falls_that_chance_explains_are_not_distinguishable() -> None:
     found = response(case("healthy"), case("patient", (5, 10)), case("device", (2, 10)))
     low, high = difference(Falls(5, 10), Falls(2, 10))
     assert low < 0.0 < high
-    assert "falls are not distinguishable" in verdict(found)[0].text
+    assert "no distinguishable difference in falls" in verdict(found)[0].text
     assert "fall" not in verdict(response(case("healthy"), case("patient")))[0].text.replace("fall (", "")
 
 
@@ -135,7 +135,7 @@ def test_adapted_is_compared_with_adapted_and_a_search_that_did_not_converge_is_
     )
     assert "drawn patients" in half.assumptions[1]
     assert half.assumptions[2] == (
-        "The search of “with device, adapted” did not converge: a longer one may find another walk."
+        "The search of “with device, adapted” did not converge: a longer search may find another walk."
     )
     both = verdict(response(*three, only, case("patient adapted", converged=None, right__ankle_swing=-8.0)))
     assert "without, adapted: on the device's leg" in both[1].text and "−8.0 → 7.0°" in both[1].text
@@ -153,7 +153,7 @@ def test_who_keeps_the_healthy_gait_is_named_and_is_no_search_that_did_not_conve
 def test_a_healthy_walker_who_falls_is_named_beside_each_answer() -> None:
     fallen = case("healthy", fell=1.0, duration=6.01)  # after strides that were counted
     replies = verdict(response(fallen, case("patient"), case("device")))
-    assert all("The healthy walker falls, too" in reply.assumptions[1] for reply in replies)
+    assert all("The healthy walker falls too" in reply.assumptions[1] for reply in replies)
     assert "healthy, not adapted: not comparable; “healthy” fell after 6.0 s." in replies[2].text
     assert "without, not adapted: not distinguishable" in replies[2].text
 

@@ -229,7 +229,7 @@ def test_where_all_fall_there_are_dashes_and_files(
     recorded = Recorded(-0.02, 0.02, 1e-4, 800.0)
     answers = text_of(population, recorded)
     assert not any("contradict" in text or "nan" in text for text in answers.values())
-    assert "How far does a bottle reach?" not in answers
+    assert "How long does a bottle last?" not in answers
     for name in EFFECTS:
         assert told(population, DEVICE, name) == UNTOLD
     cells = [cell for _, _, (_, rows) in tables(population) for row in rows for cell in row[1:]]
@@ -257,7 +257,7 @@ def test_who_has_not_adapted_is_counted(made: Callable[..., Population]) -> None
     assert "adapted" not in said(0)
 
 
-RECORDED = "What does the recorded walk say, and whom to believe?"
+RECORDED = "What does the recorded walk show, and which to believe?"
 
 
 @pytest.mark.parametrize(
@@ -288,9 +288,9 @@ def test_the_recorded_walk_is_contradicted_where_signs_differ(
     cases = {"device": same(20, {"right/clearance": NAN})} | {case: same(20, {"right/clearance": worn})}
     population = made(without=same(20, {"right/clearance": bare}), **cases)
     text = text_of(population, Recorded(*recorded, 1e-4, 800.0))[RECORDED]
-    assert text.count("They contradict") == contradictions
-    assert ("do not contradict" in text) == (contradictions == 0)
-    assert text.count("Believe") == contradictions  # each is told whom
+    assert text.count("The two contradict") == contradictions
+    assert ("patients agree" in text) == (contradictions == 0)
+    assert text.count("Trust") == contradictions  # each is told whom
     assert "nan" not in text and "-" not in text  # a minus is written as one
 
 
@@ -302,7 +302,7 @@ def test_too_few_contradict_nobody(made: Callable[..., Population]) -> None:
     assert "contradict" not in text and "oo few" in text
     apart = [({"right/clearance": 0.05 if k < 14 else 0.01}, 0) for k in range(20)]
     text = text_of(made(without=same(20), device=apart), Recorded(0.02, 0.06, 1e-4, 800.0))[RECORDED]
-    assert "They contradict" not in text and "patients differ" in text
+    assert "The two contradict" not in text and "patients differ" in text
 
 
 def test_steps_are_said_to_be_lower_only_where_they_are(made: Callable[..., Population]) -> None:
@@ -319,8 +319,8 @@ def test_a_bottle_is_shared_by_what_each_stride_takes(made: Callable[..., Popula
     """A patient who takes no air walks for ever, which is no number of strides."""
     worn = [({"air_per_stride": air}, 0) for air in (2e-4,) * 19 + (0.0,)]
     population = made(without=same(20, {"air_per_stride": NAN}), device=worn)
-    text = text_of(population, Recorded(0.02, 0.06, 1e-4, 800.0))["How far does a bottle reach?"]
-    assert "400 strides in the median (400 to 400), 0.200 g" in text
+    text = text_of(population, Recorded(0.02, 0.06, 1e-4, 800.0))["How long does a bottle last?"]
+    assert "400 strides (median; 400 to 400), 0.200 g" in text
 
 
 def test_what_decides_is_what_was_made_to(made: Callable[..., Population]) -> None:
