@@ -7,8 +7,7 @@ Each file of `models/papers` is a paper. A `row` is a system, formula, table, ex
     outcome  where no number decides: "shown" by its command, "lost" with the text, or "outside"; its `why`
 """
 
-import functools
-from collections import Counter
+from collections.abc import Collection
 from dataclasses import dataclass
 
 from afo_sim.common import JsonDict, Shown, assets, unknown
@@ -72,21 +71,22 @@ class Paper(Shown):
     @property
     def verdict(self) -> str:
         """How many claims came out how."""
-        counted = Counter(claim.outcome for claim in self.claims)
-        return ", ".join(f"{outcome} {counted[outcome]}" for outcome in ORDER if counted[outcome])
+        found = [claim.outcome for claim in self.claims]
+        return ", ".join(f"{outcome} {found.count(outcome)}" for outcome in ORDER if outcome in found)
 
     def of(self, kind: str) -> list[Claim]:
         """The claims of one kind."""
         return [claim for claim in self.claims if claim.kind == kind]
 
 
-def paper(name: str, progress: Report = None) -> Paper:
+def paper(name: str, progress: Report = None, *, numbers: Collection[int] | None = None) -> Paper:
     """One of the four papers beside the simulator.
 
     Parameters
     ----------
     name : "S0", "S1", "S2" or "S3"
     progress : called with (claims done, claims in all)
+    numbers : of the claims to compute; all by default
 
     Returns
     -------
@@ -96,24 +96,23 @@ def paper(name: str, progress: Report = None) -> Paper:
     Raises
     ------
     InputError
-        There is no such paper.
+        There is no such paper, or no such claim in it.
 
     Examples
     --------
-    >>> len(paper("S0").claims)
-    22
+    >>> paper("S1", numbers=[22]).claims[0].outcome
+    'agrees'
     """
-    told = _told(name)
-    claims = tuple(map(_claim, counted(told["row"], progress)))
-    return Paper(name, told["title"], told["source"], told["reading"], claims)
-
-
-@functools.cache
-def _told(name: str) -> JsonDict:
     files = {file.stem: file for file in (assets.folder("models") / "papers").glob("*.toml")}
     if name not in files:
         raise unknown(name, sorted(files), field="paper", problem="is no paper of this program")
-    return assets.read_toml(files[name])
+    told = assets.read_toml(files[name])
+    rows = {row["number"]: row for row in told["row"]}
+    asked = rows.keys() if numbers is None else numbers
+    for number in set(asked) - rows.keys():
+        raise unknown(number, map(str, rows), field="numbers", problem=f"is no claim of {name}")
+    claims = tuple(map(_claim, counted([rows[number] for number in asked], progress)))
+    return Paper(name, told["title"], told["source"], told["reading"], claims)
 
 
 def _claim(told: JsonDict) -> Claim:
@@ -134,8 +133,7 @@ def markdown(of: Paper) -> str:
             lines += ["", f"## {title}", ""]
         for claim in claims:
             lines.append(f"- **{claim.number} · {claim.place}: {claim.outcome}.** {claim.says}.")
-            numbers = "; ".join(claim.numbers)
-            if text := " ".join(f"{part}." for part in (numbers, claim.why) if part):
+            if text := " ".join(f"{part}." for part in ("; ".join(claim.numbers), claim.why) if part):
                 lines.append(f"  {text}")
             if claim.command:
                 lines.append(f"  `{claim.command}`")
