@@ -48,6 +48,7 @@ TAKE: dict[str, Callable[[np.ndarray], float]] = {
     "last": lambda values: values[-1],
 }
 REPEATS = 10
+_lacking = functools.cache(lambda name, sets: torque_map(name, dict(sets), angles=[0.0]).lacking)
 
 
 @functools.cache
@@ -115,7 +116,7 @@ def _described(told: Told) -> float:
 
 
 def _torque_map(told: Told) -> float:
-    found = torque_map(told["scenario"], told.get("set"), angles=[0.0]).lacking
+    found = _lacking(told["scenario"], tuple(told.get("set", {}).items()))
     ((need, lacking),) = ((need, short) for _, need, short in found if need.phase == told["phase"])
     if told["take"] == "enough":
         return 100.0 * float(np.mean(lacking[need.torque > 0.0] <= 0.0))
