@@ -26,7 +26,7 @@ print("toe clearance with:   ", worn.metrics["toe_clearance"])
 # Below zero the toe would pass under the floor: the patient trips. (Each swing is walked once more without
 # a floor.) With the orthosis, whose front muscles are filled in swing, the toe clears the floor.
 #
-# Stance is shaded. In swing, look at the lowest point of the orange curve: that is the clearance.
+# Stance is shaded. In swing, look at the dip of the orange curve between its two peaks: the clearance.
 
 # %% alt="Height of toe and ball of the foot over four strides; in each swing the toe's lowest point is 13 mm"
 afo.figure(worn, kind="clearance")
@@ -118,5 +118,4 @@ for name, number in (("S2", 41), ("S2", 49), ("S3", 57), ("S0", 77)):
 # `CANNOT TELL` (a wrong model passes as well) and `LOST` (not in the text) are answers, too. All claims:
 # [S1](../paper_s1.md), [S2](../paper_s2.md), [S3](../paper_s3.md), [S0](../paper_s0.md).
 #
-# `afo.report({"without": bare, "with": worn}, "report.html")` sets both walks side by side for a
-# clinician.
+# `afo.report({"without": bare, "with": worn}, "report.html")` sets both walks side by side for a clinician.
