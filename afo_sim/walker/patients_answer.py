@@ -186,9 +186,9 @@ def tables(population: Population) -> list[tuple[str, str, Rows]]:
         rows.append([word, *(f"{_count(population, case, sign)} of {of}" for case in cases[1:])])
     second = (
         "Change for each patient against the walk without a device. Stated if the median (for falls the "
-        "mean's interval) exceeds the model's error and a sign test finds patients alike (5 %). Whoever falls "
-        "more in over half of the starts, or is slower, costlier or lower at the toe by more than the error, "
-        "loses; whoever does not, and improves in one of these, gains."
+        "mean's interval) exceeds the model's error and a sign test finds patients alike (5 %). Who falls more "
+        "in over half of the starts, or is slower, costlier or lower at the toe by more than the error, "
+        "loses; who does not, and improves in one of these, gains."
     )
     return [*found, ("What the device changes", second, (["", *header[2:]], rows))]
 
@@ -246,7 +246,7 @@ def replies(population: Population, recorded: Recorded) -> tuple[Reply, ...]:
     """Who gains and who loses, what they change, what the bottle gives, whom to believe, in plain English."""
     condition = population.condition
     ranges = "; ".join(f"{name}: {each.source}" for name, each in condition.ranges.items())
-    who = f"Patients are drawn (seed {condition.seed}); none is a real person. {ranges[:1].upper()}{ranges[1:]}. "
+    who = f"Patients are drawn (seed {condition.seed}); none is real. {ranges[:1].upper()}{ranges[1:]}. "
     who += f"After weeks the search has continued, which may bring gains by itself.  {_searches(population)}"
     bottle = (
         "The bottle of the recorded walk, divided by the air per stride; leaks and pauses are not included."
