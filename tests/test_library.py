@@ -199,7 +199,7 @@ def test_a_report_takes_recordings_folders_lists_and_names(
         assert title is not None
         said = title[1].removesuffix(" – simulation report")
         if len(names) == 1:  # the title of one run is what it simulates
-            words = html.unescape(said).removesuffix(" (1 set otherwise)")
+            words = html.unescape(said).removesuffix(" (1 changed)")
             assert words.casefold() == short.scenario["description"].split("; ", 1)[1].casefold()
         else:
             assert re.split(" compared with |, ", said.casefold()) == names  # it begins with a capital
@@ -224,7 +224,7 @@ def test_a_figure_is_written_and_shown(short: Recording, suffix: str, tmp_path: 
     ("make", "says"),
     [
         (lambda run: afo.figure(run, kind="anlge"), "did you mean 'angle'"),
-        (lambda run: afo.figure(run, kind="clearance"), "nothing that this run can show"),
+        (lambda run: afo.figure(run, kind="clearance"), "cannot be shown for this run"),
         (lambda run: afo.figure(run, "angle.gif"), "gif"),
         (lambda run: afo.figure("nowhere"), "there is no run here"),
         (lambda run: afo.view(run), "no display"),

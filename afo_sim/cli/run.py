@@ -298,7 +298,7 @@ def _print_tables(legs: "Both", *, whole: bool) -> None:
         return
     for kind, each in legs.asymmetry.items():
         common.print_table(
-            f"one side beside the other, {kind}", common.SIDES_HEADER, [row.cells for row in each]
+            f"right and left compared, {kind}", common.SIDES_HEADER, [row.cells for row in each]
         )
     rows = []
     for name, metric in legs.right.metrics.items():

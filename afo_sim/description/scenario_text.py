@@ -69,13 +69,15 @@ def _who(scenario: _Scenario) -> Iterator[tuple[str, str]]:
         words.append("muscles as in the patient's own recorded walk")
     else:  # what is left of the muscles of a patient whom a healthy walker carries
         shares = [(side, 100.0 * patient[f"{side}flexor_strength"]) for side in ("dorsi", "plantar")]
-        words.append(f"strength left: {', '.join(f'{side}flexors {share:.0f} %' for side, share in shares)}")
+        words.append(
+            f"remaining strength: {', '.join(f'{side}flexors {share:.0f} %' for side, share in shares)}"
+        )
         if spastic := parse_quantity(patient.get("spasticity") or "0 N*m*s/rad", "N*m*s/rad"):
             words.append(f"spasticity {spastic:g} N·m·s/rad")
     if (scale := float(patient.get("passive_scale", 1.0))) != 1.0:
-        words.append(f"tissue {scale:g} times as stiff")
+        words.append(f"passive tissue {scale:g} times as stiff")
     if offset := parse_quantity(patient.get("passive_offset") or "0 rad", "deg"):
-        words.append(f"tissue shifted by {offset:.3g}°")
+        words.append(f"passive tissue shifted by {offset:.3g}°")
     yield "patient", f"{'; '.join(words)}; {body_mass(scenario):g} kg, {body_height(scenario):g} m"
 
 
@@ -83,7 +85,7 @@ def _walking(scenario: _Scenario) -> Iterator[tuple[str, str]]:
     gait = scenario.get("gait")
     if not gait:
         joint, knee = joint_words(scenario), (scenario.get("shank") or {}).get("knee_angle")
-        fixed = f"{joint.above} held still"
+        fixed = f"{joint.above} fixed"
         if knee is not None and joint is JOINTS["ankle"]:
             fixed += f", knee at {parse_quantity(knee, 'deg'):.0f}°"
         yield "motion", fixed
@@ -99,10 +101,13 @@ def _walking(scenario: _Scenario) -> Iterator[tuple[str, str]]:
         words += f", stride time varied by {100.0 * gait['variability']:g} %"
     if gait.get("pace"):
         changes = (f"{float(factor):g} from {parse_quantity(at, 's'):g} s on" for at, factor in gait["pace"])
-        words += f", cadence times {', '.join(changes)} (0 stands)"
+        words += f", cadence times {', '.join(changes)} (0: standing)"
     yield "walking", words
     if (scenario.get("ground") or {}).get("mode") != "contact":
-        yield "ground", "the recorded force, whatever the foot does: it can pass through the floor (a trip)"
+        yield (
+            "ground",
+            "the recorded force whatever the foot does: the foot can pass through the floor (a trip)",
+        )
     else:
         yield "ground", "contact of this foot with the floor"
 

@@ -57,15 +57,15 @@ def in_short(metrics: Mapping[str, Metric], reference: str = "") -> list[str]:
     if "mid_swing_angle" in metrics:
         angle = metrics["mid_swing_angle"].value
         side = "dorsiflexion" if angle >= 0.0 else "plantarflexion"
-        sentences.append(f"In mid-swing the ankle stands at {number(abs(angle), 'deg')}° of {side}.")
+        sentences.append(f"In mid-swing the ankle is at {number(abs(angle), 'deg')}° of {side}.")
     if "plantarflexion_lost_at_toe_off" in metrics:
         lost = metrics["plantarflexion_lost_at_toe_off"].value
         off = f"{number(abs(lost), 'deg')}° {'less' if lost >= 0.0 else 'more'}"
         how = "as plantarflexed as" if abs(lost) < 0.05 else f"{off} plantarflexed than"
         sentences.append(f"At toe-off the ankle is {how} recorded.")
     if "torque_covered" in metrics:
-        text = f"Over the stride the orthosis covers {metrics['torque_covered'].value:.0f} % of the torque "
-        text += "that this patient lacks for the recorded ankle's motion; that does not show what it hinders."
+        text = f"Over the stride the orthosis provides {metrics['torque_covered'].value:.0f} % of the torque "
+        text += "that this patient lacks for the recorded ankle motion; this does not show what it hinders."
         sentences.append(text)
     return sentences
 

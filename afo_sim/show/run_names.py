@@ -37,7 +37,7 @@ def whom(scenario: JsonMapping) -> str:
         f"walk: {pathlib.Path(gait['cycle']).stem}, {whose}",
         f"{scenario.get('side') or scenario['leg'].get('side', 'right')} side",
         f"device: {scenario['orthosis'].get('name') or 'not named'}",
-        f"set: {'; '.join(changed)}" if (changed := in_words(scenario)[1]) else "nothing set otherwise",
+        f"set: {'; '.join(changed)}" if (changed := in_words(scenario)[1]) else "nothing changed",
     ]
     return " · ".join(parts).replace("_", " ")
 

@@ -63,7 +63,7 @@ def figure(run: Run, out: str | os.PathLike[str] | None = None, *, kind: str = "
     recording = _recording(run)
     kinds = figures_of(recording)
     if kind not in kinds:
-        problem = "is nothing that this run can show" if kind in FIGURES else "is not a valid figure"
+        problem = "cannot be shown for this run" if kind in FIGURES else "is not a valid figure"
         raise unknown(kind, kinds, field="kind", problem=problem)
     picture = Picture(recording, kind)
     if out is not None:

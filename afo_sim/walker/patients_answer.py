@@ -186,9 +186,9 @@ def tables(population: Population) -> list[tuple[str, str, Rows]]:
         rows.append([word, *(f"{_count(population, case, sign)} of {of}" for case in cases[1:])])
     second = (
         "Change for each patient against the walk without a device. Stated if the median (for falls the "
-        "mean's interval) exceeds the model's error and a sign test finds patients alike (5 %). Who falls more "
-        "in over half of the starts, or is slower, costlier or lower at the toe by more than the error, "
-        "loses; who does not, and improves in one of these, gains."
+        "mean's interval) exceeds the model's error and a sign test finds patients alike (5 %). Patients lose "
+        "who fall more (by over half of the starts) or are slower, costlier or lower at the toe by more than "
+        "the error; those gain who do not lose and improve in one of these."
     )
     return [*found, ("What the device changes", second, (["", *header[2:]], rows))]
 

@@ -111,7 +111,7 @@ def test_two_walking_legs_answer_on_a_dozen_lines_and_hide_no_bad_answer(
     _, whole, _ = call(*words, "--numbers")
     mark = re.compile("^[✓!✗?] (GOOD|DOUBTFUL|BAD|UNKNOWN) ", re.M)
     assert mark.findall(short) == mark.findall(whole) and "BAD" in mark.findall(short)
-    assert "one side beside the other" in whole and "air on one supply" in whole
+    assert "right and left compared" in whole and "air on one supply" in whole
 
 
 @pytest.mark.slow
