@@ -13,8 +13,8 @@
 # # Learn a policy
 #
 # For those who train valve controllers and want to know what the result is worth. A linear policy reads the
-# shoe's sensors, CMA-ES finds its six weights on the [Gymnasium environment](../environments.md) of a
-# walking drop foot, and noise and patients that it never met judge it beside the shipped timing. The
+# shoe's sensors, CMA-ES finds its six weights on the [Gymnasium environment](../environments.md) of a walking
+# drop foot, and noise and patients that it never met judge it beside the shipped timing. The
 # [verdict](../verdict.md) has the last word. It needs `pip install 'afo-sim[rl,study,show]'`.
 
 # %%
@@ -92,10 +92,10 @@ for axes in (left, right):
     axes.legend(loc="upper center", ncols=3, frameon=False, fontsize=8)
 
 # %% [markdown]
-# Left: four generations suffice (of nine other searches one got stuck at "always vented"). Right: in all three
-# patients the learned rule earns more than the shipped timing. Do not take it for the better controller: a muscle
-# that is filled once and shut earns more than all, and the timing less than open outlets. **This reward does
-# not pay for timing**, and the search found that out.
+# Left: four generations suffice (of nine seeds and widths one got stuck at "always vented"). Right: in all
+# three patients the learned rule earns more than the shipped timing. Do not take it for the better
+# controller: a muscle that is filled once and shut earns more than all, and the timing less than open
+# outlets. **This reward does not pay for timing**, and the search found that out.
 #
 # ## Ask the verdict
 #
@@ -119,6 +119,6 @@ for name, run in {"shipped timing": shipped, "learned": walked}.items():
 
 # %% [markdown]
 # The "policy" holds the muscle at supply pressure. It lifts the toe by 2 mm more and resists push-off by a
-# fifth more; stretched, the muscle passes 4 bar, where its law ends, so that nothing of it is GOOD. It learned
-# nothing about when to fill. To learn timing, change what is paid (wrap the environment's reward) and ask
-# again. No reward here is a clinical outcome: shank and hip walk as recorded, and nobody adapts.
+# fifth more; stretched, the muscle passes 4 bar, where its law ends, so that nothing of it is GOOD. It
+# learned nothing about when to fill. To learn timing, change what is paid (wrap the environment's reward) and
+# ask again. No reward here is a clinical outcome: shank and hip walk as recorded, and nobody adapts.
