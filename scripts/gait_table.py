@@ -1,4 +1,4 @@
-"""Print the shipped gaits beside measured adults, as docs/walker.md has it; what is missed is bold.
+"""Print the shipped gaits beside measured adults, as docs/validation.md has it; what is missed is bold.
 
 python scripts/gait_table.py
 """

@@ -1,4 +1,4 @@
-"""The shipped gaits against measured adults: what they miss is what docs/walker.md says they miss."""
+"""The shipped gaits against measured adults: what they miss is what docs/validation.md says they miss."""
 
 import itertools
 import math
@@ -13,7 +13,7 @@ from afo_sim.walker.likeness import TABLE, in_numbers
 from afo_sim.walker.measured import GAITS, _walk, held
 from afo_sim.walker.strides import EMG, emg
 
-PAGE = pathlib.Path(__file__).parents[2] / "docs" / "walker.md"
+PAGE = pathlib.Path(__file__).parents[2] / "docs" / "validation.md"
 EACH = np.arange(101.0)
 
 
