@@ -62,9 +62,10 @@ SEARCH = """if (location.protocol === "file:") window.Worker = class {
   }
 };
 """
-# Words that a question has and a page that answers it may lack: the search wants every word of a question.
+# Words that say nothing of what is asked: they part the words that the search ranks by and a page marks.
 FILLERS = (
-    "a am an and are can do does for from have how i in is it me much my of on should the to what which with"
+    "a am an and are at be by can do does for from have how i if in is it me much my of on or should that the "
+    "this to what when which will with"
 )
 SEPARATOR = r"""[\s\-_,:;!?=\[\]()\\"`/]+|\.(?!\d)|\b(?:{})\b""".format(
     "|".join(f"[{word[0]}{word[0].upper()}]{word[1:]}" for word in FILLERS.split())
@@ -284,6 +285,8 @@ def build(out: pathlib.Path, tell: Callable[[str], None] = print) -> int:
         if done.returncode or "warning" in said.lower():
             raise SystemExit(said)
         (root / "site" / "404.html").unlink()  # it would have to know the site's address
+        for worker in (root / "site" / "assets").rglob("workers/search.*.js"):
+            shutil.copyfile(ROOT / "scripts" / "search.js", worker)
         if found := list(faults(root / "site")):
             raise SystemExit("\n".join(found))
         shutil.rmtree(out, ignore_errors=True)
