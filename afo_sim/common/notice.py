@@ -12,11 +12,11 @@ class Notice(str):
     """A sentence for people that a program recognises by its code and subject, never by its words."""
 
     __slots__ = ("_text", "code", "data", "severity", "subject")
-    code: str
+    code: str  # its kind, such as "tube-long"; it stays
     _text: str
-    subject: str
-    severity: Severity
-    data: JsonMapping
+    subject: str  # what it is about, such as a chamber's name; ""
+    severity: Severity  # "note", "warning" or "error"
+    data: JsonMapping  # the numbers and names of its sentence [SI]
 
     def __new__(
         cls, code: str, text: str, /, *, subject: str = "", severity: Severity = "warning", **data: Json

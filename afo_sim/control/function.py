@@ -17,8 +17,8 @@ OWN: dict[str, "OwnController"] = {}  # by name
 class OwnController:
     """A controller of a user's own; called, it is the function or class that it was made of."""
 
-    name: str
-    made_of: Function
+    name: str  # by which a scenario names it
+    made_of: Function  # the function or class
 
     def __call__(self, *given: Given, **named: Given) -> Mixed:
         return self.made_of(*given, **named)

@@ -15,10 +15,10 @@ _FAST = 0.75  # quantile of the ankle's forward speed from which on the toe pass
 class TwoSides:
     """A number of both sides, in `unit`; None where it is not known."""
 
-    name: str
-    unit: str
-    right: float | None
-    left: float | None
+    name: str  # what it is, in words
+    unit: str  # of both
+    right: float | None  # number of the right side [unit]
+    left: float | None  # number of the left side [unit]
 
     @property
     def index(self) -> float | None:

@@ -27,21 +27,31 @@ _NOTICED = 0.01  # share of a band's width, below which a measurement is not pla
 class Factor:
     """A factor with its grade and the required one, and the grade of each number that it rests on."""
 
-    name: str
-    part: str
+    name: str  # of ASME V&V 40
+    part: str  # of the assessment that it belongs to
     categories: list[int]  # of FDA's evidence, from 1
-    grade: int
-    required: int
-    says: str
-    needs: str
-    numbers: dict[str, int]
+    grade: int  # 0 to 3
+    required: int  # grade by the risk, 0 to 3
+    says: str  # what was found, in words
+    needs: str  # what a better grade needs
+    numbers: dict[str, int]  # grade of each number that it rests on
 
 
 @dataclass(frozen=True, repr=False)
 class Credibility(Shown):
-    """Whether a run may decide a question: all but the `recording` is in `to_json()`."""
+    """Whether a run may decide a question: all but the `recording` is in `to_json()`.
 
-    asked: dict[str, str]  # question, context, metric, influence and consequence
+    asked : question, context, metric, influence and consequence
+    risk : of the model, by influence and consequence
+    answer : the metric with its band, and what the draws decide
+    evidence : what stands behind the run
+    factors : graded and required
+    plan : what to measure next, the most telling first
+    comparators : measured numbers of this metric, by device
+    recording : the run with its bands
+    """
+
+    asked: dict[str, str]
     risk: str
     answer: Numbers
     evidence: Numbers

@@ -26,12 +26,12 @@ CHANCE = 2.0  # standard errors 1/√n of a correlation: beyond them neighbourin
 class LawFit(Believed):
     """Parameters of a law, and how far they can be believed. SI."""
 
-    solution: Solution
-    agreeing_starts: int
-    starts: int
-    verdict: tuple[Notice, ...]
+    solution: Solution  # where the search ended
+    agreeing_starts: int  # that ended there, too
+    starts: int  # of the search
+    verdict: tuple[Notice, ...]  # parameters that the data do not identify, and why
     held_out: Mapping[str, HeldOut] = field(default_factory=dict)  # errors [N or m] of points not seen
-    covariance: FitCovariance | None = None
+    covariance: FitCovariance | None = None  # of what is identified; None of one parameter or none
 
     @property
     def problem(self) -> LawProblem:

@@ -39,12 +39,12 @@ def described(law: Law) -> dict[str, LawParameter]:
 class LawProblem(FitProblem):
     """A law, its free parameters, the values of the others, and the data that they are fitted to."""
 
-    law: Law
-    data: tuple[Measured, ...]
-    free: tuple[FitParameter, ...]
-    fixed: Values
-    loss: Loss = "linear"
-    outlying: float = OUTLYING
+    law: Law  # that is fitted
+    data: tuple[Measured, ...]  # that it is fitted to
+    free: tuple[FitParameter, ...]  # parameters
+    fixed: Values  # values of the other parameters [SI], by name
+    loss: Loss = "linear"  # of an error: how far points that lie off count
+    outlying: float = OUTLYING  # error from which it doubts a point [-]
 
     near, least_size, counted = 1e-6, 0.0, "points"
 

@@ -24,12 +24,18 @@ Tables = list[tuple[str, list[str], list[list[str]]]]
 
 @dataclass(frozen=True, repr=False)
 class StaticFit(Shown):
-    """Laws fitted to a characteristic, best first; laws that could not be fitted, and why."""
+    """Laws fitted to a characteristic, best first; laws that could not be fitted, and why.
+
+    fits : each law's, the best first
+    skipped : {law: why it could not be fitted}
+    left_out : points that no static law is about
+    like : the muscle from which comes what the data do not tell
+    """
 
     fits: tuple[LawFit, ...]
     skipped: dict[str, str]
-    left_out: int  # points that no static law is about
-    like: str  # the muscle from which comes what the data do not tell
+    left_out: int
+    like: str
 
     def __repr__(self) -> str:
         """One line: the best law, its parameters, its error."""

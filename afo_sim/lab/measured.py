@@ -65,15 +65,15 @@ SENSOR_OFFSET = 5e3  # below zero that a gauge may read without air [Pa]
 class Measured:
     """Points of a static characteristic, SI."""
 
-    file: pathlib.Path
-    pressure: np.ndarray
-    force: np.ndarray
-    contraction: np.ndarray | None
-    change: np.ndarray | None
-    curve: np.ndarray
-    loaded: bool
-    facts: JsonDict
-    slack: np.ndarray | None = None
+    file: pathlib.Path  # of the points
+    pressure: np.ndarray  # gauge [Pa] (n,)
+    force: np.ndarray  # [N] (n,)
+    contraction: np.ndarray | None  # ratio [-] (n,); None where changes of length were measured
+    change: np.ndarray | None  # of length [m] (n,); None where ratios were measured
+    curve: np.ndarray  # number of each point's curve (n,)
+    loaded: bool  # a load was set, and the length measured
+    facts: JsonDict  # of the muscle, from the file's header [SI]
+    slack: np.ndarray | None = None  # points of a slack muscle (n,); None where none is known
 
     def __len__(self) -> int:
         return len(self.pressure)

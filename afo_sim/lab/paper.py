@@ -34,14 +34,14 @@ KINDS = {kind: f"{kind.title()}s" for kind in ("claim", "table", "figure", "form
 class Claim:
     """A row of a paper: what it says at a place, what is computed for it, and the command that shows it."""
 
-    number: int
-    kind: str
-    place: str
-    says: str
-    command: str
-    outcome: str
-    why: str
-    rows: tuple[Row, ...]
+    number: int  # in the paper's list
+    kind: str  # such as "formula" or "figure"
+    place: str  # in the paper, such as "Fig. 7"
+    says: str  # what it says there
+    command: str  # that shows it
+    outcome: str  # how it came out
+    why: str  # of the outcome, in words
+    rows: tuple[Row, ...]  # published beside simulated numbers
 
     @property
     def numbers(self) -> list[str]:
@@ -57,7 +57,14 @@ class Claim:
 
 @dataclass(frozen=True, repr=False)
 class Paper(Shown):
-    """A paper with its claims, in the order of their numbers."""
+    """A paper with its claims, in the order of their numbers.
+
+    name : "S1"
+    title : of the publication
+    source : authors, year, journal
+    reading : how it was read
+    claims : in the order of their numbers
+    """
 
     name: str
     title: str

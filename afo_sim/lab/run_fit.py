@@ -44,12 +44,12 @@ MOST_RUNS = 40  # beside those of the finite differences
 class Errors:
     """RMS errors of one channel [SI], with the start values and with the fitted ones."""
 
-    noise: float
-    samples: int
-    before: float
-    after: float
+    noise: float  # of the channel, as the log states or shows it
+    samples: int  # that were fitted to
+    before: float  # with the start values
+    after: float  # with the fitted values
     samples_held_out: int = 0  # the following are of the part held out
-    before_held_out: float | None = None
+    before_held_out: float | None = None  # with the start values
     held_out: float | None = None  # with the values fitted to the rest
 
     @classmethod
@@ -73,18 +73,32 @@ class Errors:
 
 @dataclass(frozen=True, repr=False)
 class FitRun(Believed, Shown):
-    """Dynamic parameters from a log, and how far they can be believed. SI."""
+    """Dynamic parameters from a log, and how far they can be believed. SI.
+
+    problem : what was fitted to what
+    values : fitted, by parameter [SI]
+    interval : of 95 %, by parameter [SI]; None where it is refused
+    correlation : of the parameters [-] (n, n)
+    verdict : parameters that the log does not identify, and why
+    before : run with the start values
+    after : run with the fitted values
+    forecast : values fitted to the first part of the log, and the run with them; None where none is held out
+    memory : correlation of neighbouring errors, by which intervals are widened
+    misfit : of the errors, in units of the noise
+    runs : simulations that it took
+    converged : the search ended by itself
+    """
 
     problem: RunProblem
     values: dict[str, float]
-    interval: dict[str, tuple[float, float] | None]  # of 95 %, None where it is refused
+    interval: dict[str, tuple[float, float] | None]
     correlation: np.ndarray
-    verdict: tuple[Notice, ...]  # says why
+    verdict: tuple[Notice, ...]
     before: Recording
     after: Recording
-    forecast: tuple[dict[str, float], Recording] | None  # fitted to the part of the log that was seen
-    memory: float  # correlation of neighbouring errors, by which intervals are widened
-    misfit: float  # of the errors, in units of the noise
+    forecast: tuple[dict[str, float], Recording] | None
+    memory: float
+    misfit: float
     runs: int
     converged: bool
 

@@ -22,17 +22,17 @@ Refit = Callable[[Mixed], Mapping[str, float]]  # of the problem without a part 
 class FitParameter:
     """A number that is searched. SI."""
 
-    name: str
-    unit: str
+    name: str  # of the law or the scenario
+    unit: str  # SI
     shown: str  # unit for people's eyes
-    lower: float
-    upper: float
+    lower: float  # bound
+    upper: float  # bound
     low: float  # usual values, to high
-    high: float
+    high: float  # usual values, from low
     size: float  # unit of a coordinate, or of a logarithm its reference
     neutral: float | None = None  # where it does nothing
-    logarithmic: bool = False
-    of_law: bool = False
+    logarithmic: bool = False  # its logarithm is searched
+    of_law: bool = False  # of the muscle's law
     keys: Mapping[str, float] = field(default_factory=dict)  # that it sets in a scenario, each with its share
 
     def coordinate(self, value: float) -> float:
@@ -63,11 +63,10 @@ class FitProblem:
     least_size = 1.0  # of a coordinate, which half its interval is held against
     counted = "independent errors"
     residuals: Callable[[np.ndarray], np.ndarray]  # what the search makes small
-    # what is left out, and predicted from the rest: some of the data; which are left out together, by a name
-    # for people, or none; errors [SI], weights, and mean squares within them
-    take: Callable[[np.ndarray], Self]
-    parts: Callable[[str], dict[str, np.ndarray]]
+    take: Callable[[np.ndarray], Self]  # some of the data, the rest is predicted from it
+    parts: Callable[[str], dict[str, np.ndarray]]  # what is left out together, by a name for people
     missed: Callable[[Mapping[str, float]], tuple[np.ndarray, np.ndarray, np.ndarray]]
+    """Errors [SI], weights, and mean squares within them, of fitted values."""
 
     @property
     def options(self) -> JsonMapping:
@@ -237,7 +236,7 @@ def _too_few(solution: Solution, points: int) -> Iterator[Notice]:
 class HeldOut:
     """Data when they were left out, by what was: errors [SI], readings, mean squares about their means."""
 
-    parts: dict[str, tuple[np.ndarray, np.ndarray, np.ndarray]]
+    parts: dict[str, tuple[np.ndarray, np.ndarray, np.ndarray]]  # by name, each (n,)
 
     @property
     def errors(self) -> dict[str, np.ndarray]:

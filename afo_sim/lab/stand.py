@@ -49,10 +49,14 @@ UNITS = dict(zip((*AMOUNTS, "supply", "time"), ("Pa", "N", "", "m", "N/m", "Pa",
 
 @dataclass(frozen=True, repr=False)
 class Stand(Shown):
-    """Finished tests, and their distance from measured points where some were given."""
+    """Finished tests, and their distance from measured points where some were given.
 
-    trials: tuple[Trial, ...]  # in the order of tests, muscles, laws, frictions
-    compared: tuple[Comparison, ...] = ()  # one for each trial, or none
+    trials : in the order of tests, muscles, laws, frictions
+    compared : one for each trial, or none
+    """
+
+    trials: tuple[Trial, ...]
+    compared: tuple[Comparison, ...] = ()
 
     def __repr__(self) -> str:
         muscles = dict.fromkeys(trial.plan.muscle.name for trial in self.trials)

@@ -78,12 +78,12 @@ MANY = 12  # curves that a comparison makes by itself
 class Comparison:
     """Measured points and what the stand says of them, on the test's own axes (SI)."""
 
-    name: str
-    curve: np.ndarray
-    x: np.ndarray
-    measured: np.ndarray
-    predicted: np.ndarray
-    left_out: int
+    name: str  # of the measured data
+    curve: np.ndarray  # number of each point's curve (n,)
+    x: np.ndarray  # of each point, on the test's axis [SI] (n,)
+    measured: np.ndarray  # at each point [SI] (n,)
+    predicted: np.ndarray  # at each point [SI] (n,)
+    left_out: int  # points that the test does not reach
 
     @property
     def error(self) -> np.ndarray:

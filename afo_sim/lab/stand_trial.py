@@ -54,12 +54,12 @@ PULLING = 0.02  # of F_ce: below it the muscle goes slack and its curve is no li
 class Trial(Shown):
     """A finished test of one muscle."""
 
-    plan: StandPlan
-    curves: tuple[Rows, ...]
-    metrics: tuple[dict[str, Metric], ...]
-    static: bool = False
-    warnings: tuple[Notice, ...] = ()
-    wall_seconds: float = field(default=0.0, compare=False)
+    plan: StandPlan  # what is tested and how
+    curves: tuple[Rows, ...]  # columns of each curve [SI] (n,)
+    metrics: tuple[dict[str, Metric], ...]  # of each curve, with their units
+    static: bool = False  # computed by the law alone, without simulation
+    warnings: tuple[Notice, ...] = ()  # where a law is beyond its range
+    wall_seconds: float = field(default=0.0, compare=False)  # that it took [s]
 
     @property
     def name(self) -> str:

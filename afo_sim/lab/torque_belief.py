@@ -91,9 +91,9 @@ def _as_well_without(
 class SharedError:
     """A fit done again as if something were off: what, and the parameters [SI] that come out."""
 
-    cause: str
-    values: dict[str, float]
-    held: str = ""
+    cause: str  # in words
+    values: dict[str, float]  # by parameter [SI]
+    held: str = ""  # parameter that the fit holds and that was changed; ""
 
 
 def shared_errors(solution: Solution) -> tuple[SharedError, ...]:

@@ -38,10 +38,10 @@ CABLE = {"series_stiffness": ("stiffness", "N/m"), "offset": ("offset", "m")}
 class Path:
     """One muscle's path over a set of angles: length [m] (n,), moment arm [m] (n,), and how many have it."""
 
-    group: str
-    length: np.ndarray
-    arm: np.ndarray
-    count: int
+    group: str  # of muscles
+    length: np.ndarray  # of the path [m] (n,)
+    arm: np.ndarray  # moment arm [m] (n,)
+    count: int  # muscles that have it
 
 
 def paths(

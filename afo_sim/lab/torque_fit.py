@@ -25,18 +25,30 @@ MEANINGS = ("device", "difference")
 
 @dataclass(frozen=True, repr=False, eq=False)
 class TorqueFit(Believed, Shown):
-    """Parameters of a mounted device, and how far they can be believed. SI."""
+    """Parameters of a mounted device, and how far they can be believed. SI.
+
+    solution : where the search ended
+    verdict : parameters that the readings do not identify, and why
+    held_out : torque errors of readings left out, by what was left out
+    judged_by : what was left out to judge the alternatives: "group", "angle", "pressure", or ""
+    alternatives : the fits without each parameter
+    apart : the fits to each group alone; None of one group or small ones
+    remarks : of reading the files
+    warnings : what the fit does not explain
+    shared : fits as if all readings were off alike
+    laws : fits with each law, the one in use first
+    """
 
     solution: Solution
-    verdict: tuple[Notice, ...]  # parameters that the readings do not identify, and why
-    held_out: dict[str, HeldOut]  # torque errors of readings left out, by what was left out
+    verdict: tuple[Notice, ...]
+    held_out: dict[str, HeldOut]
     judged_by: str
-    alternatives: tuple[torque_solution.Alternative, ...]  # the fits without each parameter
-    apart: torque_solution.Apart | None  # the fits to each group alone
-    remarks: tuple[str, ...]  # of reading the files
+    alternatives: tuple[torque_solution.Alternative, ...]
+    apart: torque_solution.Apart | None
+    remarks: tuple[str, ...]
     warnings: tuple[Notice, ...]
-    shared: tuple[SharedError, ...] = ()  # as if all readings were off alike
-    laws: tuple[OfLaw, ...] = ()  # fits with each law, the one in use first
+    shared: tuple[SharedError, ...] = ()
+    laws: tuple[OfLaw, ...] = ()
 
     def __repr__(self) -> str:
         """One line: parameters with intervals, error, and how many are refused."""

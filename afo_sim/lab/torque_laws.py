@@ -26,8 +26,8 @@ CHANCE = 0.95  # up to which a ratio of mean squared errors is chance
 class OfLaw:
     """A fit with one law."""
 
-    law: str
-    solution: Solution
+    law: str  # name
+    solution: Solution  # where its search ended
     rms_held_out: float | None  # of what was left out [N·m]
     comparable: bool  # lies as close as the closest, as far as chance allows
     beyond: tuple[Notice, ...]  # where the law is asked beyond its range

@@ -80,8 +80,8 @@ def _of_law(orthoses: Sequence[Orthosis], chamber: str) -> dict[str, FitParamete
 class Group:
     """Readings that belong together, and the orthosis that they were taken of."""
 
-    readings: Readings
-    orthosis: Orthosis
+    readings: Readings  # torque over angle and pressure [SI]
+    orthosis: Orthosis  # whose compliance is fitted
 
     @functools.cached_property
     def geometry(self) -> list[Path]:
@@ -96,12 +96,13 @@ class Group:
 class TorqueProblem(FitProblem):
     """What is fitted to what; ten copies of a reading are one point of a larger weight."""
 
-    groups: tuple[Group, ...]
-    free: tuple[FitParameter, ...]
-    chamber: str
+    groups: tuple[Group, ...]  # of readings
+    free: tuple[FitParameter, ...]  # parameters
+    chamber: str  # that is filled
     difference: bool = False  # the torques are those with air less those without
-    fixed: Mapping[str, float] = field(default_factory=dict)
+    fixed: Mapping[str, float] = field(default_factory=dict)  # values of the other parameters [SI], by name
     spread: Mapping[str, float] = field(default_factory=lambda: dict.fromkeys(CHANNELS, 1.0))
+    """By which errors of each channel are divided [SI]."""
 
     inside = 1e-6
 

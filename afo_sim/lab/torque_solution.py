@@ -37,7 +37,7 @@ def from_start(start: np.ndarray) -> least.Refit:
 class Alternative:
     """The fit without one parameter, which is held where it does nothing."""
 
-    dropped: str
+    dropped: str  # name of that parameter
     values: dict[str, float]  # of the others [SI]
     rms: float  # of what was left out [N·m]
     beaten: bool  # this fit predicts it as well

@@ -41,21 +41,21 @@ def counted(items: Sequence[Counted], report: Report) -> Iterator[Counted]:
 class Row:
     """A line of the validation, numbers in `unit`; `passed` is about this simulator, not about its source."""
 
-    source: str
-    quantity: str
+    source: str  # of the published number
+    quantity: str  # what it is
     published: float | None  # None of a curve, of what is lost, or is implied only
-    simulated: float | None
+    simulated: float | None  # [unit]; None of what is lost
     error: float | None  # less published or expected; of a curve RMS or worst
     tolerance: float | None  # None where nothing can be demanded
-    unit: str
-    sourcing: str
-    passed: bool
-    outcome: Outcome
+    unit: str  # of all numbers
+    sourcing: str  # how the number was read or measured
+    passed: bool  # within the tolerance
+    outcome: Outcome  # in a word
     why: str  # of the tolerance, or what is wrong with the source
     expected: float | None = None  # what is implied, or should stand where the source is wrong
     held_out: Mapping[str, float] = field(default_factory=dict)  # errors on points not seen
     foils: Mapping[str, float] = field(default_factory=dict)  # by models that must do worse
-    points: int = 1
+    points: int = 1  # that an error is over
     cell: bool = False  # one number of a table that has a row of its own
 
     @classmethod

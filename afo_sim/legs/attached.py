@@ -23,14 +23,14 @@ class Attached:
 
     model: mujoco.MjModel  # exact; the user's own actuators come first, in their order
     spec: mujoco.MjSpec  # that it was compiled from, now with the muscles' parameters
-    orthosis: Orthosis
+    orthosis: Orthosis  # that it wears, as described
     found: Found  # the leg that it is on
     bodies: dict[Segment, str]  # that carry the device, the proximal one first
     joints: tuple[str, ...]  # that its muscles cross
     prefix: str  # of all names that were added
     supply: float  # gauge pressure before the inlet valves [Pa]
-    circuit: native.Circuit
-    ids: native.CircuitIds
+    circuit: native.Circuit  # muscles, valves and air as the callbacks compute them
+    ids: native.CircuitIds  # of what was added to the model
     userdata: int = 0  # first place that is this orthosis'
     notices: tuple[str, ...] = ()  # what was changed in the model, what is doubtful
     legs: dict[str, "Attached"] = field(default_factory=dict)  # every orthosis by its prefix, this one too

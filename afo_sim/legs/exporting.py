@@ -19,7 +19,13 @@ from afo_sim.model.build import build
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Exported(Shown):
-    """What was written: its tree, files, a table, and what the format does not hold."""
+    """What was written: its tree, files, a table, and what the format does not hold.
+
+    tree : bodies and joints as written
+    files : that were written
+    rows : what, and how much: a table in words
+    notes : what the format does not hold
+    """
 
     tree: Tree
     files: tuple[pathlib.Path, ...]

@@ -30,17 +30,28 @@ SOLE_NOTE = Notice(
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Imported(Shown):
-    """A leg, cut out of a file and turned."""
+    """A leg, cut out of a file and turned.
+
+    name : of the leg
+    leg : tree of the leg alone, with the sole's points
+    found : where it was in the file
+    numbers : masses, lengths and inertias, SI
+    sole : where the sole's points come from, in words
+    left_behind : {kind: names} of what the file holds beside the leg
+    toes : name of the file's hinge that was kept
+    notes : what is doubtful
+    folder : it was written to; None where it was not
+    """
 
     name: str
-    leg: Tree  # tree of the leg alone, with the sole's points
-    found: Found  # where it was in the file
+    leg: Tree
+    found: Found
     numbers: LegNumbers
-    sole: str  # where the sole's points come from, in words
-    left_behind: dict[str, tuple[str, ...]]  # {kind: names} of what the file holds beside the leg
-    toes: str | None  # name of the file's hinge that was kept
+    sole: str
+    left_behind: dict[str, tuple[str, ...]]
+    toes: str | None
     notes: tuple[str, ...]
-    folder: pathlib.Path | None = None  # it was written to; None where it was not
+    folder: pathlib.Path | None = None
 
     @property
     def rows(self) -> list[tuple[str, str, str]]:

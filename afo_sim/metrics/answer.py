@@ -47,12 +47,12 @@ class Feed:
 class Answer:
     """One line of a verdict: the question, its answer, the numbers in words, what they are held against."""
 
-    name: str
-    question: str
-    status: Status
-    text: str
-    limit: str
-    brief: str = ""
+    name: str  # of the question, such as "lift"
+    question: str  # in words
+    status: Status  # "good", "doubtful", "bad" or "unknown"
+    text: str  # the numbers, in words
+    limit: str  # what they are held against, in words
+    brief: str = ""  # the same for a table's cell
     kept: float | None = None
     """Share of draws of what is not known that keep a good answer; None where nothing was drawn."""
 

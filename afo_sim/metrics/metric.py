@@ -152,13 +152,13 @@ class Of(StrEnum):
 class MetricEntry:
     """A metric's row in the registry."""
 
-    group: str
-    name: str
-    unit: str
-    label: str
-    meaning: str = ""
-    of: Of = Of.WHOLE
-    made_of: frozenset[str] = frozenset()
+    group: str  # of the metrics' page
+    name: str  # in `run.metrics`
+    unit: str  # as pint reads it; "" of a bare number
+    label: str  # for people
+    meaning: str = ""  # what it is, in words
+    of: Of = Of.WHOLE  # the whole run, or a stride
+    made_of: frozenset[str] = frozenset()  # columns that it is computed of
 
     def fill(self, name: str) -> "MetricEntry | None":
         """This row for a metric of that name; None where the name is another."""

@@ -32,9 +32,9 @@ ON_FOOT = "of the muscles on the foot, about the forward axis through the ankle"
 class Need:
     """Torque needed to one side in a phase of the stride, over the recorded ankle's angle."""
 
-    phase: str
+    phase: str  # of the stride, in words
     metric: str  # of the peak
-    side: str
+    side: str  # that it turns to, such as "dorsiflexion"
     angle: np.ndarray  # [rad] (n,)
     torque: np.ndarray  # positive to the side [N·m] (n,)
     peak: float  # largest mean over 10 ms [N·m]

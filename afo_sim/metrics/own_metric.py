@@ -29,7 +29,7 @@ _FAILED: ContextVar[dict[str, Notice] | None] = ContextVar("failed")
 class OwnMetric(MetricEntry):
     """A metric of a user's own. Called with columns [SI], it gives what its function does."""
 
-    function: Function
+    function: Function  # of columns [SI]
 
     def __call__(self, columns: Mixed) -> float:
         return self.function(columns)

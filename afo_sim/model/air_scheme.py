@@ -58,7 +58,7 @@ class AirEdge:
     lines: tuple[str, ...] = ()  # what is told of it beside C and b
     exhaust: str = ""  # node behind the third port of a 3/2 valve or a quick exhaust
     venting: float = 0.0  # sonic conductance from `downstream` to there [m³/(s·Pa)]
-    venting_ratio: float = 0.0
+    venting_ratio: float = 0.0  # critical pressure ratio of that way [-]
     way: str = ""  # INLET or OUTLETS of a chamber's valve
 
     @property
@@ -98,10 +98,10 @@ class AirWay:
 class AirScheme(Shown):
     """The air path of an orthosis on its supply; nodes, edges in the order of the description."""
 
-    name: str
-    description: str
-    nodes: dict[str, AirNode]
-    edges: dict[str, AirEdge]
+    name: str  # of the orthosis or scenario
+    description: str  # its own words
+    nodes: dict[str, AirNode]  # volumes, by name
+    edges: dict[str, AirEdge]  # what air flows through, by name
     origin: str  # node that all air comes from
     filling: dict[str, AirWay] = field(default_factory=dict)  # each chamber's widest way from there
     venting: dict[str, AirWay] = field(default_factory=dict)  # and to the ambient air

@@ -41,23 +41,20 @@ class Built(Shown):
     """A compiled scenario: the model that runs, and the warnings of building it.
 
     `model` is without what only pictures need, alike muscles on one path; `full_model` has all, moves alike.
-
-    `walk`, `foot` (with the orthosis) and `active` are there when recorded walking drives the shank,
-    `contact` when the foot meets a floor, `side_arms` when muscles may turn the foot to its sides. Whoever
-    alone has had `model` may put it into `spare`, for another scenario of its layout.
+    Whoever alone has had `model` may put it into `spare`, for another scenario of its layout.
     """
 
-    scenario: Scenario
-    model: mujoco.MjModel
-    index: Index
-    stability: dict[str, float]
-    warnings: tuple[str, ...]
-    walk: Walk | None = None
-    foot: Foot | None = None
-    active: Active | None = None
-    contact: Contact | None = None
-    side_arms: SideArms | None = None
-    spare: list[mujoco.MjModel] = field(default_factory=list)
+    scenario: Scenario  # that it was built of
+    model: mujoco.MjModel  # that runs: one actuator for alike muscles on one path
+    index: Index  # where bodies, joints and columns stand in it
+    stability: dict[str, float]  # rate × time step of air, friction and drives [-]
+    warnings: tuple[str, ...]  # of building it
+    walk: Walk | None = None  # the recorded walk that drives the shank; None of one who sits
+    foot: Foot | None = None  # with the orthosis; None of one who sits
+    active: Active | None = None  # the walker's own muscles; None of one who sits
+    contact: Contact | None = None  # of foot and floor; None where it meets none
+    side_arms: SideArms | None = None  # by which muscles turn the foot to its sides; None
+    spare: list[mujoco.MjModel] = field(default_factory=list)  # models for others of this layout
 
     def __reduce__(self) -> tuple[object, ...]:
         return build, (self.scenario,)  # its spec cannot be pickled

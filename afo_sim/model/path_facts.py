@@ -29,8 +29,8 @@ NAMED = np.radians([-20.0, 0.0, 20.0])  # angles at which the text gives them [r
 class PathFacts(Shown):
     """The alike muscles of one group, over the ankle's angle, at rest and without friction."""
 
-    muscles: tuple[str, ...]
-    group: MuscleGroup
+    muscles: tuple[str, ...]  # their names
+    group: MuscleGroup  # as the orthosis describes it
     chamber: str  # on which they hang
     angles: np.ndarray  # over the ankle's stops, with the ends of the range of motion, and zero [rad] (n,)
     range: Span  # of motion [rad]

@@ -26,10 +26,10 @@ UNDRIVEN: JsonMapping = {
 
 @dataclass(frozen=True)
 class Person:
-    """body_mass [kg] and body_height [m]."""
+    """Whose leg it is."""
 
-    body_mass: float
-    body_height: float
+    body_mass: float  # [kg]
+    body_height: float  # [m]
 
 
 _KNOWN: ContextVar[dict[object, Mixed] | None] = ContextVar("known", default=None)

@@ -14,18 +14,14 @@ from afo_sim.model.build import Built
 
 @dataclass(frozen=True)
 class TorqueMap:
-    """Static torque of one chamber's muscles alone; the others are at ambient pressure.
+    """Static torque of one chamber's muscles alone; the others are at ambient pressure."""
 
-    angles [rad] (n,), pressures gauge [Pa] (m,), torque, positive as the angles are [N·m] (n, m),
-    contraction, the least of its muscles' own contraction ratios [-] (n, m); joint, about which.
-    """
-
-    chamber: str
-    angles: np.ndarray
-    pressures: np.ndarray
-    torque: np.ndarray
-    contraction: np.ndarray
-    joint: JointName = "ankle"
+    chamber: str  # that is filled
+    angles: np.ndarray  # [rad] (n,)
+    pressures: np.ndarray  # gauge [Pa] (m,)
+    torque: np.ndarray  # positive as the angles are [N·m] (n, m)
+    contraction: np.ndarray  # the least of its muscles' own contraction ratios [-] (n, m)
+    joint: JointName = "ankle"  # about which
 
 
 def torque_map(built: Built, angles: np.ndarray, pressures: np.ndarray) -> list[TorqueMap]:

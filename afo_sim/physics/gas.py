@@ -13,20 +13,17 @@ REFERENCE_PRESSURE = 1e5  # of the ISO 8778 reference atmosphere [Pa]
 class Gas:
     """A gas: ideal in the muscles, with its real pressure in a bottle.
 
-    `constant` is R [J/(kg·K)], `heat_capacity_ratio` γ [-]. The virial coefficients are those of
-    `physics/store.py`: B = b0 + b1/T [m³/kg] as `second` = (b0, b1), C = c0 + c1/T [m⁶/kg²] as `third`.
-    `free_density` is that of 20 °C and 1 bar [kg/m³], by which litres of free gas (ANR) are counted.
-    `liquefies` is whether a store of it can hold liquid.
+    The virial coefficients B = b0 + b1/T and C = c0 + c1/T are those of `physics/store.py`.
     """
 
-    name: str
-    constant: float
-    heat_capacity_ratio: float
-    free_density: float
-    second: tuple[float, float] = (0.0, 0.0)
-    third: tuple[float, float] = (0.0, 0.0)
-    liquefies: bool = False
-    source: str = ""
+    name: str  # such as "air"
+    constant: float  # R [J/(kg·K)]
+    heat_capacity_ratio: float  # γ [-]
+    free_density: float  # at 20 °C and 1 bar [kg/m³], by which litres of free gas (ANR) are counted
+    second: tuple[float, float] = (0.0, 0.0)  # b0 [m³/kg], b1 [m³·K/kg] of B = b0 + b1/T
+    third: tuple[float, float] = (0.0, 0.0)  # c0 [m⁶/kg²], c1 [m⁶·K/kg²] of C = c0 + c1/T
+    liquefies: bool = False  # a store of it can hold liquid
+    source: str = ""  # of the numbers
 
     @property
     def heat_capacity(self) -> float:

@@ -16,11 +16,11 @@ CHARACTERISTIC = (1e5, 6e5)  # gauge pressures of the maker's characteristics of
 
 @dataclass(frozen=True)
 class Braid:
-    """Geometry that every law shares: L0 [m], r0 [m], α0 [rad]."""
+    """Geometry that every law shares, at rest."""
 
-    nominal_length: float
-    nominal_radius: float
-    braid_angle: float
+    nominal_length: float  # L0 [m]
+    nominal_radius: float  # r0 [m]
+    braid_angle: float  # α0 [rad]
 
     @property
     def b(self) -> float:

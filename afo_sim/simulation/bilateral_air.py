@@ -217,11 +217,11 @@ def numbers_of(
 class Worse:
     """One question of a verdict, answered for two legs."""
 
-    name: str
-    question: str
-    status: Status
-    leg: Literal["right", "left", "both"]
-    answers: dict[str, Answer]
+    name: str  # of the question
+    question: str  # in words
+    status: Status  # the worse: "good", "doubtful", "bad" or "unknown"
+    leg: Literal["right", "left", "both"]  # whose answer is the worse
+    answers: dict[str, Answer]  # by side
 
     @property
     def word(self) -> str:

@@ -36,6 +36,15 @@ class Expectation:
 
     It is evaluated by `check`, by `verify` and by its truth value. A window holds its first time and not
     its last. All of several checks must hold. Limits are texts with units, such as "28 deg".
+
+    run : whose columns are looked at
+    columns : that must all comply, by name
+    checks : that must all hold
+    start : of the window [s]
+    end : of the window, not in it [s]
+    cycles : each cycle of the timer is checked alone
+    is_rate : time derivatives are checked
+    why : words that a failure ends with
     """
 
     run: Recording

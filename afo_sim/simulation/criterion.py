@@ -30,12 +30,12 @@ CHECKS = (*SAMPLE_CHECKS, *MOMENTS, *TOTALS)
 class Result:
     """The result of a check; true when all is well."""
 
-    ok: bool
-    message: str
-    column: str
-    time: float
-    value: float
-    limit: float
+    ok: bool  # all is well
+    message: str  # what was found, in words
+    column: str  # the worst one's name
+    time: float  # of the worst sample [s]; NaN of a total
+    value: float  # the worst [SI]
+    limit: float  # that it is held against [SI]
 
     def __bool__(self) -> bool:
         return self.ok
@@ -59,11 +59,11 @@ class Bound:
 class Criterion:
     """A check by name, with its limits in SI and in words."""
 
-    kind: str
+    kind: str  # such as "between"
     unit: str  # SI, of what is compared
-    low: Bound
-    high: Bound
-    words: str
+    low: Bound  # limit, −inf of none
+    high: Bound  # limit, inf of none
+    words: str  # the check as a sentence's part
     by: float = -math.inf  # [s], samples before it are let be
 
 

@@ -14,8 +14,8 @@ from afo_sim.common import Function, InputError, Mixed
 class State:
     """A moment of what is stepped: whose it is, and all that decides what follows. It never changes."""
 
-    of: tuple[object, ...]
-    values: tuple[object, ...]
+    of: tuple[object, ...]  # whose it is
+    values: tuple[object, ...]  # all that decides what follows
 
 
 class Forkable:

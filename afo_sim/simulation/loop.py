@@ -32,12 +32,12 @@ Readings = Mapping[str, np.ndarray]  # of sensors, by name (n,)
 class Seen:
     """An Observation: see `control/controller.py`."""
 
-    frame: Frame
-    readings: Readings
-    time: float
-    period: float
-    columns: Mapping[str, Callable[[Frame], np.ndarray]]
-    found: dict[str, np.ndarray] = field(default_factory=dict)
+    frame: Frame  # rows since the last command
+    readings: Readings  # of sensors by name
+    time: float  # now [s]
+    period: float  # between commands [s]
+    columns: Mapping[str, Callable[[Frame], np.ndarray]]  # formulas by name
+    found: dict[str, np.ndarray] = field(default_factory=dict)  # columns that were computed [SI]
 
     def rows(self, column: str) -> np.ndarray:
         """All samples of a column since the last command (n,)."""

@@ -18,10 +18,10 @@ OWN: dict[str, "OwnColumn"] = {}  # by name, in the order in which one may read 
 class OwnColumn:
     """A column of a user's own. Called with columns [SI], it gives what its function does."""
 
-    name: str
-    unit: str
-    sign: str
-    function: Function
+    name: str  # in the recording
+    unit: str  # SI; "" of a bare number
+    sign: str  # what it is, and which way is positive
+    function: Function  # of columns [SI]
 
     def __call__(self, columns: Rows) -> np.ndarray:
         return self.function(columns)

@@ -87,11 +87,22 @@ class Recording(Shown, Mapping[str, np.ndarray]):
     """One simulation's result, a mapping of its columns: `run["ankle/angle"]` [SI] (n,).
 
     `run[10:200]` and `run["1 s":"2 s"]` are a dict of those rows of all columns, without the end. It has no
-    metrics: they are of the whole run. Angles are dorsiflexion positive, pressures gauge. `metrics` are
-    numbers that know their unit; `strides` holds those of each whole stride of walking, by the stride's
-    number or a slice; `studies` what was found out beside the run: what to change first, bands. `status` is
-    "ok" or says why the simulation stopped; `warnings` tell what to mind. A notebook shows a recording with
-    figures.
+    metrics: they are of the whole run. Angles are dorsiflexion positive, pressures gauge. A notebook shows a
+    recording with figures.
+
+    columns : each column by name [SI] (n,)
+    metrics : numbers of the whole run that know their unit, by name
+    described : the scenario that ran, as summary.json has it: numbers are texts with units
+    model_xml : the model that ran, as MJCF
+    status : "ok", or why the simulation stopped
+    warnings : what to mind
+    timing : what building and stepping took [s], and how fast that is
+    versions : of this package, of MuJoCo and of what else decides the numbers
+    parameters : of the muscles' actuators, by name, as MuJoCo's `actuator_user` has them
+    strides : metrics of each whole stride of walking, by its number or a slice
+    model_binary : the model that ran, to the bit; `model()` loads it
+    studies : what was found out beside the run: what to change first, bands
+    labels : unit and sign of each column, as its file has them
 
     Raises
     ------
@@ -121,9 +132,7 @@ class Recording(Shown, Mapping[str, np.ndarray]):
     strides: dict[int, dict[str, Metric]] = field(default_factory=dict)
     model_binary: bytes = field(default_factory=bytes)
     studies: dict[str, Any] = field(default_factory=dict)
-    labels: dict[str, tuple[str, str]] = field(
-        default_factory=dict
-    )  # (unit, sign) of columns, as a file has them
+    labels: dict[str, tuple[str, str]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         given = dict(vars(self))

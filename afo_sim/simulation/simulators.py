@@ -47,6 +47,8 @@ class Simulator(Forkable, native.Closing):
     valves are shut. Whoever steps is the controller, unless one is given. `state()` and `restore(state)` fork
     it; copies and pickles are simulators of their own in the same state.
 
+    built : the compiled scenario, with its model
+
     Parameters
     ----------
     scenario : a shipped name, a path to a TOML file, a dict of the same shape, a Scenario, or a Built

@@ -28,12 +28,18 @@ class TorqueMaps:
     """A map of each chamber alone; what each phase needs, and what the chambers of its side lack of it.
 
     They pull together, against the empty muscles of the other side.
+
+    scenario : whose body wears the device
+    maps : of each chamber
+    needs : of each phase; empty where nobody walks
+    lacking : chambers at the supply's pressure [N·m] (n,)
+    warnings : pressures beyond a limit, what building found
     """
 
-    scenario: Scenario  # whose body wears the device
+    scenario: Scenario
     maps: list[TorqueMap]
     needs: list[Need]
-    lacking: list[tuple[tuple[str, ...], Need, np.ndarray]]  # chambers at the supply's pressure [N·m] (n,)
+    lacking: list[tuple[tuple[str, ...], Need, np.ndarray]]
     warnings: list[Notice]
 
 

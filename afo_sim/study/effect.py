@@ -25,17 +25,17 @@ Run = Literal["run", "no air", "forbidden", "refused", "failed"]
 class Effect:
     """One step of one parameter to one side, and by how much the metrics differ from the walk as it is."""
 
-    name: str
-    before: str
-    after: str
-    sets: JsonDict = field(default_factory=dict)
-    status: Run = "run"
-    reason: str = ""
-    differences: dict[str, float] = field(default_factory=dict)
-    assumed: bool = False
-    beyond: tuple[str, ...] = ()
-    notes: tuple[str, ...] = ()
-    helps: bool = False
+    name: str  # of the parameter
+    before: str  # its value, with a unit
+    after: str  # its value with the step, with a unit
+    sets: JsonDict = field(default_factory=dict)  # keys and values of the step
+    status: Run = "run"  # "run", or why not: "no air", "forbidden", "refused", "failed"
+    reason: str = ""  # why it was not run, in words
+    differences: dict[str, float] = field(default_factory=dict)  # of metrics, by name [their units]
+    assumed: bool = False  # the value before is assumed, not known
+    beyond: tuple[str, ...] = ()  # parts that the step takes beyond what they are made for
+    notes: tuple[str, ...] = ()  # what to mind
+    helps: bool = False  # it serves the aim
 
     @property
     def noticed(self) -> bool:

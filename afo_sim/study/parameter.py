@@ -42,10 +42,10 @@ class Range:
 class Span:
     """A range as it is written, before the unit of its field is known."""
 
-    lower: Given
-    upper: Given
-    steps: int | None = None
-    scale: str = "linear"
+    lower: Given  # end, with its unit
+    upper: Given  # end, with its unit
+    steps: int | None = None  # values of a grid; None of a search or a drawn design
+    scale: str = "linear"  # "linear" or "log"
 
     def table(self) -> JsonDict:
         """As a sweep's file states it."""

@@ -29,9 +29,13 @@ NOTICES = "notices"  # … nor this: what each of these lines is about, code and
 class Results(Shown):
     """The cases of a sweep. Indexing gives a column: `results["toe_clearance"]` (n,).
 
-    `table` is the pyarrow Table; `parameters` and `metrics` are {name: unit}, `keys` {parameter: its key in
-    the scenario}; `sweep` is the design as it was written with the results. `unfinished` says that these are
-    only the cases computed so far.
+    folder : with the results' files
+    table : pyarrow Table, a row each case
+    parameters : {name: unit}
+    metrics : {name: unit}
+    keys : {parameter: its key in the scenario}
+    sweep : the design, as it was written with the results
+    unfinished : these are only the cases computed so far
     """
 
     folder: pathlib.Path

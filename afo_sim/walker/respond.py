@@ -54,21 +54,26 @@ class Falls:
 class Case:
     """One walker: healthy, the patient, the patient with the device; as they are, or adapted."""
 
-    name: str
-    gait: Gait
-    walked: Walked
-    numbers: Mapping[str, float]
-    falls: Falls | None = None
-    found: Found | None = None
+    name: str  # such as "patient"
+    gait: Gait  # reflexes that it walks by
+    walked: Walked  # the walk
+    numbers: Mapping[str, float]  # metrics of the walk [SI], by name
+    falls: Falls | None = None  # among perturbed starts; None where none were tried
+    found: Found | None = None  # the search that adapted it; None as it is
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Response:
-    """How a patient responds to a device in simulation."""
+    """How a patient responds to a device in simulation.
 
-    scenario: Scenario  # whose patient and device
-    cases: Mapping[str, Case]  # by name
-    asked: JsonMapping = field(default_factory=dict)  # what it was computed with, by name
+    scenario : whose patient and device
+    cases : by name
+    asked : what it was computed with, by name
+    """
+
+    scenario: Scenario
+    cases: Mapping[str, Case]
+    asked: JsonMapping = field(default_factory=dict)
 
     def __getitem__(self, case: str) -> Case:
         return self.cases[case]

@@ -22,11 +22,11 @@ _TEXTS = ("offset", "drift", "hysteresis", "noise", "minimum", "maximum", "resol
 class Line:
     """A calibration line of a quantity x: V = slope x + intercept, or V = slope/x + intercept."""
 
-    slope: float
-    intercept: float
-    taken_slope: float
-    taken_intercept: float
-    inverse: bool = False
+    slope: float  # [V] per unit of x, or times it where inverse
+    intercept: float  # [V]
+    taken_slope: float  # slope that the reader takes for it
+    taken_intercept: float  # intercept that the reader takes for it [V]
+    inverse: bool = False  # of 1/x, not of x
 
     def volts(self, value: FloatOrArray) -> FloatOrArray:
         """Physical output [V] at a quantity [SI], by the true line; a number or an array."""

@@ -33,14 +33,14 @@ Status = Literal["run", "excluded", "refused", "failed"]
 class Candidate:
     """A component, or a pressure, that a scenario is tried with, and what the run with it gave."""
 
-    name: str
+    name: str  # of the product, or the pressure
     size: float  # by which candidates are ordered [SI]; inf where it is not known
     sets: JsonMapping = field(default_factory=dict)  # laid over the scenario
     facts: Mapping[str, str] = field(default_factory=dict)  # of its data sheet, in words
     reason: str = ""  # why it was not run
     notes: tuple[str, ...] = ()  # what to mind
     doubt: str = ""  # why it is not sure that it would do
-    status: Status = "run"
+    status: Status = "run"  # "run", or why not: "excluded", "refused", "failed"
     values: Mapping[str, float] = field(default_factory=dict)  # metrics of the run
     short: Mapping[str, str] = field(default_factory=dict)  # {limit: why it is not met}
 

@@ -24,11 +24,11 @@ _SIGNS = {">=": True, "≥": True, "<=": False, "≤": False}
 class Requirement:
     """At least, or at most, `bound` of a metric [its own unit]."""
 
-    metric: str
-    at_least: bool
-    bound: float
-    called: str = ""
-    measured_in: str = ""
+    metric: str  # name
+    at_least: bool  # else at most
+    bound: float  # [the metric's unit]
+    called: str = ""  # its own name for people, "" of the metric's
+    measured_in: str = ""  # unit of a metric that has such a name
 
     @property
     def unit(self) -> str:
