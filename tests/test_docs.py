@@ -2,7 +2,6 @@
 
 import functools
 import http.server
-import importlib
 import json
 import pathlib
 import re

@@ -484,7 +484,9 @@ def test_walking_beside_sitting_is_told_once(
     note = "note: walking and non-walking runs: each kind has its own figures"
     assert [note in line for line in err.splitlines() if "note:" in line] == [True]  # beside it, progress
     shown = Page(out.read_text(encoding="utf-8")).text
-    assert shown.count("Walking and non-walking runs: each kind has its own figures") == 2  # in short and in full
+    assert (
+        shown.count("Walking and non-walking runs: each kind has its own figures") == 2
+    )  # in short and in full
     assert "More over time" in shown and "More over the gait cycle" in shown
     said = call(capsys, "report", folders["bare"], folders["worn"], "--out", out)[2]
     note = "note: the runs wear different things"
