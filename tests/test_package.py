@@ -106,6 +106,19 @@ def test_the_version_is_the_same_everywhere() -> None:
     assert f"\n## {version} " in (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
 
 
+def test_extras_and_programs_that_workflows_and_documents_name_are_there() -> None:
+    import tomllib
+
+    extras = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["optional-dependencies"]
+    workflows = [path.read_text() for path in sorted((ROOT / ".github" / "workflows").glob("*.yml"))]
+    texts = [*workflows, TEXT, (ROOT / "CONTRIBUTING.md").read_text(), (ROOT / ".ci" / "run").read_text()]
+    named = re.findall(r"(?:afo-sim|-e '\.)\[([a-z,]+)\]", "\n".join(texts))
+    assert len(named) > 10 and {extra for names in named for extra in names.split(",")} <= set(extras)
+    programs = re.findall(r"(?:scripts/[\w/]+\.py|\.ci/\w+)", "\n".join(texts))
+    assert len(programs) > 10 and all((ROOT / name).is_file() for name in programs)
+    assert len(workflows) == 3
+
+
 def test_help_and_documents_have_every_command_in_its_group() -> None:
     from typer.main import get_command
 
