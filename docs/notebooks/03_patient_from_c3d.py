@@ -29,8 +29,8 @@ for what, found in ten_lines(trial):
     print(textwrap.fill(f"{what:14} {found}", 104, subsequent_indent=15 * " "))
 
 # %% [markdown]
-# The shipped file is **made up**: nobody's walk, with a drop foot who steps high ([gait
-# data](../../gait_data/README.md)). Read these lines for your own trial before anything else:
+# The shipped file is **made up**: nobody's walk, with a drop foot who steps high. Read these lines for your
+# own trial before anything else:
 #
 # - `walker` is yours to say: `patient` is the patient's own walk, `healthy` somebody else's who then
 #   carries the described patient. No file states it.
@@ -46,7 +46,8 @@ print(textwrap.fill(f"warning: {trial.warnings[0]}", 104))
 # %% [markdown]
 # The warning is what a clinician sees, too: the ankle hangs, and hip and knee make up for it. The figure
 # shows the stride that was taken. Look at swing, right of the line: the ankle hangs 20° below the band of
-# healthy adults, and the knee bends further.
+# healthy adults, and the knee bends further. (In stance this walker's knee is bent throughout, and the
+# ankle with it.)
 
 # %% alt="Ankle and knee over the stride: in swing the ankle hangs below healthy adults, the knee bends more"
 from afo_sim.gait.norm import read as read_norm
@@ -74,9 +75,8 @@ plt.show()
 write("my_walk.csv", cycle)
 run = afo.run("walk-dropfoot-afo", {"gait.cycle": "my_walk.csv", "duration": "4.9 s"})
 for answer in run.verdict:
-    print(
-        textwrap.fill(f"{answer.question:26} {answer.word:9} {answer.brief}", 104, subsequent_indent=37 * " ")
-    )
+    told = f"{answer.question:26} {answer.word:9} {answer.brief}"
+    print(textwrap.fill(told, 104, subsequent_indent=37 * " "))
 
 # %% [markdown]
 # The first answer is judged twice. As the patient walks, high steps already clear the floor, by 2 mm. With
