@@ -198,6 +198,7 @@ _PAGES: dict[str, Callable[[_Result], _Parts]] = {
     "Stand": _stand,
     "Trial": lambda it: _stand(lab.Stand((it,))),
     "Design": lambda it: (partial(show.write_drawing, it), *_marked(it.warnings), ("", *drawing.table(it))),
+    "TorqueMaps": lambda it: (lambda path: show.draw(it, path.with_suffix("")), *_marked(it.warnings)),
     "AirScheme": lambda it: (partial(show.write_air, it), *show.ways(it)),
     "Imported": lambda it: (partial(show.draw_leg, it.leg, it.name), *it.notes, ("", (), it.rows)),
     "Exported": lambda it: (*it.notes, ("", (), it.rows)),

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from afo_sim.common import InputError, JsonDict, JsonMapping, Notice, gauge, si
+from afo_sim.common import InputError, JsonDict, JsonMapping, Notice, Shown, gauge, si
 from afo_sim.description import Scenario, load
 from afo_sim.metrics import SIDES, Need, needs
 from afo_sim.metrics.strides import strides
@@ -23,8 +23,8 @@ OTHER_SIZE = 0.05  # of the body's height, beyond which the device's moment arms
 DEVICE = ("leg", "orthosis", "supply", "timestep")  # what is worn in another walk
 
 
-@dataclass(frozen=True, eq=False)
-class TorqueMaps:
+@dataclass(frozen=True, eq=False, repr=False)
+class TorqueMaps(Shown):
     """A map of each chamber alone; what each phase needs, and what the chambers of its side lack of it.
 
     They pull together, against the empty muscles of the other side.

@@ -37,7 +37,7 @@ afo.figure(worn, kind="clearance")
 
 # %%
 for answer in worn.verdict:
-    print(f"{answer.question:27} {answer.word:9} {answer.brief}")
+    print(f"{answer.question:27} {answer.word:9} {answer.brief or answer.text}")
 
 # %% [markdown]
 # - `GOOD*` is good *as described*. S1 states no moment arms, cables or cuff: this project assumed them.

@@ -75,7 +75,7 @@ plt.show()
 write("my_walk.csv", cycle)
 run = afo.run("walk-dropfoot-afo", {"gait.cycle": "my_walk.csv", "duration": "4.9 s"})
 for answer in run.verdict:
-    told = f"{answer.question:26} {answer.word:9} {answer.brief}"
+    told = f"{answer.question:26} {answer.word:9} {answer.brief or answer.text}"
     print(textwrap.fill(told, 104, subsequent_indent=37 * " "))
 
 # %% [markdown]
