@@ -25,15 +25,11 @@ class _Sizing:
             help='a requirement such as "toe_clearance >= 10 mm"; by default of a walk its target clearance'
         ),
     ] = None
-    cadence: Annotated[
-        float | None, Option(help="walking cadence [steps/min]; the scenario's by default")
-    ] = None
+    cadence: Annotated[float | None, Option(help="cadence [steps/min]; the scenario's by default")] = None
     at: Annotated[str | None, Option(help='pressure: check whether this one suffices, such as "3 bar"')] = (
         None
     )
-    between: Annotated[
-        tuple[str, str] | None, Option(help='pressure: lowest and highest to try, such as "1 bar" "4 bar"')
-    ] = None
+    between: Annotated[tuple[str, str] | None, Option(help='pressure: range to try, "1 bar" "4 bar"')] = None
     chamber: Annotated[str | None, Option(help="valve: its chamber; by default the first that is filled")] = (
         None
     )

@@ -77,9 +77,7 @@ def _entries(kind: str) -> list[tuple[str, str]]:
 
 @common.app.command()
 def check(
-    file: Annotated[
-        Path, Argument(help="a TOML, MJCF, URDF or gait CSV file, or the name of a shipped orthosis")
-    ],
+    file: Annotated[Path, Argument(help="TOML, MJCF, URDF or gait CSV file, or a shipped orthosis")],
 ) -> None:
     """Check a file of your own: what is wrong, or what was read."""
     with common.progress("checking"):
@@ -108,9 +106,7 @@ class _New:
     name: Annotated[str, Argument(help="name of the new file or folder")]
     out: Annotated[Path, Option(help="output folder")] = Path()
     like: Annotated[str, Option(help="shipped description to start from")] = ""
-    whole: Annotated[
-        bool, Option("--all", help="write every key with its meaning, not only the main ones")
-    ] = False
+    whole: Annotated[bool, Option("--all", help="write every key, not only the main ones")] = False
     muscle: _Used = None
     valve: _Used = None
     orthosis: _Used = None
@@ -126,9 +122,7 @@ class _New:
         str | None,
         Option(help="length of its clamps together, which do not contract; twice the bore by default"),
     ] = None
-    wall_thickness: Annotated[
-        str | None, Option(help="wall thickness of its rubber tube; bore/7 by default")
-    ] = None
+    wall_thickness: Annotated[str | None, Option(help="wall of its rubber tube; bore/7 by default")] = None
 
 
 @common.app.command()
@@ -205,12 +199,8 @@ def refit_command(
     out: Annotated[Path | None, Option(help="(required) output folder of the refitted orthosis")] = None,
     to: Annotated[str, Option(help="leg that it shall fit", metavar="LEG")] = "",
     made_for: Annotated[str, Option("--from", help="leg that it was made for", metavar="LEG")] = "adult_75kg",
-    shank_length: Annotated[
-        str, Option(help='instead of --to: distance from knee to ankle, such as "35 cm"')
-    ] = "",
-    foot_length: Annotated[
-        str, Option(help='instead of --to: length from heel to toe, such as "22 cm"')
-    ] = "",
+    shank_length: Annotated[str, Option(help='instead of --to: knee to ankle, such as "35 cm"')] = "",
+    foot_length: Annotated[str, Option(help='instead of --to: heel to toe, such as "22 cm"')] = "",
     force: Annotated[bool, Option("--force", help="overwrite an existing orthosis")] = False,
 ) -> None:
     """Scale an orthosis to a leg of another size. Anchors and paths scale with shank and foot length."""

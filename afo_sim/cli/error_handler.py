@@ -146,7 +146,6 @@ def run(app: typer.Typer, received: Sequence[int] = ()) -> int:
 
 
 def _report(error: BaseException) -> int:
-    """Say what went wrong, in one message, and return the exit code."""
     if isinstance(error, BrokenPipeError):
         return 0  # who reads the output has seen enough
     code, message = _message(error)

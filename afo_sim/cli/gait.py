@@ -21,9 +21,7 @@ class Trial:
             help="files of one trial (.c3d, .trc, .mot, .sto, .csv, the model's .osim) or an OpenCap folder"
         ),
     ]
-    out: Annotated[
-        Path | None, Option(help="(required) CSV to write; a picture of the same name is written with it")
-    ] = None
+    out: Annotated[Path | None, Option(help="(required) CSV to write; a picture goes with it")] = None
     walker: Annotated[
         str | None, Option(metavar="healthy|patient", help="(required) whose walk it is; it is never guessed")
     ] = None
@@ -35,14 +33,12 @@ class Trial:
         ),
     ] = None
     stride: Annotated[
-        str | None, Option(metavar="N|mean", help="number of the stride; by default the first complete one")
+        str | None, Option(metavar="N|mean", help="stride; the first complete one by default")
     ] = None
-    mass: Annotated[
-        str | None, Option(help='body mass, such as "72 kg"; by default from C3D file, model or force plates')
-    ] = None
-    height: Annotated[
-        str | None, Option(help='body height, such as "1.72 m"; by default from the C3D file')
-    ] = None
+    mass: Annotated[str | None, Option(help='body mass, "72 kg"; by default from C3D, model or plates')] = (
+        None
+    )
+    height: Annotated[str | None, Option(help='body height, "1.72 m"; by default from the C3D')] = None
     sole: Annotated[
         str | None,
         Option(help='sole thickness under the ankle, "25 mm", or "0 mm" barefoot; unknown by default'),
@@ -67,15 +63,9 @@ class Trial:
     plate: Annotated[list[str] | None, Option(help="force plate to use; all by default")] = None
     forward: Annotated[str | None, Option(help="walking direction: x, -x, y, …; found by default")] = None
     up: Annotated[str | None, Option(help="vertical axis; found by default")] = None
-    angles: Annotated[
-        str | None, Option(help="deg|rad: unit of the angles if the header lacks it or is wrong")
-    ] = None
-    belt_speed: Annotated[
-        str | None, Option(help='treadmill speed, "1.2 m/s"; by default that of the foot in stance')
-    ] = None
-    cutoff: Annotated[
-        str, Option(help='cut-off frequency of the low-pass filter, up to "50 Hz"; "0 Hz": no filter')
-    ] = "10 Hz"
+    angles: Annotated[str | None, Option(help="deg|rad: unit of angles if the header is wrong")] = None
+    belt_speed: Annotated[str | None, Option(help="treadmill speed; by default from the stance foot")] = None
+    cutoff: Annotated[str, Option(help='cut-off of the low-pass, up to "50 Hz"; "0 Hz": no filter')] = "10 Hz"
     thigh: Annotated[
         str | None, Option(help='distance from hip to knee, "43 cm", if no file has the ankle\'s position')
     ] = None
@@ -84,9 +74,7 @@ class Trial:
         tuple[str, str] | None,
         Option(help='hip from the pelvis origin; "-6.3 cm" "-7.2 cm" by default', metavar="FORWARD UP"),
     ] = None
-    ankle_height: Annotated[
-        str | None, Option(help='ankle height above the floor with the foot flat, "7 cm"')
-    ] = None
+    ankle_height: Annotated[str | None, Option(help='ankle height, foot flat on the floor, "7 cm"')] = None
     ankle_zero: Annotated[
         str, Option(help="zero of the ankle angle: flat (sole level while the foot is flat) or file")
     ] = "flat"

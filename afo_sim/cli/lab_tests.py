@@ -48,32 +48,24 @@ class _Test:
             help="isobaric|isotonic|isometric (all: these)|auxotonic|sealed|step|release|sensitivity|replay"
         ),
     ]
-    muscles: Annotated[
-        list[str], Argument(help="shipped muscles or TOML files; for replay: logs of a test bench")
-    ]
-    law: Annotated[list[str] | None, Option(help="force law; repeat the option for several")] = None
-    friction: Annotated[
-        list[str] | None, Option(help="friction law, or none; repeat the option for several")
-    ] = None
+    muscles: Annotated[list[str], Argument(help="shipped muscles or TOML files; for replay: logs of a bench")]
+    law: Annotated[list[str] | None, Option(help="force law; repeat for several")] = None
+    friction: Annotated[list[str] | None, Option(help="friction law, or none; repeat for several")] = None
     pressure: Annotated[
         list[str] | None,
         Option(help='gauge pressure, "3 bar"; repeat for several curves, or for from and to'),
     ] = None
     load: Annotated[list[str] | None, Option(help='load, "200 N" or "20 kg"; repeat for several')] = None
     contraction: Annotated[
-        list[str] | None, Option(help='contraction ratio, 0.1 or "10 %"; repeat for several')
+        list[str] | None, Option(help='contraction, 0.1 or "10 %"; repeat for several')
     ] = None
     length: Annotated[list[str] | None, Option(help="length of the braid, instead of a contraction")] = None
-    stiffness: Annotated[
-        list[str] | None, Option(help='for auxotonic: spring stiffness, "5 N/mm"; repeat for several')
-    ] = None
+    stiffness: Annotated[list[str] | None, Option(help='for auxotonic: "5 N/mm"; repeat for several')] = None
     series: Annotated[int | None, Option(help="number of equal muscles end to end")] = None
     valve: Annotated[str | None, Option(help="for step and release: valve (mh1 by default)")] = None
     supply: Annotated[str | None, Option(help="supply pressure; by default the muscle's limit")] = None
     time: Annotated[str | None, Option(help="duration of one stroke up or down; slow by default")] = None
-    static: Annotated[
-        bool, Option("--static", help="evaluate the static formula instead of simulating the rig")
-    ] = False
+    static: Annotated[bool, Option("--static", help="static formula instead of the simulated rig")] = False
     compare: Annotated[Path | None, Option(help="CSV of measured points to compare with")] = None
     sets: Annotated[
         list[str] | None,
@@ -207,13 +199,9 @@ _RATE = 'orthosis: bounds of a log\'s still samples, such as angle="2 deg/s"'
 class _Fit:
     """Options of `fit`: what is fitted to what."""
 
-    data: Annotated[
-        list[Path], Argument(help="CSV files of measured points, or of a log", metavar="FILES...")
-    ]
+    data: Annotated[list[Path], Argument(help="CSV files of measured points or a log", metavar="FILES...")]
     law: Annotated[str | None, Option(help="name of a force law, or all (default)")] = None
-    scenario: Annotated[
-        str | None, Option(help="fit a scenario: the one that the log is from, a name or TOML file")
-    ] = None
+    scenario: Annotated[str | None, Option(help="fit this scenario to the log: name or TOML file")] = None
     orthosis: Annotated[
         list[str] | None,
         Option(help="fit an orthosis: the one whose torque was measured, a name or file; or GROUP=ORTHOSIS"),
@@ -224,22 +212,14 @@ class _Fit:
     ] = None
     hold_out: Annotated[list[str] | None, Option(help=_HOLD_OUT)] = None
     test: Annotated[list[Path] | None, Option(help="law: further CSV to predict, not to fit")] = None
-    fixed: Annotated[
-        list[str] | None, Option(metavar="NAME=VALUE", help="law: a parameter to keep fixed")
-    ] = None
+    fixed: Annotated[list[str] | None, Option(metavar="NAME=VALUE", help="law: parameter to fix")] = None
     facts: Annotated[list[str] | None, Option("--fact", metavar="KEY=VALUE", help=_FACT)] = None
-    loss: Annotated[
-        str | None, Option(help="law: linear|soft_l1|huber|cauchy; all but linear tolerate outliers")
-    ] = None
+    loss: Annotated[str | None, Option(help="law: linear, or with outliers soft_l1|huber|cauchy")] = None
     like: Annotated[str | None, Option(help="law: muscle that supplies what the data lack")] = None
     sets: Sets = None
     noise: Annotated[list[str] | None, Option(metavar="CHANNEL=VALUE", help=_NOISE)] = None
-    chamber: Annotated[
-        str | None, Option(help="orthosis: the chamber that was filled, if no file states it")
-    ] = None
-    torque: Annotated[
-        str | None, Option(help="orthosis: device; or difference, without the torque at no air")
-    ] = None
+    chamber: Annotated[str | None, Option(help="orthosis: filled chamber, if no file states it")] = None
+    torque: Annotated[str | None, Option(help="orthosis: device; or difference (minus no air)")] = None
     rates: Annotated[list[str] | None, Option("--rate", metavar="KEY=VALUE", help=_RATE)] = None
     out: Annotated[Path | None, Option(help="output folder; runs/fit, fit-run or fit-torque")] = None
 
@@ -297,9 +277,7 @@ def fit_command(asked: _Fit) -> None:
 
 @app.command("calibrate")
 def calibrate_command(
-    log: Annotated[
-        Path, Argument(help="CSV of reference [bar] and reading [V], in the order of measurement")
-    ],
+    log: Annotated[Path, Argument(help="CSV of reference [bar] and reading [V], in measured order")],
     inverse: Annotated[bool, Option("--inverse", help="V = slope/x + intercept")] = False,
     step: Annotated[str, Option(help="resolution of the converter")] = "0.01 V",
     out: Annotated[Path, Option(help="folder for sensor.toml")] = Path("runs/calibration"),
@@ -349,18 +327,12 @@ def paper_command(
 @app.command("validate")
 def validate_command(
     as_json: Annotated[bool, Option("--json", help="print every row and table cell as a JSON list")] = False,
-    worn: Annotated[
-        bool, Option("--worn", help="instead: devices of other groups, predicted with bands")
-    ] = False,
+    worn: Annotated[bool, Option("--worn", help="instead: other groups' devices, with bands")] = False,
     bench: Annotated[bool, Option("--bench", help="instead: logs of test benches, predicted")] = False,
     data: Annotated[Path | None, Option(help="with --bench: folder of logs with a bench.toml")] = None,
-    air: Annotated[
-        Path | None, Option(help="instead: a log's air per stride beside the predicted band")
-    ] = None,
+    air: Annotated[Path | None, Option(help="instead: air per stride of a log and its band")] = None,
     scenario: Annotated[str, Option(help="walking scenario of that log")] = "walk-dropfoot-afo",
-    walker: Annotated[
-        bool, Option("--walker", help="instead: the responding walker beside measurements")
-    ] = False,
+    walker: Annotated[bool, Option("--walker", help="instead: responding walker and measurements")] = False,
 ) -> None:
     """Compare with every published number. Exit code 1 if one is missed; afo-sim paper has the details."""
     if worn or bench or air is not None:
@@ -397,7 +369,6 @@ def _walker(as_json: bool) -> None:
 
 
 def _spread(value: float, low: float, high: float) -> str:
-    """A number and its spread, where they are known."""
     return (
         "–" if value != value else f"{value:.3g}" if low != low else f"{value:.3g} ({low:.3g} to {high:.3g})"
     )

@@ -91,9 +91,7 @@ def leg_import_command(cut: Cut) -> None:
 def leg_export_command(
     source: Annotated[str, Argument(metavar="LEG", help="leg or scenario: a shipped name, or a path")],
     to: Annotated[Path | None, Option(help="(required) URDF file to write")] = None,
-    orthosis: Annotated[
-        str | None, Option(help="orthosis worn on it; none by default for a leg alone")
-    ] = None,
+    orthosis: Annotated[str | None, Option(help="orthosis worn on it; by default none on a leg")] = None,
     force: Annotated[bool, Option("--force", help="overwrite an existing file")] = False,
 ) -> None:
     """Write a leg as URDF, with the rigid parts of its orthosis."""
@@ -115,31 +113,19 @@ class _Attachment:
     """Options of `attach`: a model, an orthosis, and where it goes."""
 
     model: Annotated[Path, Argument(help="MJCF or URDF file of a whole model, or the name of a shipped leg")]
-    orthosis: Annotated[
-        str, Option(help="name of a shipped orthosis, or the path of its TOML file or folder")
-    ]
-    joint: Annotated[
-        str | None, Option("--joint", "--ankle", help="hinge of the joint; an ankle's is found by default")
-    ] = None
+    orthosis: Annotated[str, Option(help="name of a shipped orthosis, or its TOML file or folder")]
+    joint: Annotated[str | None, Option("--joint", "--ankle", help="hinge; an ankle's is found")] = None
     proximal: Annotated[str | None, Option("--proximal", "--shank", help="body above the joint")] = None
-    distal: Annotated[
-        str | None, Option("--distal", "--foot", help="body below the joint, which carries the plate")
-    ] = None
+    distal: Annotated[str | None, Option("--distal", "--foot", help="body that carries the plate")] = None
     side: Annotated[str | None, Option(help="right|left, if the model has both")] = None
-    zero: Annotated[
-        str | None, Option(help='coordinate of the hinge at joint angle 0; "0 deg" by default')
-    ] = None
-    sign: Annotated[
-        int | None, Option(help="1|-1: whether the hinge's own coordinate increases or decreases in flexion")
-    ] = None
+    zero: Annotated[str | None, Option(help='coordinate of the hinge at joint angle 0; "0 deg"')] = None
+    sign: Annotated[int | None, Option(help="1|-1: whether flexion increases the coordinate")] = None
     forward: _Forward = None
     package: _Package = None
     supply: Annotated[str, Option(help="gauge pressure before the inlet valves")] = "4 bar"
     timestep: Annotated[str | None, Option(help='time step, such as "1 ms"; the model\'s by default')] = None
     prefix: Annotated[str, Option(help="prefix of all added names")] = "afo_"
-    out: Annotated[
-        Path | None, Option(help="MJCF file, or plugin folder, to write; MODEL_ORTHOSIS.xml by default")
-    ] = None
+    out: Annotated[Path | None, Option(help="output file or plugin folder; MODEL_ORTHOSIS.xml")] = None
     to: Annotated[str | None, Option(help="plugin: write a folder that MuJoCo runs without afo_sim")] = None
     mjb: Annotated[bool, Option("--mjb", help="also write MuJoCo's binary model with all parameters")] = False
     force: Annotated[bool, Option("--force", help="overwrite existing files")] = False
@@ -189,7 +175,6 @@ def attach_command(worn: _Attachment) -> None:
 
 
 def _is_written(model: Path) -> bool:
-    """Whether a model was written with an orthosis on it."""
     sidecar = model.with_suffix(".toml")
     try:
         return model.suffix == ".xml" and f'model = "{model.name}"' in sidecar.read_text(encoding="utf-8")

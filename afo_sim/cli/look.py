@@ -103,11 +103,9 @@ def figure_command(
 @app.command("report")
 def report_command(
     folders: Annotated[
-        list[Path], Argument(help="run folders, compared with the first one; or one run of both legs")
+        list[Path], Argument(help="run folders, compared with the first; or one of both legs")
     ],
-    out: Annotated[
-        Path | None, Option(help="HTML file to write; report.html in the first run's folder by default")
-    ] = None,
+    out: Annotated[Path | None, Option(help="HTML file to write; report.html in the first run")] = None,
 ) -> None:
     """Write an HTML report of one run, or of several compared. It has verdict, figures, numbers, sources."""
     with progress("drawing"):
@@ -125,12 +123,8 @@ def video_command(
     folders: Annotated[list[Path], Argument(help="one run folder, or those of two or three walks")],
     out: Annotated[Path, Argument(help="MP4 file to write")],
     rate: Annotated[str, Option(help="frames per second")] = "25 Hz",
-    stride: Annotated[
-        int | None, Option(help="number of the stride of a walk; the settled one by default")
-    ] = None,
-    slow: Annotated[
-        float | None, Option(help="slow-motion factor; by default 4 for a walk, 1 for a seated run")
-    ] = None,
+    stride: Annotated[int | None, Option(help="number of a walk's stride; by default settled")] = None,
+    slow: Annotated[float | None, Option(help="slow-motion factor; by default 4, seated 1")] = None,
     reference: Annotated[bool, Option(help="show the walk without the device beside a single walk")] = True,
 ) -> None:
     """Film a stride of one to three walks, or a seated run. Needs an OpenGL backend and ffmpeg."""
@@ -180,9 +174,7 @@ def recover_command(
 @app.command("check-run")
 def check_run_command(
     folder: Annotated[Path, Argument(help="a run's folder")],
-    checks: Annotated[
-        Path | None, Argument(help="checks file; by default that of the shipped scenario")
-    ] = None,
+    checks: Annotated[Path | None, Argument(help="checks file; the shipped scenario's by default")] = None,
 ) -> None:
     """Test a run against a file of checks. Exit code 1 if one fails."""
     with progress("checking"):
@@ -201,14 +193,12 @@ def check_run_command(
 
 @app.command()
 def draw(
-    orthosis: Annotated[
-        str, Argument(help="name of a shipped orthosis or scenario, or its TOML file or folder")
-    ],
+    orthosis: Annotated[str, Argument(help="shipped orthosis or scenario, or its TOML file or folder")],
     leg: Annotated[
-        str | None, Option(help="name of a shipped leg, or its TOML file; the scenario's by default")
+        str | None, Option(help="shipped leg, or its TOML file; the scenario's by default")
     ] = None,
     pressure: Annotated[
-        str | None, Option(help='pressure in the muscles, such as "4 bar"; the supply\'s by default')
+        str | None, Option(help='pressure, such as "4 bar"; the supply\'s by default')
     ] = None,
     out: Annotated[
         list[Path] | None,
@@ -217,9 +207,7 @@ def draw(
             "NAME-air.pdf by default"
         ),
     ] = None,
-    view: Annotated[
-        str, Option(help='"design", or "air": schematic of the air path from source to muscles')
-    ] = "design",
+    view: Annotated[str, Option(help='"design", or "air": schematic of the air path')] = "design",
     force: Annotated[bool, Option("--force", help="overwrite existing files")] = False,
 ) -> None:
     """Draw an orthosis to scale, with what its muscles do over the joint angle.

@@ -85,7 +85,6 @@ def print_answers(
 
 
 def _rows(lines: _Lines) -> int:
-    """How many rows of the terminal they take."""
     return sum(len(list(_wrapped(line, hang))) for line, hang in lines)
 
 
@@ -217,7 +216,6 @@ def _wrapped(text: str, hang: int) -> Iterator[str]:
 
 
 def _width() -> int | None:
-    """Columns of the terminal; None without a terminal and without COLUMNS."""
     if sys.stdout.isatty() or os.environ.get("COLUMNS"):
         return shutil.get_terminal_size().columns
     return None

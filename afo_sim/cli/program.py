@@ -67,7 +67,6 @@ class Program:
             sys.__unraisablehook__(unraisable)
 
     def _final_message(self, error: BaseException) -> int:
-        """Say why it ends by what cannot fail, once; the exit code."""
         words = "stopped" if self.received else f"this is a bug in afo-sim ({type(error).__name__})"
         if not self.finished:
             self.finished = True

@@ -42,20 +42,14 @@ def run(
     change: Annotated[
         bool, Option("--change/--no-change", help="find the design changes that help most (walking only)")
     ] = True,
-    uncertainty: Annotated[
-        int, Option(help="number of draws of the uncertain inputs, for bands (walking only); 0: none")
-    ] = 0,
-    spreads: Annotated[
-        str, Option(help="with --uncertainty: spreads of the inputs, a shipped name or a TOML file")
-    ] = "usual",
+    uncertainty: Annotated[int, Option(help="draws of the uncertain inputs (walking only); 0: none")] = 0,
+    spreads: Annotated[str, Option(help="with --uncertainty: shipped or own spreads (TOML)")] = "usual",
     step: Annotated[
         str, Option(help="time step: controlled (halved until doubling it changes no number) or fixed")
     ] = "controlled",
     numbers: Annotated[bool, Option("--numbers", help="print every metric")] = False,
     live: Annotated[bool, Option("--live", help="show the run live in the Rerun viewer")] = False,
-    force: Annotated[
-        bool, Option("--force", help="overwrite a run of another scenario in that folder")
-    ] = False,
+    force: Annotated[bool, Option("--force", help="overwrite another run in that folder")] = False,
 ) -> None:
     """Simulate one scenario. By default: the seated solenoid-timer test.
 
@@ -89,7 +83,6 @@ def run(
 
 
 def _stop(failed: dict[str, str]) -> None:
-    """Say why runs ended before their end, and stop with their exit code."""
     for name, status in failed.items():
         print(f"afo-sim: {name}{status.removeprefix('failed: ')}", file=sys.stderr)
     if failed:
@@ -99,9 +92,7 @@ def _stop(failed: dict[str, str]) -> None:
 @common.app.command()
 def compare(
     scenario: common.Scenario,
-    laws: Annotated[
-        str, Option(help="names, separated by commas; by default every law that all muscles have")
-    ] = "",
+    laws: Annotated[str, Option(help="names, separated by commas; by default all common laws")] = "",
     out: Annotated[Path | None, Option(help="output folder; runs/<scenario>-laws by default")] = None,
     sets: common.Sets = None,
     rrd: common.RecordingOption = None,
@@ -141,12 +132,8 @@ def torque_map_command(
             help='for example "-20 deg" "25 deg" "1 deg"; the range of motion by default',
         ),
     ] = None,
-    pressure: Annotated[
-        list[str] | None, Option(help="gauge pressure; repeat the option for several")
-    ] = None,
-    uncertainty: Annotated[
-        int, Option(help="number of draws of patient and walk, for bands of the needed torque")
-    ] = 0,
+    pressure: Annotated[list[str] | None, Option(help="gauge pressure; repeat for several")] = None,
+    uncertainty: Annotated[int, Option(help="number of draws, for bands of the needed torque")] = 0,
 ) -> None:
     """Compare needed and available torque over angle and pressure."""
     values = common.read_sets(sets)
@@ -219,9 +206,7 @@ def _print_torque_maps(found: "TorqueMaps", bands: dict[str, list[float]], out: 
 @common.app.command("both")
 def both_command(
     scenario: common.Scenario,
-    left: Annotated[
-        str, Option(help="scenario of the left leg; that of the right leg by default", metavar="SCENARIO")
-    ] = "",
+    left: Annotated[str, Option(help="scenario of the left leg; else the same", metavar="SCENARIO")] = "",
     out: Annotated[Path | None, Option(help="output folder; runs/<scenario>-both by default")] = None,
     sets: common.Sets = None,
     left_sets: Annotated[
@@ -236,9 +221,7 @@ def both_command(
     rrd: common.RecordingOption = None,
     rate: common.Rate = None,
     numbers: Annotated[bool, Option("--numbers", help="print every metric of both legs")] = False,
-    force: Annotated[
-        bool, Option("--force", help="overwrite a run of other scenarios in that folder")
-    ] = False,
+    force: Annotated[bool, Option("--force", help="overwrite another run in that folder")] = False,
 ) -> None:
     """Simulate both legs on one supply. Reports total air, flow from the source, and the worse leg."""
     values, others = common.read_sets(sets), common.read_sets(left_sets, "--left-set")
@@ -309,7 +292,6 @@ def _print_tables(legs: "Both", *, whole: bool) -> None:
 
 
 def _peak(legs: "Both") -> list[tuple[str, int]]:
-    """What the source must give at once, against one leg's need."""
     found = [legs.numbers.get(f"peak_flow_{who}") for who in ("right", "left", "both")]
     peaks = [peak.value for peak in found if peak is not None]
     if len(peaks) < 3 or max(peaks[:2]) <= 0.0:

@@ -26,25 +26,19 @@ class _Sweep:
     """Options of `sweep`: which cases, and who computes them."""
 
     source: Annotated[str, Argument(metavar="[SWEEP]", help="name of a shipped sweep, or a TOML file")] = ""
-    out: Annotated[
-        Path | None, Option(help="output folder; runs/<sweep> by default, DIR/figures with --show")
-    ] = None
+    out: Annotated[Path | None, Option(help="output folder; runs/<sweep>, with --show DIR/figures")] = None
     threads: common.Threads = 0
     workers: common.Workers = 0
     scheduler: common.Scheduler = ""
     part: Annotated[str, Option(help="K/N: compute only the K-th of N parts, for a job array")] = "1/1"
-    if_changed: Annotated[
-        str, Option(help="if the sweep file or the code has changed: refuse, restart or continue")
-    ] = "refuse"
+    if_changed: Annotated[str, Option(help="if file or code changed: refuse, restart or continue")] = "refuse"
     plain: common.Plain = False
     dry_run: Annotated[bool, Option("--dry-run", help="only report cases, time and disk space")] = False
     yes_many: Annotated[bool, Option("--yes-many", help="allow more than ten million cases")] = False
     show: Annotated[Path | None, Option(help="folder of a sweep: print its tables and draw its figures")] = (
         None
     )
-    metric: Annotated[
-        list[str] | None, Option(help="with --show: metric, as NAME or NAME:lowest|highest")
-    ] = None
+    metric: Annotated[list[str] | None, Option(help="with --show: NAME or NAME:lowest|highest")] = None
     best: Annotated[int, Option(help="with --show: number of best cases")] = 5
 
 
@@ -192,7 +186,7 @@ def optimise(
     workers: common.Workers = 0,
     scheduler: common.Scheduler = "",
     if_changed: Annotated[
-        str, Option(help="if the search file or the code has changed: refuse, restart or continue")
+        str, Option(help="if file or code changed: refuse, restart or continue")
     ] = "refuse",
     plain: common.Plain = False,
     dry_run: Annotated[bool, Option("--dry-run", help="only report cases, time and disk space")] = False,

@@ -34,9 +34,7 @@ class _Walk:
             "by default those that are shipped for the scenario's patient",
         ),
     ] = None
-    spring: Annotated[
-        str | None, Option(help='stiffness of a passive orthosis to compare with: "30 N*m/rad" (patients)')
-    ] = None
+    spring: Annotated[str | None, Option(help='passive orthosis beside it, "30 N*m/rad" (patients)')] = None
     gait: Annotated[str, Option(help="healthy gait: a shipped name or a file (one)")] = "natural"
     strength: Annotated[
         list[str] | None,
@@ -44,24 +42,14 @@ class _Walk:
             metavar="MUSCLE=SHARE", help="remaining strength, such as tibialis=0.2 or left_soleus=0 (one)"
         ),
     ] = None
-    duration: Annotated[
-        str | None, Option(help="duration of the undisturbed walks; 10 s by default, 20 s for one")
-    ] = None
-    starts: Annotated[
-        int | None, Option(help="number of perturbed starts per case; by default 2 per patient, 50 for one")
-    ] = None
+    duration: Annotated[str | None, Option(help="duration of undisturbed walks; 10 s, for one 20 s")] = None
+    starts: Annotated[int | None, Option(help="perturbed starts per case; by default 2, for one 50")] = None
     push: Annotated[str, Option(help="push on the trunk, once in each perturbed start")] = "50 N"
-    generations: Annotated[
-        int, Option(help="generations (16 walks each) in which patients without an adapted gait adapt")
-    ] = 0
+    generations: Annotated[int, Option(help="generations of 16 walks for patients yet to adapt")] = 0
     subset: Annotated[str, Option(help="gains that adapt: swing, stance or all (one)")] = "all"
-    adapted: Annotated[
-        str | None, Option(help="adapted gait; for patients: patients.csv of an earlier walk")
-    ] = None
+    adapted: Annotated[str | None, Option(help="adapted gait; for patients: an earlier patients.csv")] = None
     adapted_device: Annotated[str | None, Option(help="adapted gait with the device (one)")] = None
-    draws: Annotated[
-        int, Option(help="number of people varied about each patient, who keep that patient's gait")
-    ] = 0
+    draws: Annotated[int, Option(help="number of people varied about each patient, with the same gait")] = 0
     seed: Annotated[int, Option(help="seed of perturbed starts and search")] = 0
     threads: Threads = 0
     vary: Annotated[

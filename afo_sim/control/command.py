@@ -46,7 +46,6 @@ def coils(
 
 
 def _one_coil(chamber: str, command: object) -> InputError:
-    """A 3/2 valve can neither hold the air nor be open both ways."""
     problem = "is nothing that a 3/2 valve can do: it fills with current, and vents without"
     allowed = "inlet, outlet, or two coils, one of them 0"
     return InputError(problem, field=chamber, value=command, allowed=allowed)
@@ -92,7 +91,6 @@ def checked(
 
 
 def _is_pressure(command: object) -> bool:
-    """Whether a command is a number or begins with one."""
     if isinstance(command, str):
         return command.lstrip(" +-.")[:1].isdigit()
     return isinstance(command, numbers.Real) and not isinstance(command, bool)

@@ -79,7 +79,6 @@ def _template(stride_time: float) -> Template:
 
 @functools.cache
 def _waves() -> np.ndarray:
-    """What a shape changes by with each of its series, at `EXTREMES` phases."""
     order = np.arange(1, HARMONICS + 1)
     angle = 2.0 * np.pi * np.outer(np.arange(EXTREMES) / EXTREMES, order)
     waves = np.ones((EXTREMES, 2 * HARMONICS + 1))
@@ -254,7 +253,6 @@ class PhaseEstimate:
 
     @property
     def _enough(self) -> int:
-        """Looks that find who stands."""
         return int(self._window / LOOK + 0.5)
 
     def _stand(self, dt: float, begins: bool) -> None:
@@ -283,12 +281,10 @@ class PhaseEstimate:
         self._averaged(dt)
 
     def _forget_swing(self) -> None:
-        """The stride is not timed, as the walker stands or may have."""
         self._swings = Swings()
         self._since_swing = self._since_strike = self._unstruck = math.inf
 
     def _loosen(self, phase: float, rate: float) -> None:
-        """Forget how phase and rate go with the rest; their variances are given."""
         self._covariance[:SHAPE, :] = 0.0
         self._covariance[:, :SHAPE] = 0.0
         self._covariance[0, 0], self._covariance[1, 1] = phase, rate
@@ -336,7 +332,6 @@ class PhaseEstimate:
         self._worst = 0.0
 
     def _turn_to_own(self) -> None:
-        """Turn a shape to where a foot switch found the walker's own."""
         if self._calibrated:
             turn(self._state, _apart(self._origin, origin(self._state)))
 

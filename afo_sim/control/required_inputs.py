@@ -45,7 +45,6 @@ def check_required(asks: Iterable[RequiredInput], known: Iterable[str], unit: Ca
 
 
 def _plain(text: str) -> str | float:
-    """A number as a number: it stands as text in the description."""
     try:
         return float(text)
     except ValueError:

@@ -20,7 +20,6 @@ class Swing(NamedTuple):
 
 
 def _alike(one: Swing, other: Swing) -> bool:
-    """Whether two swings have about the same extremes."""
     return abs(one.high - other.high) < ALIKE and abs(one.low - other.low) < ALIKE
 
 

@@ -46,7 +46,6 @@ def _described(kind: str, name: str) -> _TableOf:
 
 
 def _plain(kind: str, name: str) -> _TableOf:
-    """A sweep or search as its file states it."""
     file = assets.find(kind, name)
     rows = list(_flat(assets.read_toml(file), ""))
     return f"{kind} {name}: {file.relative_to(assets.folder('models').parent)}", ("key", "value"), rows

@@ -58,7 +58,6 @@ def keys(
 
 
 def _keys_of(reading: Reading[Mixed], leaf: schema.Leaf) -> Iterator[Key]:
-    """A leaf's key, or one for each item of its list."""
     written = value_at(reading.tree.root, leaf.path)
     source, provenance = _source(reading, leaf, written)
     origin = (provenance.kind, provenance.source) if provenance else ("", "")
@@ -71,7 +70,6 @@ def _keys_of(reading: Reading[Mixed], leaf: schema.Leaf) -> Iterator[Key]:
 
 
 def _is_whole(annotation: schema.Annotation) -> bool:
-    """Whether a list is written only as a whole."""
     return any(isinstance(mark, Whole) for mark in schema.core(annotation)[1])
 
 

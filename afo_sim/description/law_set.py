@@ -150,6 +150,5 @@ def _read_parameter(parameter: LawParameter, text: Given) -> float:
 
 
 def _written(parameters: Sequence[LawParameter], values: dict[str, float]) -> JsonDict:
-    """SI values as text that reads again."""
     units = {parameter.name: parameter.unit for parameter in parameters}
     return {name: format_quantity(value, units[name]) for name, value in values.items()}

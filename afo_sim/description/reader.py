@@ -181,7 +181,6 @@ def read(kind: str, source: _Source, sets: _Sets = None) -> Reading[Any]:
 
 
 def _described(tree: Tree, base: Base | None = None) -> Any:
-    """A tree's description; parts that it shares with a base are the base's."""
     if len(KEPT) > MOST_KEPT:
         KEPT.clear()
     table = dict(tree.root)
@@ -333,7 +332,6 @@ def unchanged(description: str) -> tuple[str, int]:
 
 
 def _plain(value: Any) -> Any:
-    """Descriptions and NumPy's numbers as what TOML could hold."""
     if isinstance(value, BaseModel):
         return value.model_dump(mode="json", exclude_none=True)
     if isinstance(value, np.generic | np.ndarray):

@@ -233,7 +233,6 @@ def at_rest(muscle: Given, law: Mapping[str, float] = MappingProxyType({})) -> A
 
 
 def _over(function: Callable[..., float], *arguments: np.ndarray) -> _Found:
-    """A scalar function over broadcast arrays; of plain numbers a float."""
     try:
         together = np.broadcast_arrays(*arguments)
     except ValueError:
@@ -256,7 +255,6 @@ def _contraction(muscle: _Muscle, contraction: _Amount | None, length: _Amount |
 
 
 def _require(good: np.ndarray, name: str, amount: Given, allowed: str) -> None:
-    """Refuse an argument of which a number is out of range, or none."""
     if not np.all(good):
         raise InputError("is out of range", field=name, value=amount, allowed=allowed)
 

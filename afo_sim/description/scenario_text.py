@@ -162,7 +162,6 @@ def _valves(scenario: _Scenario) -> Iterator[tuple[str, str]]:
 
 
 def _span(start: float | str, end: float | str) -> str:
-    """An interval of gait phase or of time."""
     if isinstance(start, str) or isinstance(end, str):
         return f"{parse_quantity(str(start), 's'):g}–{parse_quantity(str(end), 's'):g} s"
     return f"{100.0 * start:g}–{100.0 * end:g} %"

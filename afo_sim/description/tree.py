@@ -145,7 +145,6 @@ def _renamed(node: Given, name: str) -> Given:
 
 
 def _table_in(items: list[Given], number: str, dotted: str, value: Given) -> Given:
-    """The item of a list of tables."""
     if not number.isdigit() or int(number) >= len(items):
         allowed = f"[0] to [{len(items) - 1}]" if items else "none: the list is empty"
         problem = f"there is no item [{number}]" if number.isdigit() else "is a list: name one of its items"

@@ -109,7 +109,6 @@ def _target(path: pathlib.Path, to: str | None) -> tuple[pathlib.Path, Format]:
 
 
 def _there(path: pathlib.Path, file: pathlib.Path) -> InputError:
-    """The refusal to write over a file that is there."""
     problem = "exists" if file == path else f"would replace {file.name} beside it, which holds something else"
     allowed = "`force`, which replaces it, or another file with `out`"
     return InputError(problem, field="out", value=str(path), allowed=allowed)

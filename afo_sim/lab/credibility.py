@@ -336,7 +336,6 @@ def _plan(
 
 @functools.cache
 def _tests() -> Numbers:
-    """How many tests stand beside this version: in an installed package none."""
     root = pathlib.Path(__file__).parents[2]  # of a checkout
     files = [*(root / "tests").rglob("test_*.py")] if (root / "models").is_dir() else []
     counts = [(f.parent.name, len(re.findall(r"\n *def test_", f.read_text("utf-8")))) for f in files]

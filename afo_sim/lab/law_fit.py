@@ -119,7 +119,6 @@ def fit_law(problem: LawProblem, *, seed: int = 0, starts: int = STARTS) -> LawF
 
 
 def _agreeing(ends: Sequence[OptimizeResult]) -> int:
-    """The number of starts that end where the best does, having settled."""
     best = min(end.cost for end in ends)
     return sum(bool(end.cost <= best * 1.001 + 1e-300 and end.status > 0) for end in ends)
 

@@ -75,7 +75,6 @@ def muscle_table(fit: LawFit, data: Measured, like: str = LIKE) -> JsonDict:
 
 
 def _table(sourced: Sourced) -> JsonDict:
-    """Values by name, and their sources as their provenance."""
     values = {name: value for name, (value, _) in sourced.items()}
     return values | {"provenance": {name: source for name, (_, source) in sourced.items()}}
 

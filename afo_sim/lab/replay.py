@@ -119,7 +119,6 @@ def replay(log: TableLike, muscle: Given = None, *, sets: Laid = None, bench: La
 
 
 def _compared(plan: ReplayPlan, predicted: Rows) -> dict[str, Comparison]:
-    """The measured channels beside the predicted ones; what drives the bench is none."""
     given = {"time", "inlet", "outlet", *(["pressure"] if plan.valve is None else [])}
     given |= {"contraction", "length"} if plan.held else set()
     time, measured = plan.log.time, plan.log.columns.items()

@@ -208,7 +208,6 @@ def verdict(solution: Solution) -> list[Notice]:
 
 
 def _shown(solution: Solution, k: int) -> str:
-    """A value and its interval, in words."""
     p = solution.problem.free[k]
     low, high = map(p.text, solution.interval(k))
     if not solution.jacobian[:, k].any():

@@ -196,7 +196,6 @@ def sensitivity(muscle: Muscle, pressure: float, contraction: float = 0.0) -> di
 
 
 def _several(value: Given) -> tuple[Given, ...]:
-    """One or several as a tuple."""
     if value is None:
         return ()
     one = isinstance(value, str | os.PathLike | Mapping | Muscle)
@@ -204,7 +203,6 @@ def _several(value: Given) -> tuple[Given, ...]:
 
 
 def _kinds(test: Given, given: Sequence[str]) -> tuple[Kind, ...]:
-    """The tests to run; refuse arguments that none of them takes."""
     allowed = (*KINDS, "all")
     if test not in allowed:
         raise unknown(test, allowed, field="test", problem="is not a valid test")
@@ -217,7 +215,6 @@ def _kinds(test: Given, given: Sequence[str]) -> tuple[Kind, ...]:
 
 
 def _muscles(muscle: Given, law: Given, friction: Given, sets: Mapping[str, object] | None) -> list[Muscle]:
-    """Every muscle with every law and friction."""
     found = []
     for one in _several(muscle):
         description = one.model_dump(mode="json") if isinstance(one, Muscle) else one

@@ -103,7 +103,6 @@ def _circuit_of(plan: StandPlan) -> native.Circuit:
 
 
 def _require_stable(plan: StandPlan) -> None:
-    """Refuse a time step that is too long for the air between valves."""
     if plan.valve is None or plan.laboratory.line_length > 0.0:  # behind a line the parts of a step suffice
         return
     step, valves = plan.timestep, (plan.valve, plan.outlet or plan.valve)

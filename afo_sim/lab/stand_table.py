@@ -126,7 +126,6 @@ def table_of(trials: Sequence[Trial]) -> dict[str, np.ndarray]:
 
 
 def _labels(trial: Trial, curve: int) -> list[str]:
-    """All of LABELS but the way, which changes along a curve."""
     muscle = trial.plan.muscle
     test = f"{trial.plan.kind}, formula" if trial.static else trial.plan.kind
     return [test, muscle.name, muscle.law, muscle.friction, set_point_text(trial, curve)]
@@ -248,7 +247,6 @@ def _read(trial: Trial, k: int, x: float) -> float:
 
 
 def _columns(data: Measured, muscle: Muscle) -> dict[str, np.ndarray]:
-    """Measured points by quantity, contraction ratios from their lengths where need be."""
     known = {"pressure": data.pressure, "load": data.force, "force": data.force}
     if data.contraction is not None:
         return known | {"contraction": data.contraction}

@@ -129,7 +129,6 @@ def _columns(table: Table) -> Columns:
 
 
 def _of_chamber(file: pathlib.Path, columns: Columns, chamber: str) -> tuple[Columns, tuple[str, ...]]:
-    """The rows of one chamber, and the chambers that the file names."""
     named = columns.pop("chamber")
     chambers = tuple(dict.fromkeys(name for name in named.tolist() if name))
     if not (chamber and chambers):
@@ -253,7 +252,6 @@ def _settings(file: pathlib.Path, group: str, columns: Columns) -> Readings:
 
 
 def _of_path(columns: Columns) -> list[str]:
-    """Names of the columns of measured paths."""
     return [name for name in columns if name.startswith(PATH)]
 
 

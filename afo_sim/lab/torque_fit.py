@@ -225,7 +225,6 @@ def _read(data: TableLike, chamber: str, difference: bool, rates: Mapping[str, o
 def _groups(
     read: Torques, orthoses: Mapping[str, Orthosis], chamber: str
 ) -> tuple[torque_problem.Group, ...]:
-    """The readings with their orthoses."""
     found = []
     for name, readings in read.groups.items():
         orthosis = orthoses.get(name) or orthoses.get("")

@@ -42,7 +42,6 @@ def law_force(
 
 
 def _asked(told: Told) -> tuple[Muscle, str, Mapping[str, float]]:
-    """Muscle, law and parameters of a row."""
     muscle: Muscle = load("muscle", told["muscle"], told.get("set", {}))
     law = told.get("law", muscle.law)
     return muscle, law, told["parameters"] if "parameters" in told else muscle.laws[law].parameters

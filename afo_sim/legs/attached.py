@@ -177,7 +177,6 @@ class Attached:
         return {name: native.Air(*map(float, air)) for name, air in read.items()}
 
     def _anchors(self, data: mujoco.MjData) -> dict[str, native.Yielding]:
-        """Cuff and plate, where they are not rigid."""
         places = self.ids.anchors.items()
         return {each: native.read_anchor(self.model, data.userdata, *place) for each, place in places}
 

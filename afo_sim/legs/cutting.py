@@ -121,7 +121,6 @@ def _own_name(name: str) -> str:
 
 
 def _renamed(part: Part) -> Part:
-    """A part whose shapes and points have such names."""
     shapes = tuple(dataclasses.replace(shape, name=_own_name(shape.name)) for shape in part.shapes)
     points = {_own_name(name): at for name, at in part.points.items()}
     return dataclasses.replace(part, shapes=shapes, points=points)
@@ -150,7 +149,6 @@ def _moved_part(
     part: Part, by: np.ndarray, name: str, parent: str | None, pose: np.ndarray,
     joints: tuple[Joint, ...] = (),
 ) -> Part:  # fmt: skip
-    """A part in other axes, which have another origin."""
     inertia = by[:3, :3] @ part.inertia @ by[:3, :3].T
     inertia, centre = 0.5 * (inertia + inertia.T), moved(by, part.centre)
     shapes = tuple(dataclasses.replace(shape, pose=by @ shape.pose) for shape in part.shapes)

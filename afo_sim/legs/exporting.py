@@ -111,7 +111,6 @@ def _scenario(source: str, orthosis: str | None) -> tuple[Scenario, bool]:
 
 
 def _lost(scenario: Scenario, worn: bool) -> Iterator[Notice]:
-    """What of a scenario URDF has no place for."""
     if scenario.simulated_side == "left":
         words = "URDF has no side: import this left leg with --side left"
         yield Notice("side-left-out", words, subject="side", severity="note")

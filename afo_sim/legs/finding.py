@@ -118,7 +118,6 @@ def zero_of(hinge: Joint, given: float | None) -> float:
 
 
 def _why_none(tree: Tree) -> str:
-    """Why no leg is found: no hinge, or names that tell nothing."""
     kinds = {name: joint.kind for name, (_, joint) in tree.joints().items()}
     if "hinge" in kinds.values():
         shanks = listed(named_shanks(tree))

@@ -130,7 +130,6 @@ def leg_toml(
 
 
 def _lines(table: JsonDict) -> Iterator[str]:
-    """A table as TOML, a line for each number with its source."""
     for key, value in table.items():
         if key in ("passive", "toes"):
             yield from ("", f"[{key}]", *_lines(value))

@@ -59,7 +59,6 @@ def read_urdf(
 
 
 def _parsed(root: Foreign, file: pathlib.Path) -> Foreign:
-    """yourdfpy's Robot of a checked element."""
     import yourdfpy
     from lxml import etree
 

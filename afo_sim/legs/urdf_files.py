@@ -62,7 +62,6 @@ def robot_element(file: pathlib.Path) -> Foreign:
 
 
 def _root_element(file: pathlib.Path) -> Foreign:
-    """The root of an XML file, as lxml's element without comments."""
     root, faults = _parsed(file)
     if root is not None and not faults:
         return root
@@ -190,7 +189,6 @@ def _shape_problem(geometry: Foreign) -> str:
 
 
 def _positive(text: str) -> bool:
-    """Whether numbers are positive; what is not a number is reported elsewhere."""
     try:
         return all(float(word) > 0 for word in text.replace(",", " ").split())
     except ValueError:

@@ -60,7 +60,6 @@ class ScenarioPhysics(Forkable, native.Closing, dm.Physics):
     # inputs
 
     def _forget(self) -> None:
-        """Take all commands back."""
         self._commander = Commander(self.built, timed=self.timed)
         self._supply: float | None = None
         self._control: np.ndarray | None = None

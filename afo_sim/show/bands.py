@@ -79,7 +79,6 @@ def _part(run: RunView, study: JsonMapping) -> JsonDict:
 
 
 def _warnings(study: JsonMapping) -> list[str]:
-    """Stated first: bands of draws of which many failed."""
     failed, count = study["failed"], study["draws"]
     if failed["count"] <= _MANY_FAILED * count:
         return []
@@ -146,7 +145,6 @@ def _told(facts: JsonMapping) -> tuple[str, list[str], str]:
 
 
 def _decimals(facts: JsonMapping) -> int:
-    """As many as show two digits of a band's width."""
     low, _, high = facts["quantiles"]
     return 2 if high <= low else min(max(1 - math.floor(math.log10(high - low)), 0), 4)
 
@@ -165,7 +163,6 @@ def _drawn(one: JsonMapping) -> tuple[str, str, str, str]:
 
 
 def _in_no_band(study: JsonMapping) -> list[str]:
-    """Draws missing from a band: few that failed, and those without the number."""
     found, count = _undefined(study), study["failed"]["count"]
     few = 0 < count <= _MANY_FAILED * study["draws"]
     return (
@@ -174,7 +171,6 @@ def _in_no_band(study: JsonMapping) -> list[str]:
 
 
 def _notes(study: JsonMapping) -> list[str]:
-    """All remarks, a sentence each."""
     failed = [f"draw failed, {one['count']} times: {one['reason']}" for one in study["failed"]["reasons"]]
     again = f"{study['rejected']} draws of a muscle's fit gave no valid muscle and were repeated"
     failed += [again] if study["rejected"] else []
@@ -182,13 +178,11 @@ def _notes(study: JsonMapping) -> list[str]:
 
 
 def _left_out(study: JsonMapping) -> list[str]:
-    """Spreads that the scenario lacks, or that a fit already draws, by name."""
     names = dict.fromkeys(_plain(text.partition(":")[0]) for text in study["left_out"])
     return [f"not varied here: {', '.join(names)}"] if names else []
 
 
 def _undefined(study: JsonMapping) -> list[str]:
-    """Numbers that are undefined in some draws, which their bands leave out."""
     return [
         f"{words(name).label} is undefined in {facts['undefined']} draws, which its band leaves out"
         for name, facts in study["metrics"].items()

@@ -60,7 +60,6 @@ class FilmFigure:
 def _add(
     scene: mujoco.MjvScene, kind: mujoco.mjtGeom, radius: float, ends: np.ndarray, colour: FloatOrArray
 ) -> None:
-    """A shape from one end to the other."""
     geom = scene.geoms[scene.ngeom]
     still = np.zeros(3), np.zeros(3), np.zeros(9)
     mujoco.mjv_initGeom(geom, kind, *still, np.array(colour, np.float32))

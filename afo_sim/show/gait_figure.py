@@ -76,7 +76,6 @@ def draw_gait(cycle: GaitCycle, path: pathlib.Path, imported: Imported | None = 
 
 
 def _warned(warnings: Sequence[str]) -> str:
-    """How many warnings there are, and the first of them, a paragraph each."""
     lines = [f"{len(warnings)} warning{'s' if len(warnings) > 1 else ''}:"]
     for warning in warnings[:_WARNED]:
         short = textwrap.shorten(warning, _LONGEST_WARNING, placeholder=" …")
@@ -152,7 +151,6 @@ def _angles(axes: dict[str, Axes], cycle: GaitCycle, alone: bool) -> None:
 
 
 def _strides(cycle: GaitCycle) -> list[GaitCycle]:
-    """The shipped strides that a mean is of, by its note `strides`."""
     names = [name.strip() for name in cycle.notes.get("strides", "").split(",")]
     return [read(find_gait(name)) for name in names if name in gait_names()]
 

@@ -340,7 +340,6 @@ def _from_above(axis: Axes, imported: Imported) -> None:
 
 
 def _look(imported: Imported, side: str) -> JsonDict:
-    """The taken leg is drawn black, the other one in blue dashes."""
     if side == imported.cycle.side:
         return {"color": "black", "ls": "-"}
     return {"color": BLUE, "ls": (0, (4, 1.5))}

@@ -193,7 +193,6 @@ def _s3(figure: Figure) -> None:
 
 
 def _s3_printed() -> dict[str, float]:
-    """S3's a, b and n at 6 bar, as its row has them."""
     rows = (told for told in paper_values.validated() if told["part"] == "s3" and "parameters" in told)
     return next(rows)["parameters"]
 
@@ -248,7 +247,6 @@ def _isometric(axis: Axes, data: Measured, muscle: Muscle) -> None:
 
 
 def _pair(axis: Axes, x: np.ndarray, y: np.ndarray, style: str, colour: Foreign, label: str = "") -> None:
-    """A curve where it is positive: a muscle does not push."""
     axis.plot(x, np.where(y >= 0.0, y, np.nan), style, color=colour, label=label or None)
 
 

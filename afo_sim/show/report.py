@@ -128,12 +128,10 @@ def sources(runs: Sequence[RunView]) -> Iterator[str]:
 
 
 def _gaits_of(runs: Sequence[RunView]) -> list[str]:
-    """The gaits that runs walked, each once."""
     return list(dict.fromkeys(str(run.recording.described["gait"]["cycle"]) for run in runs if run.walks))
 
 
 def _gait_file(name: str) -> pathlib.Path | None:
-    """The file of a gait; None where it is not there any more."""
     try:
         return assets.find_gait(name)
     except InputError:

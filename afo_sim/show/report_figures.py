@@ -181,7 +181,6 @@ def draw_muscles(figures: Sequence[Figure], runs: Sequence[RunView], over: Over 
 
 
 def _over(axis: Axes, run: RunView, over: Over) -> None:
-    """The whole abscissa of a run, with its toe-off."""
     x, _ = run.curves("supply/pressure", over)
     axis.set_xlim(x[0], x[-1])
     if over == "cycle":
@@ -254,7 +253,6 @@ def _pressures(name: str, runs: Sequence[RunView], over: Over) -> _Drawing:
 
 
 def _sources(runs: Sequence[RunView]) -> Iterator[_Drawing]:
-    """The sources of runs that have one."""
     with_source = [run for run in runs if run.source]
     if with_source:
         kind = "walked" if with_source[0].walks else "sat"

@@ -57,7 +57,6 @@ def draw_run(recording: Recording, *paths: pathlib.Path) -> None:
 
 
 def _draw_panels(recording: Recording, paths: Sequence[pathlib.Path], *rows: _Panel) -> None:
-    """Draw panels over time; other parameters and errors as in `draw_run`."""
     _stack(alone(recording), paths, (_SMALL[0], 0.9 + (_SMALL[1] - 0.9) * len(rows)), rows)
 
 

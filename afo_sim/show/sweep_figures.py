@@ -66,7 +66,6 @@ def fronts(results: Results, objectives: Mapping[str, Better]) -> Iterator[_Draw
 
 
 def _batches(names: list[str]) -> Iterator[tuple[str, list[str]]]:
-    """As many metrics as one figure takes, and what its name ends with."""
     for k in range(0, len(names), _IN_ONE):
         yield f"_{k // _IN_ONE + 1}" if k else "", names[k : k + _IN_ONE]
 
@@ -308,5 +307,4 @@ def _some(count: int) -> np.ndarray:
 
 
 def _dots(count: int) -> JsonDict:
-    """The look of a case's dot: the fewer cases, the larger."""
     return _CASE | {"ms": float(np.clip(8.0 * max(count, 1) ** -0.18, 2.2, 4.2))}

@@ -81,7 +81,6 @@ def _draw_torque(axis: Axes, fit: TorqueFit, group: Group, level: np.ndarray) ->
 
 
 def _at(readings: Readings, angle: np.ndarray, pressure: float) -> Readings:
-    """Readings to predict a line at."""
     order = np.argsort(readings.angle)
     path = {
         name: np.array([np.interp(angle, readings.angle[order], row[order]) for row in rows])
@@ -112,7 +111,6 @@ def _draw_residuals(axis: Axes, fit: TorqueFit, level: np.ndarray) -> None:
 
 
 def _scale(parameter: FitParameter, scale: Foreign, side: Foreign) -> None:
-    """A logarithmic axis where the parameter is searched so."""
     from matplotlib.ticker import LogFormatter
 
     if parameter.logarithmic:

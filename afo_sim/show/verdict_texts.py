@@ -111,7 +111,6 @@ def limit(recording: Recording, answer: Answer) -> str:
 
 
 def _kinds(recording: Recording, answer: Answer) -> str:
-    """Whether an answer's limits are published, derived or assumed."""
     sources = limits_of(recording).provenance
     named = _LIMITS_OF[answer.name]
     return ", ".join(dict.fromkeys(sources[name].kind if name in sources else "user" for name in named))

@@ -161,7 +161,6 @@ class Painter:
         return self.pixels[::-1]  # OpenGL counts rows from below
 
     def _at(self, moment: float) -> Callable[[str], float]:
-        """The value of each column at a moment."""
         if self.walk is not None:
             stride = self.walk.figure.stride
             return lambda name: float(stride.at(name, moment))
@@ -248,7 +247,6 @@ def _shots(given: Mapping[str, Recording], stride: int | None, reference: bool) 
 
 
 def _title(run: Recording) -> str:
-    """What a walker wears."""
     orthosis = run.described["orthosis"]
     if orthosis.get("muscle"):
         return f"with {orthosis.get('name') or 'the device'}"

@@ -39,7 +39,6 @@ def write_population(population: walker.Population, recorded: walker.Recorded, f
 
 
 def _write_page(folder: pathlib.Path, title: str, shown: JsonDict) -> None:
-    """Write walk.html with the pictures that lie beside it."""
     files = [folder / name for name in walker.PICTURES[:2]]
     figure, film = (base64.b64encode(file.read_bytes()).decode() if file.is_file() else "" for file in files)
     shown |= {"no_device": f"{walker.EXPERIMENTAL} {NO_DEVICE}", "figure": figure, "film": film}

@@ -231,7 +231,6 @@ def draw_figure(axis: Axes, figure: WalkingFigure, phase: float) -> None:
 def _draw_leg(
     axis: Axes, colour: str, widths: tuple[float, float], shift: np.ndarray, *points: np.ndarray
 ) -> None:
-    """Hip, knee, ankle and the foot."""
     *joints, sole = points
     _line(axis, colour, widths[0], shift, joints)
     axis.fill(*(np.array([joints[-1], *sole[:2]]) - shift).T, color=FAR, lw=0.0)

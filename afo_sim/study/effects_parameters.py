@@ -82,7 +82,6 @@ def _added(name: str, amount: _Amount, by: float, *along: tuple[_Amount, int]) -
 
 
 def _scaled(name: str, amount: _Amount, by: float) -> Iterator[Effect]:
-    """A step down and one up by a factor."""
     for factor in (1.0 / by, by):
         text = amount.text(amount.value * factor, 4)
         yield Effect(name, amount.text(amount.value), text, {amount.key: text})
@@ -137,7 +136,6 @@ def _matched(step: Effect, group: MuscleGroup, moved: JsonDict, link: _Amount) -
 
 
 def _pulley(name: str, at: str, group: MuscleGroup) -> Iterator[Effect]:
-    """A pulley's radius, where there is one, and the cable."""
     if group.pulley is not None:
         radius = _Amount(f"{at}.pulley.radius", group.pulley.radius, "m", "cm")
         begun = _Amount(f"{at}.pulley.initial_contraction", group.pulley.initial_contraction)
@@ -181,7 +179,6 @@ def _interval(name: str, key: str, interval: tuple[float, float], end: int, kind
 
 
 def _start(scenario: Scenario, chamber: str) -> Iterator[Effect]:
-    """Air before the first step."""
     begun = scenario.start.chambers.get(chamber) if scenario.start is not None else None
     if begun is None:
         return
@@ -194,7 +191,6 @@ def _start(scenario: Scenario, chamber: str) -> Iterator[Effect]:
 
 
 def _air(scenario: Scenario, name: str) -> Iterator[Effect]:
-    """Tube and valves of a chamber."""
     at, chamber = f"orthosis.chamber.{name}", scenario.orthosis.chamber[name]
     if chamber.tube_volume > 0.0:
         volume = _Amount(f"{at}.tube_volume", chamber.tube_volume, "m^3", "ml")

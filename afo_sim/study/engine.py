@@ -238,7 +238,6 @@ def _batches(
 
 
 def _in_python(batch: Sequence[Prepared]) -> bool:
-    """True where `mujoco.batch` would refuse the batch."""
     return batch[0].built.scenario.callback == "python"
 
 
@@ -325,7 +324,6 @@ def _results(
 
 
 def _curves(built: Built, columns: Mapping[str, np.ndarray], wanted: Sequence[str]) -> dict[str, np.ndarray]:
-    """Columns of the last whole stride over CYCLE."""
     if not wanted or built.walk is None:
         return {}
     whole = strides(columns, built.scenario.timestep, built.body_mass)[-1:]

@@ -57,7 +57,6 @@ def varied(results: Results) -> tuple[str, ...]:
 
 
 def _block_size(results: Results) -> int:
-    """Cases of one base sample."""
     return 2 * len(varied(results)) + 2
 
 

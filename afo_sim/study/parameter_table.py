@@ -250,7 +250,6 @@ class ParameterReader:
         return instead
 
     def _read(self, option: str, value: Any, field: Field | None = None) -> float | str:
-        """A value as every key's field reads it."""
         try:
             found = [one.read(value, self.file) for one in ([field] if field else self.fields)]
         except InputError as error:

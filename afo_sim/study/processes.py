@@ -158,7 +158,6 @@ class Processes:
                 raise
 
     def _at_first(self, cases: Iterator[Mixed]) -> Iterator[Mixed]:
-        """The cases that are begun before the processes are."""
         before, begun = self.spent, time.monotonic()
         while self.spent < self.patience and (case := next(cases, None)) is not None:
             yield case

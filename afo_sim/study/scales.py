@@ -75,7 +75,6 @@ def human_scale(unit: str, values: np.ndarray) -> tuple[float, str]:
 
 
 def _better(metric: str) -> Better:
-    """The good end of a metric, if nobody says."""
     return "lowest" if metric.startswith(_LOW_IS_GOOD) else "highest"
 
 

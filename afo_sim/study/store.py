@@ -152,7 +152,6 @@ class Store:
 
     @contextmanager
     def _beside_others(self) -> Iterator[None]:
-        """The disk, while another process may gather all chunks and take them away."""
         with disk(self.folder, AGAIN):
             try:
                 yield

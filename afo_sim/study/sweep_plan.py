@@ -131,7 +131,6 @@ class Plan(SweepTable):
 
 
 def _content(description: Given) -> JsonDict:
-    """A description as what it holds, without names, words and places."""
     return _stripped(description.model_dump(mode="json"))
 
 

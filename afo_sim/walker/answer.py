@@ -218,7 +218,6 @@ def _converged(case: Case) -> bool | None:
 
 
 def _pairs(response: Response) -> dict[str, tuple[Case, Case]]:
-    """What is compared, before and after, by its title: both adapted, or neither."""
     cases = response.cases
     devices = [kind for kind in (" adapted", "") if {f"patient{kind}", f"device{kind}"} <= set(cases)]
     kind = devices[0] if devices else " adapted" if "patient adapted" in cases else ""
@@ -258,7 +257,6 @@ def difference(before: Falls, after: Falls) -> tuple[float, float]:
 
 
 def _compared(response: Response, words: Callable[[Case, Case], str]) -> Iterator[str]:
-    """Each pair in words, or why it has none."""
     for title, pair in _pairs(response).items():
         gone = [
             f"“{CASES[case.name]}” {walk_in_words(case)}{'' if case.numbers['fell'] else ', too few strides'}"

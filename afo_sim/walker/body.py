@@ -249,7 +249,6 @@ def _add_own(spec: mujoco.MjSpec, *, uneven: bool) -> int:
 
 
 def _slots(step: float) -> int:
-    """Steps that the nerves remember: the longest delay, and the present."""
     return int(LONG / step + 0.5) + 1
 
 
@@ -322,7 +321,6 @@ def _fill_tissue(body: Body, k: int) -> None:
 
 
 def _named(model: mujoco.MjModel) -> Callable[[str], int]:
-    """The id of an actuator by its name."""
     return lambda name: int(model.actuator(name).id)
 
 

@@ -137,7 +137,6 @@ def _faster(pair: tuple[Walked, Walked]) -> float:
 
 
 def _walk(gait: Gait) -> Walked:
-    """A healthy walker in the shipped scenario's shoes."""
     return walk_body(build_body(prepared(SCENARIO, HEALTHY | BARE)), gait.vector, WALKED)
 
 

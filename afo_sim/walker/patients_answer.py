@@ -134,7 +134,6 @@ def _count(population: Population, case: str, sign: int, base: str = WITHOUT) ->
 
 
 def _row(name: str, *, change: bool = False) -> str:
-    """What a number is called, with its leg and unit."""
     if name == "falls":
         return "starts that fall [%], mean"
     side, _, rest = name.rpartition("/")
@@ -186,9 +185,9 @@ def tables(population: Population) -> list[tuple[str, str, Rows]]:
         rows.append([word, *(f"{_count(population, case, sign)} of {of}" for case in cases[1:])])
     second = (
         "Change for each patient against the walk without a device. Stated if the median (for falls the "
-        "mean's interval) exceeds the model's error and a sign test finds patients alike (5 %). Patients lose "
-        "who fall more (by over half of the starts) or are slower, costlier or lower at the toe by more than "
-        "the error; those gain who do not lose and improve in one of these."
+        "mean's interval) exceeds the model's error and a sign test finds patients alike (5 %). Patients "
+        "lose who fall more (by over half of the starts) or are slower, costlier or lower at the "
+        "toe by more than the error; those gain who do not lose and improve in one of these."
     )
     return [*found, ("What the device changes", second, (["", *header[2:]], rows))]
 
@@ -262,7 +261,6 @@ def replies(population: Population, recorded: Recorded) -> tuple[Reply, ...]:
 
 
 def _searches(population: Population) -> str:
-    """How many searches of each case converged, and how long they were."""
     told = []
     for case, worn in population.asked["worn"].items():
         each = [one.search for (key, _), one in population.gaits.items() if key == worn]

@@ -34,7 +34,6 @@ FILES = (JSON, TABLE, GAITS, CURVES, *PICTURES, *_OF_CASES)
 
 @contextlib.contextmanager
 def _written(folder: pathlib.Path, contents: JsonMapping) -> Iterator[pathlib.Path]:
-    """Where files are written, all or none of them, beside walk.json."""
     check_writable(folder)
     with together(folder, FILES) as scratch:
         write_json(scratch / JSON, as_stored(dict(contents), folder), "walk")
@@ -42,7 +41,6 @@ def _written(folder: pathlib.Path, contents: JsonMapping) -> Iterator[pathlib.Pa
 
 
 def _contents(response: Response | Population, command: JsonMapping, told: Iterable[Reply]) -> JsonDict:
-    """What walk.json says of every walk."""
     asked, scenario = dict(response.asked), response.scenario.resolved()
     contents = {"command": dict(command), "scenario": scenario, "asked": asked}
     return contents | {"verdict": [dataclasses.asdict(reply) for reply in told], "versions": versions()}
@@ -73,7 +71,6 @@ def save(
 
 
 def _numbers(case: Case) -> JsonDict:
-    """A case in plain data; a number that there is not is None."""
     found: JsonDict = {"gait": case.gait.name, "search": dict(case.gait.search)}
     found |= {"fell": case.walked.fell, "signs": signs_of(case)}
     found["falls"] = case.falls and dataclasses.asdict(case.falls) | {"interval": list(case.falls.interval)}

@@ -171,7 +171,6 @@ def walk_body(
 
 
 def _mujoco_tick(recorder: "_Recorder", data: mujoco.MjData, pushes: np.ndarray, fallen: float) -> int:
-    """A tick by MuJoCo's own steps."""
     model = recorder.model
     data.xfrc_applied[recorder.trunk, 0] = pushes[0]
     try:

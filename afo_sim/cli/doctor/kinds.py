@@ -42,7 +42,6 @@ def check_file(path: pathlib.Path) -> Findings:
 
 
 def _checked(check: str, given: object) -> Findings:
-    """What "module:function" finds."""
     module, _, function = check.partition(":")
     return getattr(importlib.import_module(f"{__package__}.{module}"), function)(given)
 
@@ -93,7 +92,6 @@ def _check_description(path: pathlib.Path, kind: str) -> Findings:
 
 
 def _lacking(path: pathlib.Path, kind: str) -> Iterator[InputError]:
-    """The files beside a description that it names, and that are not there."""
     from afo_sim.description.tree import FILES
 
     table = assets.read_toml(path)

@@ -76,6 +76,5 @@ def _air_path(orthosis: Orthosis) -> Iterator[tuple[str, str]]:
 
 
 def _kind(described: Described, key: str) -> str:
-    """Kind of a number's source."""
     origin = described.provenance.get(key)
     return "no source stated" if origin is None else origin.kind

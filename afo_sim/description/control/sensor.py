@@ -142,7 +142,6 @@ class SensorFields(Described):
 
 @functools.lru_cache(maxsize=1024)
 def _any(text: str) -> float:
-    """Magnitude of a quantity of whatever dimension."""
     try:
         return parse_quantity(text, "")
     except ValueError:

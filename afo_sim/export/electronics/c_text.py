@@ -82,7 +82,6 @@ def notes(board: Board) -> list[str]:
 
 
 def _channels(board: Board) -> str:
-    """The table of analog inputs."""
     if not board.inputs:
         return ""
     rows = []
@@ -134,7 +133,6 @@ def _rule(rule: Rule, names: tuple[str, ...]) -> str:
 
 
 def _open(coils: int, chambers: tuple[str, ...]) -> str:
-    """The coils that have current, in words."""
     sides = [f"{name} {side}" for name in chambers for side in ("inlet", "outlet")]
     return ", ".join(name for k, name in enumerate(sides) if coils >> k & 1) or "none"
 
@@ -153,7 +151,6 @@ def _string(text: str) -> str:
 
 
 def _comment(text: str) -> str:
-    """A text that ends no comment and spans no line."""
     return " ".join(text.replace("*/", "* /").replace("/*", "/ *").replace("\\", "/").split())
 
 

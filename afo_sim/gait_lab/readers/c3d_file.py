@@ -88,7 +88,6 @@ class Parameters:
         return [str(text) for part in self._parts(group, name) for text in part.values]
 
     def _parts(self, group: str, name: str) -> Iterator[_Parameter]:
-        """A parameter, which goes on in NAME2, NAME3, … after 255 entries."""
         there, name = self.groups.get(group.upper(), {}), name.upper()
         names = itertools.chain([name], (f"{name}{number}" for number in itertools.count(2)))
         return (there[each] for each in itertools.takewhile(there.__contains__, names))
@@ -219,7 +218,6 @@ def _same(stated: float, taken: float) -> bool:
 
 
 def _over(whole: float, by: float) -> float:
-    """A quotient, NaN where it is no whole number."""
     return whole / by if by and not whole % by else math.nan if whole else 0.0
 
 
@@ -259,7 +257,6 @@ def _parameters(path: pathlib.Path, raw: bytes, at: int, processor: int) -> dict
 
 
 def _numbers(data: bytes | memoryview, code: str, processor: int) -> np.ndarray:
-    """Numbers as a processor writes them."""
     if code != "f4" or processor != _DEC:
         return np.frombuffer(data, _PROCESSORS[processor] + code)
     halves = np.frombuffer(data, "<u2").reshape(-1, 2)[:, ::-1]  # and the exponent counts from 2 less

@@ -57,8 +57,6 @@ def numbers(element: Element, name: str, count: int | None = None, left_out: str
 
 
 def _linear(coefficients: np.ndarray) -> _Function:
-    """a₁q₁ + … + b."""
-
     def value(q: Sequence[np.ndarray]) -> np.ndarray:
         if len(coefficients) != len(q) + 1:
             problem = f"has {len(coefficients)} coefficients for {len(q)} coordinates"

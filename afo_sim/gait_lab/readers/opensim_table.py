@@ -60,7 +60,6 @@ def read_opensim_table(path: pathlib.Path) -> OpenSimTable:
 
 
 def _header(lines: list[str]) -> dict[str, str]:
-    """`key=value` lines, and SIMM's `key value` lines."""
     found = {}
     for line in lines:
         key, equals, value = line.strip(" \t;,").partition("=")

@@ -152,7 +152,6 @@ def read_options(given: JsonMapping) -> Choices:
 
 
 def _quantity(name: str, text: str) -> float:
-    """A quantity in SI; a refusal shows how this option is written."""
     unit, example = _QUANTITIES[name]
     try:
         return parse_quantity(text, unit)

@@ -163,7 +163,6 @@ def mean_cycle(cycles: Sequence[GaitCycle]) -> tuple[GaitCycle, dict[str, np.nda
 
 
 def _notes(cycles: Sequence[GaitCycle], loaded: int) -> dict[str, str]:
-    """What all strides say alike, and which they are."""
     sides = Counter(cycle.side for cycle in cycles)
     which = " and ".join(f"{number} {side}" for side, number in sides.items())
     first = cycles[0].notes.items()

@@ -133,7 +133,6 @@ def _content(file: pathlib.Path) -> _Content:
 
 
 def _kinds(table: OpenSimTable) -> list[str]:
-    """Which of a trial's tables it is, by its columns."""
     names = list(table.columns)
     moments = [name for name in names if name.startswith(_JOINTS) and name.endswith("_moment")]
     angles = [name for name in names if name.startswith(_JOINTS) and not name.endswith(("_moment", "_force"))]
@@ -159,7 +158,6 @@ def _walking_and_standing(
 
 
 def _stands_still(markers: Markers | None) -> bool:
-    """Whether nobody walks: a middle marker stays within 5 cm."""
     if markers is None or not markers.positions:
         return False
     ways = []

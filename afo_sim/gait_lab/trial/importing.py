@@ -65,7 +65,6 @@ def import_gait(files: Sequence[str | pathlib.Path], choices: Choices) -> Import
 
 
 def _with_notices(done: Imported, notices: Iterable[Notice]) -> Imported:
-    """With these notices, of which the cycle's file carries the warnings."""
     done = replace(done, notices=tuple(notices))
     return replace(done, cycle=done.cycle.with_warnings([str(warning) for warning in done.warnings]))
 
@@ -97,7 +96,6 @@ def import_sides(files: Sequence[str | pathlib.Path], choices: Choices) -> dict[
 
 
 def _read(files: Sequence[str | pathlib.Path], choices: Choices) -> WalkingTrial:
-    """The trial of some files, with the standing trial that was chosen."""
     trial, file = read_trial([pathlib.Path(file) for file in files]), choices.static
     if file is None:
         return trial

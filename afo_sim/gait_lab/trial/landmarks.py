@@ -81,11 +81,9 @@ class Landmarks:
         return axis_vector(nearest_axis(mean)) if np.isfinite(mean).all() else None
 
     def _lowest(self, side: str) -> LegPoint | None:
-        """Something at the height of the ankle."""
         return first([self._plain(side, group) for group in (*_WAYS["ankle"], *_WAYS["heel"])])
 
     def _plain(self, side: str, group: tuple[str, ...]) -> LegPoint | None:
-        """The midpoint of landmarks."""
         paths, names = self.paths[side], self.names[side]
         if not all(landmark in paths for landmark in group):
             return None
@@ -189,6 +187,5 @@ def first(ways: list[LegPoint | None]) -> LegPoint | None:
 
 
 def _middle(values: np.ndarray) -> float:
-    """Median of what is known; NaN if nothing is."""
     known = values[np.isfinite(values)]
     return float(np.median(known)) if len(known) else float("nan")

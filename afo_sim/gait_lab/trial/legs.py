@@ -109,7 +109,6 @@ def _unused_choices(trial: WalkingTrial, choices: Choices, *, by_model: bool) ->
 def _legs_from_chain(
     table: OpenSimTable, choices: Choices, bodies: OpenSimTable | None, seen: dict[str, LegPoints]
 ) -> dict[str, LegPoints]:
-    """Points of the leg from an inverse-kinematics file alone."""
     found = {}
     for side in ("right", "left"):
         complete = all(name in table.columns for name in _names(side))
@@ -128,7 +127,6 @@ def _has_talus(bodies: OpenSimTable | None, side: str) -> bool:
 
 
 def _missing(table: OpenSimTable, choices: Choices) -> list[str]:
-    """Parts of the chain from the pelvis to the ankle that nobody gave."""
     lengths = {"`thigh`": choices.thigh, "`shank`": choices.shank, "`ankle_height`": choices.ankle_height}
     missing = [name for name in ("pelvis_tx", "pelvis_ty") if name not in table.columns]
     return missing + [name for name, value in lengths.items() if value is None]
@@ -258,7 +256,6 @@ def _ankle(
 
 
 def _common(table: OpenSimTable, time: np.ndarray, path: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The table's times at which the path is known, and the path there."""
     keep = (table.time >= time[0] - 0.1) & (table.time <= time[-1] + 0.1)
     if keep.sum() < 3:
         spans = f"{table.time[0]:g} to {table.time[-1]:g} s and {time[0]:g} to {time[-1]:g} s"

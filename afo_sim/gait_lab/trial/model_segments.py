@@ -151,7 +151,6 @@ def _joined(model: OpenSimModel, leg: ModelLeg, thigh: Segment, shank: Segment) 
 
 
 def _own(model: OpenSimModel, leg: ModelLeg, name: str, seen: Places) -> Segment:
-    """A segment with the markers of its own."""
     body = leg.bodies[name]
     if name == "foot":
         local = foot_markers(model, body, leg.bodies.get("toes"))

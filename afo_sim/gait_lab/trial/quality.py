@@ -156,7 +156,6 @@ def _stop(time: np.ndarray, way: np.ndarray, at: float, sign: int) -> float:
 def _check(
     fault: str, found: str, limit: str, wrong: bool, code: str, text: str, subject: str = "", /, **data: Json
 ) -> Check:
-    """A check that was made, with its notice where something is wrong."""
     return Check(fault, found, limit, notice=Notice(code, text, subject=subject, **data) if wrong else None)
 
 

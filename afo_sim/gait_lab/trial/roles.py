@@ -191,7 +191,6 @@ def _fit(known: MarkerSet, read: _Read) -> tuple[int, int]:
 
 
 def _meaning(known: MarkerSet, ways: Sequence[_Reading]) -> _Reading | None:
-    """Side and landmark that a name stands for in a set."""
     for side, rest in ways:
         landmark = known.meaning_of(rest)
         if landmark is not None and (landmark == "sacrum") == (side == ""):
@@ -200,7 +199,6 @@ def _meaning(known: MarkerSet, ways: Sequence[_Reading]) -> _Reading | None:
 
 
 def _duplicate(markers: Markers, name: str, twin: str) -> Notice:
-    """A warning on a further column of a label: "RHEE.2"."""
     apart = np.linalg.norm(markers.positions[name] - markers.positions[twin], axis=1)
     if not np.isfinite(apart).any():
         text = "the label {subject} occurs twice, never seen at both places at once; the first is taken"

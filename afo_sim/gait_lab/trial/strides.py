@@ -101,7 +101,6 @@ def _known(motion: LegMotion, ground: GroundForce | None) -> tuple[_Leg, list[st
 
 
 def _inside(motion: LegMotion, moment: float) -> bool:
-    """Whether the motion is known at a moment, or a sample from it."""
     step = float(motion.time[1] - motion.time[0])
     return bool(motion.time[0] - step <= moment <= motion.time[-1] + step)
 

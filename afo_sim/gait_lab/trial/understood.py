@@ -52,17 +52,14 @@ def taken_words(imported: Imported) -> str:
 
 
 def _chosen_strides(imported: Imported) -> list[RecordedStride]:
-    """The strides that the cycle is, or is the mean of."""
     return [imported.strides[index] for index in imported.chosen]
 
 
 def _recorded_words(closing: Closing) -> str:
-    """The part of the recording that a closed stride uses."""
     return f"recorded {closing.window[0]:.3f} to {closing.window[1]:.3f} s, closed cyclically"
 
 
 def _counted(strides: Sequence[RecordedStride]) -> str:
-    """How many strides of each side: "2 right and 1 left strides"."""
     counts = Counter(stride.side for stride in strides)
     words = " and ".join(f"{number} {side}" for side, number in counts.items())
     return f"{words} stride{'s' if max(counts.values()) > 1 else ''}"
@@ -184,7 +181,6 @@ def _mass(imported: Imported) -> str:
 
 
 def _height(imported: Imported) -> str:
-    """The body's height, which a person or the laboratory's file states."""
     height = imported.cycle.body_height
     if height is None:
         return "height not known: a run keeps its patient's"
@@ -242,7 +238,6 @@ def _moment(imported: Imported) -> str:
 
 
 def _moment_is_given(cycle: GaitCycle) -> bool:
-    """Whether the ankle moment is an inverse-dynamics file's."""
     return cycle.notes.get("ankle_moment", FROM_GROUND_FORCE) != FROM_GROUND_FORCE
 
 

@@ -41,7 +41,6 @@ def action_space(made: Setting) -> gymnasium.spaces.Box:
 
 
 def _about(made: Setting) -> JsonDict:
-    """Names, units and meanings of the observation, and of the action, for `metadata`."""
     task = made.task
     return {
         "observation_names": list(task.units),

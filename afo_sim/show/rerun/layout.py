@@ -112,7 +112,6 @@ def _column(rows: list[Row]) -> rrb.Vertical:
 
 
 def _answer(contents: Contents) -> list[Row]:
-    """The answer to what the run is for, before all else."""
     if not contents.answer:
         return []
     height = _ANSWERS if contents.compared else _ANSWER
@@ -120,7 +119,6 @@ def _answer(contents: Contents) -> list[Row]:
 
 
 def _joint(contents: Contents) -> list[Row]:
-    """The joint's angle and, where there is room for it, its moments."""
     angle = _plots(contents, "/angle", f"{contents.joint} angle [deg], {contents.positive} +")
     return [(angle, 3.0)] if contents.answer else [(angle, 3.0), (_moment(contents), 3.0)]
 

@@ -70,7 +70,6 @@ def document(stream: rr.RecordingStream, entity: str, text: str) -> None:
 
 
 def _flat(node: Json, path: str = "") -> str:
-    """A resolved scenario as dotted keys, without where its numbers come from."""
     if isinstance(node, dict):
         parts = [_flat(v, f"{path}.{k}".strip(".")) for k, v in node.items() if k != "provenance"]
         return "\n".join(part for part in parts if part)

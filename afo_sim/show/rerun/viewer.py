@@ -97,7 +97,6 @@ def _no_viewer(complaint: IO[str]) -> InputError:
 
 
 def _environment() -> dict[str, str]:
-    """Of the viewer, which runs every rerun-loader-… that it finds on the PATH."""
     return {"XDG_RUNTIME_DIR": str(pathlib.Path.home())} | child_environment({"RUST_LOG": "error"})
 
 

@@ -75,7 +75,6 @@ def _log_walkway(stream: rr.RecordingStream, way: Carriage) -> None:
 
 
 def _ghost_bodies(source: Source) -> dict[str, str]:
-    """{part of the recorded foot: the body that has its shapes}."""
     leg = source.scenario.leg
     return {"foot": leg.foot} | ({} if leg.toes is None else {"toes": leg.toes.body})
 
@@ -130,7 +129,6 @@ class Walker:
         self._log_trails(stream, block)
 
     def _log_force(self, stream: rr.RecordingStream, block: Columns) -> None:
-        """The ground's force at the centre of pressure; nothing in the air."""
         force = GroundForce.of(block.__getitem__, self.source.body_mass)
         stands = force.stands
         arrow = rr.Arrows3D.columns(

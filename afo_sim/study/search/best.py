@@ -81,7 +81,6 @@ def statement(best: JsonMapping) -> list[str]:
 
 
 def _fails(again: JsonMapping) -> bool:
-    """Whether a design that is judged again does not keep every limit."""
     return bool(again["lacking"] or any(limit["short"] != 0.0 for limit in again["limits"]))
 
 

@@ -131,7 +131,6 @@ def run(opened: Opened, who: Pool, report: Report | None = None) -> JsonDict:
 
 
 def _judged_again(found: Answers, aim: Aim) -> JsonDict:
-    """What one design is with other patients, or at another step."""
     again = aim.judge(found.metrics)
     return {
         "lacking": int(again[LACKING][0]),
@@ -201,7 +200,6 @@ def _starts(opened: Opened, columns: Columns) -> list[JsonDict]:
 
 
 def _found(aim: Aim, columns: Columns) -> list[dict[str, float | None]]:
-    """A design's columns of each limit."""
     return [
         {what: defined(float(columns[f"{limit.name}_{what}"][0])) for what in OF_LIMIT}
         for limit in aim.limits

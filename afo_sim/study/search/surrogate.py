@@ -138,7 +138,6 @@ class Surrogate:
         return np.maximum(centre - self._radius, 0.0), np.minimum(centre + self._radius, 1.0)
 
     def _drawn(self, low: np.ndarray, high: np.ndarray, count: int) -> np.ndarray:
-        """Designs between, within the constraints as far as there are such."""
         cloud = low + (high - low) * self._sobol.random(max(_DRAWN, count))
         return cloud[np.argsort(self._outside(cloud), kind="stable")[:count]]
 

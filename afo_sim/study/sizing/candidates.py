@@ -60,7 +60,6 @@ class Candidate:
 
 
 def _all(kind: str) -> JsonDict:
-    """Everything of a kind in the catalogue."""
     return {name: load(kind, name) for name in assets.names(kind)}
 
 
@@ -146,7 +145,6 @@ def why_not(scenario: Scenario, side: str, proportional: bool, valve: Valve) -> 
 
 
 def _valve_sets(scenario: Scenario, chamber: str, side: str, name: str, valve: Valve) -> JsonDict:
-    """What lays a valve over a chamber."""
     key, now = f"orthosis.chamber.{chamber}", scenario.orthosis.chamber[chamber]
     if not valve.three_way and not now.three_way:
         return {f"{key}.{each}": name for each in (("inlet", "outlet") if side == "both" else (side,))}

@@ -111,7 +111,6 @@ class Sizing(Shown):
 
     @property
     def _what(self) -> str:
-        """What is sized, in words."""
         return KINDS[self.kind].what + (f" for {self.part}" if self.part else "")
 
     @property
@@ -146,7 +145,6 @@ class Sizing(Shown):
         return text
 
     def _lowest(self, best: Candidate) -> str:
-        """That lower pressures than the best were not tried, where that is so."""
         return ", the lowest tried" if self.kind == "pressure" and best is self.tried[0] else ""
 
     def _nearest_miss(self) -> str:
@@ -170,7 +168,6 @@ class Sizing(Shown):
         return max((math.inf if math.isnan(m) else max(-m, 0.0) / of for m, of in margins), default=0.0)
 
     def _reached(self, each: Candidate) -> str:
-        """All values with their limits."""
         return ", ".join(r.reached(each.values.get(r.metric, math.nan)) for r in self.requirements)
 
     def worse(self) -> list[str]:

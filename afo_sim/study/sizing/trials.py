@@ -107,7 +107,6 @@ class Trials:
         return self._sizing(tried, notes=notes, asked=asked, interval=interval)
 
     def _pressures(self, pressures: Sequence[float], beyond: int = 0) -> list[Candidate]:
-        """One that is not allowed does not meet what is wanted."""
         found = self._run([tries.pressure(p) for p in pressures], beyond)
         for k, each in enumerate(found):
             if limit := tries.exceeded(self.scenario, each.size):
@@ -257,5 +256,4 @@ class Trials:
 
 
 def _lacks(each: Candidate) -> set[str]:
-    """What a pressure does not meet."""
     return set(each.short) if each.status == "run" else {each.status}

@@ -104,7 +104,6 @@ def applied(spreads: Spreads, scenario: Scenario) -> Applied:
 
 
 def _fitted(muscle: Muscle) -> tuple[str, ...]:
-    """Keys, below a muscle, of the numbers that were fitted together."""
     return () if muscle.covariance is None else muscle.covariance.parameters
 
 

@@ -68,7 +68,6 @@ class Distribution:
         return float(1.0 - (high - low))
 
     def _deviate(self, bound: float, own: float) -> float:
-        """The standard normal deviate of a bound."""
         if self.kind == "uniform":
             return float(ndtri(min(max(0.5 + 0.5 * (bound - own) / self.width, 0.0), 1.0)))
         return deviate(bound, own, self.width, self.kind == "lognormal")
