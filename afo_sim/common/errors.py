@@ -25,17 +25,17 @@ class AfoSimError(Exception):
 class InputError(AfoSimError):
     """The user's input is wrong: which file, which field, which value, what is allowed.
 
-    The facts stay available as attributes, so that a caller need not read the message. A field without a
-    file is an argument of the function that was called; other arguments stand in the texts between
-    backquotes, with or without a value: `like=seated`.
+    The facts are also attributes, so callers need not parse the message. A field without a file is an
+    argument of the called function; texts name other arguments in backquotes, with or without a value:
+    `like=seated`.
 
     problem : what is wrong, in words
-    file : in which it stands, None of what no file holds
+    file : that contains it, or None
     field : its dotted key there, or an argument's name
     value : what was given
     allowed : what would be right, in words
     nearest : the valid name that was probably meant, or None
-    others : what else is wrong with the same input
+    others : further faults of the same input
 
     Examples
     --------
@@ -93,10 +93,10 @@ class SimulationError(AfoSimError):
     """A simulation became unstable.
 
     reason : in words
-    simulation : which one of several, from 0
-    time : of the simulation [s]; NaN where it is not known
+    simulation : its number, from 0
+    time : of the simulation [s]; NaN if unknown
 
-    `run` raises none: it returns what was computed, and `status` says why it stopped.
+    `run` does not raise it: it returns what was computed, and `status` states why it stopped.
 
     Examples
     --------

@@ -36,19 +36,19 @@ def takes(kind: type[T], add: Callable[[T], object] | str) -> None:
 
 
 def register(*things: Mixed) -> None:
-    """Add laws, frictions, metrics, columns, parts or export formats of one's own.
+    """Add your own laws, frictions, metrics, columns, parts or export formats.
 
-    An object of the same name, added before, is replaced: a notebook's cell may run again.
+    An earlier object of the same name is replaced, so a notebook cell can run again.
 
     Parameters
     ----------
-    things : what `Law`, `Friction`, `metric`, `column`, `Format` or `load` gives; or a module, or the path of
-        a Python file, whose top level has some
+    things : results of `Law`, `Friction`, `metric`, `column`, `Format` or `load`; or a module, or the path of
+        a Python file that defines some at its top level
 
     Raises
     ------
     InputError
-        One is of no such kind, is wrong, or has the name of a shipped one.
+        One is of another kind, is invalid, or has the name of a shipped one.
 
     Examples
     --------

@@ -40,10 +40,10 @@ class OwnController:
 
 
 def controller(name: str) -> Callable[[Function], OwnController]:
-    """Make a function or a class a controller that scenarios name once it is registered (`register`).
+    """Make a function or a class a controller that scenarios can name after `register`.
 
-    A function is called with what is seen, at every command, and remembers nothing. A class is called with
-    the scenario, once for every simulation; what it gives is called with what is seen. Further arguments are
+    A function is called with the observation at every command and keeps no state. A class is called with
+    the scenario, once per simulation; its instance is called with the observation. Further arguments are
     numbers, `[controller.parameters]` of the scenario.
 
     Parameters
@@ -52,7 +52,7 @@ def controller(name: str) -> Callable[[Function], OwnController]:
 
     Returns
     -------
-    OwnController; called, it is the function or the class
+    OwnController; calling it calls the function or class
 
     Examples
     --------

@@ -83,7 +83,7 @@ class RubberTube(Described):
 class Muscle(Named, RestCurves, Draws):
     """A pneumatic artificial muscle: braid, law, friction, damper, limits.
 
-    `laws` holds the parameters of every law that is known for it; `law` says which one is used; so do
+    `laws` holds the parameters of every known law; `law` names the one in use; so do
     `frictions` and `friction`, which may be "none". The damping R p_abs κ̇ and a `damper` add up. SI inside.
     `force`, `contraction`, `pressure` and `volume` are its curves at rest; `drawn` draws its fitted numbers
     from their `covariance`.

@@ -134,7 +134,7 @@ def load(kind: str, source: _Source, sets: _Sets = None) -> Described:
     Raises
     ------
     InputError
-        What is wrong, with its file, field, value and what is allowed. The error is the first; `others`
+        The first error, with file, field, value and what is allowed; `others`
         holds the rest.
 
     Examples

@@ -46,7 +46,7 @@ class Shank(Described):
 
 
 class Scenario(Named):
-    """One simulation, whole: leg, orthosis, patient, supply, valve times, duration; SI inside.
+    """One complete simulation: leg, orthosis, patient, supply, valve times, duration; SI inside.
 
     `load("scenario", …)` reads one, `set` changes it, `run` simulates it.
 

@@ -123,18 +123,18 @@ def credibility(
     draws: int = 200,
     progress: Progress | None = None,
 ) -> Credibility:
-    """Whether a walk may decide a question, after ASME V&V 40-2018 and FDA's guidance of 2023.
+    """Assess whether a walk may decide a question, after ASME V&V 40-2018 and FDA's guidance of 2023.
 
     Parameters
     ----------
     scenario : a shipped name, a path, a dict or a Scenario, of walking
     sets : dotted keys and values laid over it
-    question : that is to be decided, in your words
-    context : of use: what the run is for beside other evidence, in your words
-    influence, consequence : of the run on the decision, of a wrong decision: "low", "medium" or "high"
-    metric : the number that answers: toe_clearance, foot_pitch_at_contact, torque_against_push_off_per_mass,
+    question : the decision to be made, in your words
+    context : of use: how the run is used beside other evidence, in your words
+    influence, consequence : of the run on the decision, and of a wrong decision: "low", "medium" or "high"
+    metric : the answer: toe_clearance, foot_pitch_at_contact, torque_against_push_off_per_mass,
         work_against_push_off or air_per_stride
-    draws : of what is not known, at least 20
+    draws : of the uncertain inputs, at least 20
     progress : called with (steps or draws done, in all)
 
     Returns
@@ -145,7 +145,7 @@ def credibility(
     Raises
     ------
     InputError
-        Nobody walks, there is no such metric or level, a text is empty, or the description is wrong.
+        Nobody walks, a metric or level does not exist, a text is empty, or the description is wrong.
     SimulationError
         The walk stopped early.
 

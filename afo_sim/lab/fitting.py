@@ -45,7 +45,7 @@ def fit(
     noise: Mapping[str, object] | None = None, chamber: str | None = None, torque: str | None = None,
     rates: Mapping[str, object] | None = None, progress: Progress | None = None,
 ) -> StaticFit | FitRun | TorqueFit:  # fmt: skip
-    """Fit laws to points of a muscle; or, of a `scenario`, a log of it; or, of an `orthosis`, static torques.
+    """Fit muscle laws to measured points, a `scenario` to its log, or an `orthosis` to static torques.
 
     Parameters
     ----------
@@ -53,27 +53,27 @@ def fit(
         a list of these. Of a law one for each muscle. Of an orthosis with columns `angle`, `pressure`
         (gauge), `torque`; also `group`, `chamber`, `cuff` (displacement along the pull), `time` (a log: still
         samples are taken), `path length` and `moment arm` in place of the orthosis' geometry
-    scenario : that the log is of: a shipped name, a path, or a description
-    orthosis : that was measured: name, path or description; or {group: orthosis} where groups differ
+    scenario : the one that was logged: a shipped name, a path, or a description
+    orthosis : the one that was measured: name, path or description; or {group: orthosis} if groups differ
     free : parameters to fit. Of a law beside those that it usually is fitted by; of a scenario those of
         docs/fit_run.md, without any the log is only laid over the run; of an orthosis `series_stiffness` and
         `offset` (these by default), `cuff_stiffness`, `plate_stiffness`, or a parameter of the muscle's law
-    hold_out : what is left out to tell the error on unseen data. Of a law "all", "none", "pressure", "load",
+    hold_out : left out to estimate the error on unseen data. For a law "all", "none", "pressure", "load",
         "curve" or "muscle"; of a scenario the share of the log's end, 0.3 by default, 0 for none; of an
         orthosis "all", "none", "group", "angle" or "pressure", or further data, only predicted
     law : name, or "all"; the default
     test : further data that are predicted, not fitted (law)
-    fixed : parameters to hold, for example {"braid_angle": "24 deg"} (law)
-    facts : what the data do not say of the muscle, for example {"bore": "20 mm"} (law)
-    loss : "linear", "soft_l1", "huber" or "cauchy"; the last three bear outliers (law)
-    like : muscle to take from what the data do not tell (law)
+    fixed : parameters to keep, for example {"braid_angle": "24 deg"} (law)
+    facts : facts on the muscle that the data lack, for example {"bore": "20 mm"} (law)
+    loss : "linear", "soft_l1", "huber" or "cauchy"; the last three tolerate outliers (law)
+    like : muscle that supplies what the data lack (law)
     sets : dotted keys and values laid over it (scenario)
     noise : by channel, for example {"angle": "0.5 deg"}; estimated from the log by default (scenario)
-    chamber : that was filled, or its group; by default as the data say, the only one, or `dorsiflexor`
+    chamber : the filled one, or its group; by default as the data state, the only one, or `dorsiflexor`
     torque : "device", the pull of the muscles alone, without the limb's weight and tissue; or "difference":
         less what is read without air, at the angles of the readings without air where there are such
     rates : of a log's still samples, by default {"angle": "2 deg/s", "pressure": "0.05 bar/s"}
-    progress : called with what is being done
+    progress : called with the current task
 
     Returns
     -------

@@ -87,7 +87,7 @@ class Paper(Shown):
 
 
 def paper(name: str, progress: Report = None, *, numbers: Collection[int] | None = None) -> Paper:
-    """One of the four papers beside the simulator.
+    """Compare one of the four papers with the simulator.
 
     Parameters
     ----------

@@ -111,12 +111,12 @@ def stand(
     contraction : "10 %" or [-]; the curves of isometric, from and to of isobaric and sealed, else held
     length : of the braid, instead of the contraction, "15 cm" or [m]
     stiffness : of the springs of auxotonic, "5 N/mm" or [N/m]
-    series : so many of each muscle end to end; one by default
+    series : number of equal muscles end to end; one by default
     valve : name of a shipped solenoid valve, for step ("mh1" by default) and release
-    supply : gauge pressure that no test goes beyond; the muscle's limit by default
-    time : of one way up or down
-    static : the formula instead of the rig
-    compare : measured points (a CSV file, or read) that the trials are held against
+    supply : gauge pressure that no test exceeds; the muscle's limit by default
+    time : of one stroke up or down
+    static : use the static formula instead of the simulated rig
+    compare : measured points (a CSV file, or read) to compare the trials with
     sets : dotted keys and values laid over the muscle
     progress : called with (steps done, steps in all, what)
 

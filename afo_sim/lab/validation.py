@@ -20,7 +20,7 @@ class Validation(Shown, list[Row]):
 
 
 def validate(progress: Report = None) -> Validation:
-    """Compare what was published with what is simulated.
+    """Compare published with simulated numbers.
 
     Parameters
     ----------
@@ -29,7 +29,7 @@ def validate(progress: Report = None) -> Validation:
     Returns
     -------
     rows, one per published number or curve; the cells of S1's tables are rows too, marked `cell`. Each names
-    its source, quantity, unit, what was published and simulated, the tolerance and the `outcome`;
+    its source, quantity, unit, published and simulated value, tolerance and `outcome`;
     `pandas.DataFrame(rows)` makes a table of them.
 
     Examples

@@ -68,27 +68,27 @@ def attach(
 ) -> Attached:
     """Put an orthosis' cuff, plate, muscles and air circuit on a joint of a whole MuJoCo model.
 
-    The model keeps its bodies, joints, muscles, gravity and tissue; nothing of the sort is added. It is then
-    stepped by `mujoco.mj_step` within `Attached.callbacks()`.
+    The model keeps its bodies, joints, muscles, gravity and tissue; none are added. Step it with
+    `mujoco.mj_step` within `Attached.callbacks()`.
 
     Parameters
     ----------
-    model : MJCF or URDF file, a shipped leg's name, an MjSpec, which stays as it is, or what `attach` gave,
+    model : MJCF or URDF file, a shipped leg's name, an MjSpec (not changed), or the result of `attach`,
         for the other leg
     orthosis : a shipped name, a path, a description as a dict, or an Orthosis
-    joint : name of the hinge; by default the one that flexes, of those that are called so
+    joint : name of the hinge; by default the flexing one among those named like the joint
     proximal, distal : names of the bodies above and below it that carry the device; by default those that the
         hinges of the joint join, and the heaviest body that an ankle moves
     shank, foot, ankle : other words for proximal, distal and joint
-    side : "right" or "left", where both are there
+    side : "right" or "left", if the model has both
     zero : the hinge's coordinate at which the joint's angle is zero [rad], or "5 deg"; 0 by default
-    sign : 1 where the hinge's own coordinate rises in flexion, else -1; by default as left and right of the
-        body, its foot and how the limb folds show it. An ankle's follows from the foot
+    sign : 1 if the hinge's coordinate increases in flexion, else -1; by default as left and right of the
+        body, its foot and the fold of the limb show. An ankle's follows from the foot
     forward : where an ankle's foot points, in the model's axes, as in `find`
     packages : folders in which the meshes of a URDF file lie
     supply : gauge pressure before the inlet valves, text or [Pa]
     timestep : text or [s]; the model's own by default
-    prefix : of all names that are added
+    prefix : of all added names
 
     Returns
     -------
@@ -97,8 +97,8 @@ def attach(
     Raises
     ------
     InputError
-        The model cannot be read; a body or hinge is not there; a name would be there twice; the model holds
-        actuators that ask for callbacks of another program; the orthosis is for another joint; a muscle
+        The model cannot be read; a body or hinge is missing; a name would occur twice; the model has
+        actuators that need another program's callbacks; the orthosis is for another joint; a muscle
         locks, or turns inside out, within the range of motion; the time step is too long (with the one that
         would do).
 

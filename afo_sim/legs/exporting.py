@@ -40,15 +40,15 @@ def export_leg(
 
     Parameters
     ----------
-    source : a leg or a scenario, a shipped name or a path; a scenario's person gives the size
-    to : `.urdf` file; meshes stand in a folder beside it
-    orthosis : worn on it; a scenario's own by default, a leg alone has none
+    source : a leg or scenario, a shipped name or a path; a scenario's person sets the size
+    to : `.urdf` file; meshes go into a folder beside it
+    orthosis : worn on it; by default the scenario's, or none on a leg
     force : replace a file that is there
 
     Raises
     ------
     InputError
-        There is no such leg, scenario or orthosis, they do not fit, or the file is there.
+        A leg, scenario or orthosis does not exist, they do not fit, or the file exists.
 
     Examples
     --------

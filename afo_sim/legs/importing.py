@@ -81,12 +81,12 @@ def import_leg(
     force: bool = False,
     picture: Picture | None = None,
 ) -> Imported:
-    """Cut a leg out of MJCF or URDF, and write a folder that `load("leg", …)` and a scenario's `leg` take.
+    """Cut a leg out of MJCF or URDF, and write a folder for `load("leg", …)` and a scenario's `leg`.
 
     Parameters
     ----------
     file : of a leg, or of a whole body
-    out : the leg's folder; nothing is written without it
+    out : the leg's folder; by default nothing is written
     shank, foot, ankle, side, forward : as in `find`
     zero : the file's coordinate of the ankle at which its angle is zero [rad], or "5 deg"
     range : stops of the ankle, dorsiflexion positive [rad], or as "20 deg"; the file's by default
@@ -104,7 +104,7 @@ def import_leg(
     Raises
     ------
     InputError
-        The file cannot be read, no one leg is found in it, the leg is impossible, or the folder is taken.
+        The file cannot be read, does not have exactly one leg, the leg is impossible, or the folder is taken.
 
     Examples
     --------

@@ -30,10 +30,10 @@ Found = Iterator[tuple[str, float]]  # name of a metric, value in the registry's
 
 
 class Metric(float):
-    """A number that keeps its unit: a float in all arithmetic, comparable with texts such as "10 mm".
+    """A number with its unit: a float in arithmetic, comparable with texts such as "10 mm".
 
-    Arithmetic gives plain floats, since the unit of the result is not followed. A comparison with a plain
-    number takes that number in the metric's own unit; a text or another metric is converted first.
+    Arithmetic gives plain floats, since units of results are not tracked. A comparison with a plain
+    number assumes the metric's own unit; a text or another metric is converted first.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ class Metric(float):
     Raises
     ------
     InputError
-        An order is asked for between different dimensions; `==` is then false.
+        Different dimensions are compared by size; `==` is then false.
 
     Examples
     --------

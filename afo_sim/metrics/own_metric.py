@@ -56,27 +56,27 @@ class OwnMetric(MetricEntry):
 def metric(
     name: str, unit: str, label: str, meaning: str = "", *, of: Literal["stride", "run"] = "stride"
 ) -> Callable[[Function], OwnMetric]:
-    """Make a function a metric, for `register` or the `metrics` of a run, a sweep or bands.
+    """Make a function a metric, for `register` or the `metrics` of a run, sweep or uncertainty.
 
     The function gets columns by name, `columns["ankle/angle"]` [SI] (n,): those of a recording without its
-    sensors, at every time step. It returns a number in `unit`, NaN where that is undefined.
+    sensors, at every time step. It returns a number in `unit`, NaN if undefined.
 
     Parameters
     ----------
     name : letters, digits and underscores
     unit : such as "deg", "N*m", "percent"; "" of a bare number
-    label, meaning : what tables call it, and a word more for lists
-    of : "stride" gets each whole stride of walking, and a run's value is the mean of those that count, as of
+    label, meaning : its label in tables, and an explanation for lists
+    of : "stride" gets each complete stride, and a run's value is the mean of the counted ones, as of
         the package's own; "run" gets all that count, in a row. Where nobody walks, both get the whole run
 
     Returns
     -------
-    OwnMetric; called with a recording, it is the function
+    OwnMetric; calling it with a recording calls the function
 
     Raises
     ------
     InputError
-        Once it is registered: its name is none or taken, its unit unknown.
+        At registration: its name is invalid or taken, or its unit unknown.
 
     Examples
     --------

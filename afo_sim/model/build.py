@@ -98,7 +98,7 @@ class Built(Shown):
 def build(
     scenario: str | os.PathLike[str] | Scenario | JsonMapping, sets: Mapping[str, object] | None = None
 ) -> Built:
-    """Compile a scenario: put the orthosis on the leg and check what only the compiled model can tell.
+    """Compile a scenario: put the orthosis on the leg and check the compiled model.
 
     Parameters
     ----------
@@ -109,12 +109,12 @@ def build(
     -------
     Built: `model` (MuJoCo's MjModel, without shapes that only pictures need), `full_model`, `spec` and `xml`
     (MJCF) with all of them, `scenario`, `warnings`. Its muscles pull only while this package's
-    callbacks are installed; `run` sees to that.
+    callbacks are installed, as `run` does.
 
     Raises
     ------
     InputError
-        The description is wrong; the leg lacks a body or joint, or is put together otherwise than assumed; a
+        The description is wrong; the leg lacks a body or joint, or is built differently than assumed; a
         muscle passes through the ankle, does not fit on its path, or its braid locks within the range of
         motion; air or braid would be unstable at this time step (with the step that would do).
 

@@ -69,17 +69,17 @@ def lengths_of(leg: Leg) -> tuple[float, float]:
 
 
 def refit(orthosis: Orthosis, shank: float = 1.0, foot: float = 1.0, *, words: str = "") -> Orthosis:
-    """An orthosis whose anchors and paths go with the lengths of shank and foot.
+    """Scale an orthosis' anchors and paths with the lengths of shank and foot.
 
-    All three coordinates of what is fixed to a segment go with the segment's length, girth as height; so do
+    All three coordinates of what is fixed to a segment scale with its length, girth like height; so do
     radii of surfaces. Muscles, their spacing, pulleys, cables, valves, cuff, plate and outsole stay as they
-    are. The link takes up what the path is longer or shorter at an ankle angle of zero.
+    are. The link takes up the change in path length at an ankle angle of zero.
 
     Parameters
     ----------
     orthosis : as it was made
-    shank, foot : how much longer they are now [-], 0.25 to 4
-    words : of whom, for the source of each scaled number
+    shank, foot : scale factors of their lengths [-], 0.25 to 4
+    words : for whom, in the source of each scaled number
 
     Returns
     -------

@@ -312,7 +312,7 @@ def draw(
     pressure: float | str | None = None,
     view: Literal["design", "air"] = "design",
 ) -> Design | AirScheme:
-    """Draw an orthosis on its leg: to scale with dimensions, and what its muscles do over the angle.
+    """Draw an orthosis on its leg to scale, with dimensions and its muscles' behaviour over the angle.
 
     The view "air" is a schematic of its air path instead, from the source to the muscles.
 
@@ -334,7 +334,7 @@ def draw(
     Raises
     ------
     InputError
-        There is no such orthosis or view, it has no muscle or cannot be built; the suffix is no format.
+        The orthosis or view does not exist, has no muscle or cannot be built; the suffix is not a format.
 
     Examples
     --------

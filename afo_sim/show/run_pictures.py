@@ -41,7 +41,7 @@ class Picture:
 
 
 def figure(run: Run, out: str | os.PathLike[str] | None = None, *, kind: str = "overview") -> Picture:
-    """A publication figure of a run; `report` sets several side by side.
+    """A publication figure of a run; `report` compares several runs.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ def figure(run: Run, out: str | os.PathLike[str] | None = None, *, kind: str = "
     Raises
     ------
     InputError
-        There is no such kind, or the run has nothing of it to show; there is no run; the suffix is no format.
+        The kind does not exist or does not apply to the run; there is no run; the suffix is not a format.
 
     Examples
     --------
@@ -76,7 +76,7 @@ def figure(run: Run, out: str | os.PathLike[str] | None = None, *, kind: str = "
 
 
 def report(runs: Runs, out: str | os.PathLike[str] = "report.html") -> pathlib.Path:
-    """A report of a run, or of several side by side, as one HTML file that needs nothing outside itself.
+    """Report on one run or several side by side, as one self-contained HTML file.
 
     Parameters
     ----------
@@ -109,7 +109,7 @@ def report(runs: Runs, out: str | os.PathLike[str] = "report.html") -> pathlib.P
 
 
 def view(runs: Runs) -> None:
-    """Open a run, or several laid over each other, in the Rerun viewer, and wait until it is closed.
+    """Open one or several runs in the Rerun viewer, and wait until it is closed.
 
     Parameters
     ----------

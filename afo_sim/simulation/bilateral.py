@@ -171,11 +171,11 @@ def both(
     affected: Side | None = None,
     progress: Progress | None = None,
 ) -> Both:
-    """Simulate both legs of a person who wears an orthosis on each, on one supply, or on the affected one.
+    """Simulate both legs of a person on one supply, with an orthosis on both or on the affected one.
 
-    Each leg runs as it would alone: the pressure of endless air is constant, and of a named source or
-    regulator a note says that two legs draw it down further. The left leg's settled stride
-    is laid `apart` of a stride behind the right one's; then their flows from the source add up.
+    Each leg runs as if alone: the pressure of endless air is constant; for a named source or
+    regulator a note says that two legs lower it further. The left leg's settled stride
+    starts `apart` of a stride after the right one's; then their flows from the source are added.
 
     Parameters
     ----------
@@ -183,11 +183,11 @@ def both(
     left : of the left leg; the right leg's by default
     sets : dotted keys and values laid over both
     left_sets : further ones, laid over the left leg's
-    apart : share of a stride by which the left leg is behind, 0 to below 1; half a stride by default. Legs
+    apart : delay of the left leg as a share of a stride, 0 to below 1; half a stride by default. Legs
         of a seated person are switched by one timer, together: 0
-    affected : "right" or "left", the one side that wears the device. The other one has the same scenario
+    affected : "right" or "left", the only side that wears the device. The other one has the same scenario
         without device and weakness, as it was recorded, unless `left` describes the left leg
-    progress : called with (legs done, 2, what is done)
+    progress : called with (legs done, 2, current task)
 
     Returns
     -------

@@ -200,12 +200,12 @@ def expect(run: Recording, column: str | Sequence[str]) -> Expectation:
     Raises
     ------
     InputError
-        There is no such column, or the columns have different units.
+        No such column, or the columns have different units.
 
     Returns
     -------
     Expectation: chain its checks (`between`, `above`, `peak_between`, `settles_to`, …) and windows (`after`,
-    `during`, `per_cycle`); its truth value tells whether all hold, `verify` raises AssertionError.
+    `during`, `per_cycle`); it is true if all hold; `verify` raises AssertionError if not.
 
     Examples
     --------

@@ -14,7 +14,7 @@ def list(kind: None = None) -> dict[str, Sequence[str]]: ...
 @overload
 def list(kind: str) -> Sequence[str]: ...
 def list(kind: str | None = None) -> Sequence[str] | dict[str, Sequence[str]]:
-    """The names of what is shipped, as `afo-sim list` lists them; `load` takes them.
+    """The names of all shipped descriptions, as in `afo-sim list`; `load` takes them.
 
     Parameters
     ----------

@@ -68,11 +68,11 @@ def _kept(values: np.ndarray) -> np.ndarray:
 
 
 def column(name: str, unit: str, sign: str = "") -> Callable[[Function], OwnColumn]:
-    """Make a function of columns a column of every run that has what it reads, for `register`.
+    """Make a function of columns a column of every run that has its inputs, for `register`.
 
-    The function gets columns by name, `columns["ankle/angle"]` [SI] (n,), and gives (n,) numbers. Each row
-    must follow from the same row alone: a controller sees a few rows at a time. Controllers read it, and a
-    `[sensor.NAME]` may.
+    The function gets columns by name, `columns["ankle/angle"]` [SI] (n,), and returns (n,) numbers. Each row
+    must follow from the same row alone: a controller sees few rows at a time. Controllers and
+    `[sensor.NAME]` can read it.
 
     Parameters
     ----------
@@ -82,12 +82,12 @@ def column(name: str, unit: str, sign: str = "") -> Callable[[Function], OwnColu
 
     Returns
     -------
-    OwnColumn; called with columns, or a recording, it is the function
+    OwnColumn; calling it with columns or a recording calls the function
 
     Raises
     ------
     InputError
-        Its name is none or one of the package's, its unit none of SI's own: once it is registered.
+        At registration: its name is invalid or taken, or its unit is not SI.
 
     Examples
     --------

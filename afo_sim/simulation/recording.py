@@ -87,27 +87,27 @@ class Recording(Shown, Mapping[str, np.ndarray]):
     """One simulation's result, a mapping of its columns: `run["ankle/angle"]` [SI] (n,).
 
     `run[10:200]` and `run["1 s":"2 s"]` are a dict of those rows of all columns, without the end. It has no
-    metrics: they are of the whole run. Angles are dorsiflexion positive, pressures gauge. A notebook shows a
-    recording with figures.
+    metrics, which belong to the whole run. Angles are dorsiflexion positive, pressures gauge. A notebook
+    shows a recording with figures.
 
     columns : each column by name [SI] (n,)
-    metrics : numbers of the whole run that know their unit, by name
+    metrics : numbers of the whole run with units, by name
     described : the scenario that ran, as summary.json has it: numbers are texts with units
     model_xml : the model that ran, as MJCF
     status : "ok", or why the simulation stopped
-    warnings : what to mind
-    timing : what building and stepping took [s], and how fast that is
-    versions : of this package, of MuJoCo and of what else decides the numbers
+    warnings : reasons to doubt the numbers
+    timing : time for building and stepping [s], and speed
+    versions : of this package, MuJoCo and all else that affects the numbers
     parameters : of the muscles' actuators, by name, as MuJoCo's `actuator_user` has them
-    strides : metrics of each whole stride of walking, by its number or a slice
+    strides : metrics of each complete stride, by its number or a slice
     model_binary : the model that ran, to the bit; `model()` loads it
-    studies : what was found out beside the run: what to change first, bands
+    studies : further results: what to change first, uncertainty bands
     labels : unit and sign of each column, as its file has them
 
     Raises
     ------
     InputError
-        There is no such column, or no such metric; or this version does not read an older run's scenario.
+        No such column or metric; or this version cannot read an older run's scenario.
 
     Examples
     --------
@@ -404,12 +404,12 @@ def plain(metrics: Mapping[str, Metric]) -> dict[str, dict[str, Any]]:
 
 
 def read_recording(folder: str | os.PathLike[str]) -> Recording:
-    """The recording in a run's folder (or of a Parquet file).
+    """Read the recording in a run's folder (or a Parquet file).
 
     Raises
     ------
     InputError
-        No run is there, or the file is damaged.
+        There is no run, or the file is damaged.
 
     Examples
     --------

@@ -81,26 +81,26 @@ def run(
     ----------
     scenario : a shipped name, a path to a TOML file, a dict of the same shape, or a Scenario
     sets : dotted keys and values laid over it, for example {"supply.pressure": "3 bar"}
-    controller : what commands the chambers as the simulation goes: a function of what it sees; by default the
-        scenario's own controller or timing (docs/controllers.md). What it raises, `run` raises, and the
+    controller : commands the chambers during the simulation: a function of the observation; by default the
+        scenario's own controller or timing (docs/controllers.md). `run` raises what it raises, and the
         error's `recording` has the rows until then
     rate : of the controller's commands [Hz], or "100 Hz"
     time_limit : wall time that the controller may take for one command [s], or "10 s"
-    policy : what chooses all inputs as the simulation goes, for those who know the model's actuators
+    policy : sets all inputs during the simulation, for experts on the model's actuators
     progress : called with (steps done, steps in all)
     step : "controlled", by default: the time step is halved until the metrics agree with those at twice the
         step, and a warning names those that do not at an eighth; "fixed" takes the scenario's step as it
         is, as do a policy and a controller that may remember an earlier run. `studies["time_step"]` holds the
         step that was taken and each metric's numerical error (docs/accuracy.md)
-    uncertainty : draws of what is not known, at least 20, for bands of a walk's numbers and curves:
+    uncertainty : draws of the uncertain inputs, at least 20, for bands of a walk's numbers and curves:
         `studies["uncertainty"]`, those of `afo-sim run --uncertainty`; 0 for none (docs/uncertainty.md)
-    metrics : of your own (`metric`), registered from here on; a run has all that are, and the package's
+    metrics : your own (`metric`), registered from here on; a run has all registered ones and the package's
 
     Returns
     -------
-    Recording; its `status` is "ok", or says why the simulation stopped early. Of walking whose strides repeat
-    it ends with the settled stride, which is solved for, and `metrics` are of that stride
-    (`gait.settled = "walked"` walks there instead). Where the scenario has a `reference`, that is walked too:
+    Recording; its `status` is "ok", or states why the simulation stopped early. If walking strides repeat,
+    it ends with the settled stride, which is solved for, and `metrics` are for that stride
+    (`gait.settled = "walked"` walks until strides settle). A `reference` of the scenario is walked too:
     `lift_over_reference` and `reference_toe_clearance` compare the two.
 
     Raises

@@ -40,12 +40,12 @@ def steps_in(dt: float | str | None, timestep: float, field: str = "dt") -> int:
 
 
 class Simulator(Forkable, native.Closing):
-    """A scenario that is stepped: observe, command, step; with the muscles' callbacks held until `close`.
+    """A scenario to step yourself: observe, command, step. Holds the muscles' callbacks until `close`.
 
-    Fed with the same commands it gives the same bits as `run` (in walking, as with `gait.settled =
-    "walked"`). Chambers follow the scenario's timer or phases until they are commanded; without these their
-    valves are shut. Whoever steps is the controller, unless one is given. `state()` and `restore(state)` fork
-    it; copies and pickles are simulators of their own in the same state.
+    With the same commands it gives exactly the results of `run` (when walking, with `gait.settled =
+    "walked"`). Chambers follow the scenario's timer or phases until commanded; without these their
+    valves are shut. The caller is the controller, unless one is given. `state()` and `restore(state)` fork
+    it; copies and pickles are independent simulators in the same state.
 
     built : the compiled scenario, with its model
 
@@ -53,8 +53,8 @@ class Simulator(Forkable, native.Closing):
     ----------
     scenario : a shipped name, a path to a TOML file, a dict of the same shape, a Scenario, or a Built
     sets : dotted keys and values laid over it
-    controller : that commands the chambers, as `run` takes it; "scenario" for the scenario's own
-    rate : of its commands [Hz], or "100 Hz"; the scenario's own has its own
+    controller : commands the chambers, as in `run`; "scenario" for the scenario's own
+    rate : of the controller's commands [Hz], or "100 Hz"; a scenario's controller has its own
 
     Raises
     ------
@@ -261,10 +261,10 @@ Commands = Mapping[str, Command]
 
 
 class Simulators(native.Closing):
-    """Many simulations stepped together through `mujoco.batch`; each is, to the bit, what a Simulator is.
+    """Many simulations stepped together through `mujoco.batch`; each gives exactly a Simulator's results.
 
-    They keep no rows: `Simulator` and `run` make recordings. A simulation that fails stands still, `failures`
-    says why, and the others go on.
+    They keep no rows: `Simulator` and `run` make recordings. A simulation that fails stops, `failures`
+    states why, and the others continue.
 
     Parameters
     ----------

@@ -51,25 +51,25 @@ def torque_map(
     angles: Sequence[float | str] | np.ndarray | None = None,
     pressures: Sequence[float | str] = (1e5, 2e5, 3e5, 4e5),
 ) -> TorqueMaps:
-    """Torque available and torque needed: is the device strong enough for this patient's walk?
+    """Compare available and needed torque: is the device strong enough for this patient's walk?
 
     Parameters
     ----------
     scenario : a shipped name, a path to a TOML file, a dict of the same shape, or a Scenario
     sets : dotted keys and values laid over it; those of gait, ground, patient and shoe over `walk`
-    walk : a walk on the same leg, whose body wears the device and gives the need; else the scenario's own
+    walk : a walk on the same leg that gives the needed torque; by default the scenario's own
     angles : of the joint [rad] (n,), or as "10 deg"; by default the orthosis' range of motion
     pressures : gauge [Pa] (m,), or as "3 bar"; the supply's is added
 
     Returns
     -------
-    TorqueMaps; the peaks of its needs are metrics of the walk, none is known of a patient's own walk. What is
-    available is static, as if the chambers were filled at once; a run tells what valves leave of it
+    TorqueMaps; the peaks of its needs are metrics of the walk, unknown for a patient's own walk. The
+    available torque is static, as if filled instantly; a run shows what valves leave of it
 
     Raises
     ------
     InputError
-        There is no chamber; angles lie beyond the stops; `walk` is no walk on the same leg.
+        There is no chamber; angles exceed the stops; `walk` is not a walk on the same leg.
 
     Examples
     --------

@@ -185,7 +185,7 @@ class _Evaluation:
             for each, of in sides:
                 base = "·".join(name if power == 1.0 else f"{name}^{power:g}" for name, power in of)
                 words.append(f"{self._part(each)!r} in {base or 'bare numbers'}")
-            problem = f"combines different dimensions:  {' and '.join(words)}"
+            problem = f"combines different dimensions: {' and '.join(words)}"
             self._refuse(whole, problem, "the same dimension on both sides")
         return a, b, of_a
 

@@ -191,26 +191,26 @@ def effects(
     progress: Report | None = None,
     threads: int = 0,
 ) -> Effects:
-    """Try one step of each of an orthosis' own parameters on a walk, to either side, one at a time.
+    """Change each parameter of an orthosis alone, one step up and one down, and simulate the walk.
 
     Parameters
     ----------
     scenario : a shipped name, a path, a dict of the same shape, or a Scenario; walking with muscles
     sets : dotted keys and values laid over it
-    recording : of the walk as it is, where it has run already
+    recording : of the unchanged walk, if it has been simulated already
     progress : called with (done, in all, what)
     threads : as many as processors if 0
 
     Returns
     -------
-    Effects. Each difference is that between two runs with the time step that the walk was taken with.
+    Effects. Each difference is between two runs at the walk's time step.
 
     Raises
     ------
     InputError
-        The description is wrong, does not walk, or has no muscles; the recording is of another one.
+        The description is wrong, does not walk, or has no muscles; the recording is of another scenario.
     SimulationError
-        The walk as it is fails.
+        The unchanged walk fails.
 
     Examples
     --------

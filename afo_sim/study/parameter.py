@@ -59,7 +59,7 @@ def span(lower: Given, upper: Given, steps: int | None = None, *, scale: str = "
     Parameters
     ----------
     lower, upper : as "2 bar", or numbers where the field has no unit
-    steps : how many values a grid takes, both ends among them
+    steps : number of grid values, including both ends
     scale : "linear" or "log"
 
     Returns

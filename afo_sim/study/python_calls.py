@@ -36,22 +36,22 @@ def sweep(
     spreads: str = "",
     walkers: str = "",
 ) -> Results:
-    """Many cases of one scenario; killed at any time, the same call goes on from there.
+    """Compute many cases of one scenario; if interrupted, the same call continues.
 
     Parameters
     ----------
     scenario : a shipped name, a path, or a Scenario
     parameters : {dotted key: list of values, or `span(lower, upper, n)`}
     sets : dotted keys and values that all cases share
-    out : folder of the sweep, which it can be resumed from; none is kept by default
-    cases : how many, of a sampled design
+    out : folder of the sweep, for resuming; by default nothing is kept
+    cases : number of cases of a sampled design
     design : "grid", "list", "random", "latin-hypercube", "sobol", "saltelli" or "uncertainty"; by default the
         grid of all values, and "sobol" where the number of cases is given
-    metrics : that are kept, names or your own (`metric`); all by default
-    constraints : such as "pressure < '3 bar'"; a column is called by the end of its key
+    metrics : to keep, names or your own (`metric`); all by default
+    constraints : such as "pressure < '3 bar'"; a column is named by the end of its key
     seed : of a sampled design
     threads : as many as processors if 0
-    spreads : of the design "uncertainty", which has no parameters: what is not known, a name or a TOML file
+    spreads : for the design "uncertainty", which has no parameters: a name or a TOML file
     walkers : condition whose patients respond instead of a recorded walk, a name or a TOML file
 
     Returns
@@ -61,7 +61,7 @@ def sweep(
     Raises
     ------
     InputError
-        There is no such key, value or metric; the folder holds another sweep.
+        A key, value or metric does not exist; the folder holds another sweep.
 
     Examples
     --------
@@ -92,7 +92,7 @@ def optimise(
     threads: int = 0,
     **options: Given,
 ) -> BestDesign:
-    """The design that makes a metric lowest or highest within limits.
+    """Find the design with the lowest or highest value of a metric within limits.
 
     Parameters
     ----------
@@ -101,8 +101,8 @@ def optimise(
     sets : dotted keys and values that all designs share
     lowest, highest : name of the metric, or your own (`metric`); one of the two
     limits : such as "toe_clearance >= 10 mm"
-    patients : that a design must serve, as [patients] of a search's file has them
-    out : folder of the search, which it can be resumed from; none is kept by default
+    patients : that a design must serve, as [patients] in a search file
+    out : folder of the search, for resuming; by default nothing is kept
     threads : as many as processors if 0
     options : method, generations, population, starts, seed, constraints, of, walkers, as in a file
 
@@ -113,7 +113,7 @@ def optimise(
     Raises
     ------
     InputError
-        There is no such key or metric, a limit is none; the folder holds another search; no cma for `cma-es`.
+        A key or metric does not exist, a limit is invalid; the folder holds another search; cma is missing.
 
     Examples
     --------
@@ -140,17 +140,17 @@ def uncertainty(
     threads: int = 0,
     metrics: Iterable[OwnMetric] = (),
 ) -> Recording:
-    """A run of walking with bands: what is not known of orthosis and wearer, drawn together.
+    """Run a walk with uncertainty bands: all uncertain inputs of orthosis and wearer varied together.
 
     Parameters
     ----------
     scenario : a shipped name, a path, a dict or a Scenario, of walking
     sets : dotted keys and values laid over it
-    draws : how many, at least 20
-    spreads : what is not known: a shipped name, or a TOML file
+    draws : number of draws, at least 20
+    spreads : of the inputs: a shipped name, or a TOML file
     seed : of the draws
     threads : as many as processors if 0
-    metrics : of your own (`metric`), which get bands too, as do all that are registered
+    metrics : your own (`metric`), which get bands too, as do all registered ones
 
     Returns
     -------
@@ -159,7 +159,7 @@ def uncertainty(
     Raises
     ------
     InputError
-        Nobody walks, too few draws, or the description or the spreads are wrong.
+        The scenario does not walk, there are too few draws, or description or spreads are wrong.
 
     Examples
     --------

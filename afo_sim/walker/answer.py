@@ -124,7 +124,7 @@ def asked_in_words(response: Response) -> list[str]:
     asked = response.asked
     weak = ", ".join(f"{name} {share:g}" for name, share in asked["strength"].items()) or "full"
     lines = [
-        f"Settings: healthy gait {asked['gait']}; remaining strength: {weak};  {asked['starts']} starts, "
+        f"Settings: healthy gait {asked['gait']}; remaining strength: {weak}; {asked['starts']} starts, "
         f"pushed by {asked['push']:g} N; {asked['generations']} generations of search over {asked['subset']} "
         f"gains; seed {asked['seed']}; steps of {1e3 * asked['timestep']:g} ms."
     ]

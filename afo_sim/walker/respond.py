@@ -171,22 +171,22 @@ def walk(
     gait : a healthy gait, shipped or a file
     adapted, adapted_device : gaits of the patient without and with the device, found before; where nothing is
         set, those that are shipped for this patient and device
-    strength : share left of each muscle, over the patient's own
+    strength : remaining share of each muscle, on top of the patient's
     duration : of the undisturbed walks [s], or "20 s"
-    starts : perturbed starts of each case
+    starts : perturbed starts per case
     push : on the trunk, forward or backward [N], or "50 N"
-    generations : of the search by which the patient adapts, 16 walks each; 0 for none
+    generations : of the search by which the patient adapts, 16 walks each; 0: none
     subset : of the gains that adapt, "swing", "stance" or "all"
-    cost : that the patient adapts by; the healthy gait's speed and the muscles' effort by default
+    cost : that adaptation minimises; by default of the healthy gait's speed and the muscles' effort
     seed : of starts and search
     threads : as many as processors if 0; the result does not depend on them
-    progress : called with a case's name and the share that is done
-    kept : folder in which searches keep where they are; the same call goes on there after a kill
+    progress : called with a case's name and the share done
+    kept : folder for the state of searches; the same call continues after an interruption
 
     Raises
     ------
     InputError
-        As `prepared`, `strengths_of`, `read_gait`; a number is out of range; `kept` is of other searches.
+        As in `prepared`, `strengths_of`, `read_gait`; a number is out of range; `kept` is of other searches.
 
     Examples
     --------

@@ -193,7 +193,7 @@ def test_pressures_of_one_level_are_left_out_together(characteristic: dict[int, 
     assert len(np.unique(levels)) == 7
     assert np.abs(levels - characteristic[20].pressure * 1e-5).max() < 0.01
     one = take(data, np.round(characteristic[20].pressure) == 5e5)
-    with pytest.raises(InputError, match="one pressure only"):
+    with pytest.raises(InputError, match="only one pressure"):
         pose("tondu_lopez_2000", [one])
     steady = dataclasses.replace(data, pressure=np.linspace(1e5, 6e5, len(data)))
     assert len(np.unique(pressure_levels([steady])[0])) == 5
@@ -280,7 +280,7 @@ def test_laws_without_a_free_parameter_are_skipped_among_all(characteristic: dic
 
 def test_what_cannot_be_fitted_is_refused(characteristic: dict[int, Measured]) -> None:
     one_pressure = take(characteristic[10], characteristic[10].pressure == 6e5)
-    with pytest.raises(InputError, match="one pressure only"):
+    with pytest.raises(InputError, match="only one pressure"):
         pose("sarosi_2012", [one_pressure])
     few = take(characteristic[10], np.arange(94) % 20 == 0)
     with pytest.raises(InputError, match="5 usable points for the 6 parameters"):

@@ -332,7 +332,7 @@ def test_a_log_refutes_by_air_that_was_taken_and_by_more_than_its_error(tmp_path
         found = air_row(log(file, "bottle mass [g]", lost, fact), (0.10, 0.11, 0.12))
         assert found.source.startswith("not distinguishable") and found.verdict != "disagrees"
     for values, fact in ((lost[::-1], ""), (lost, "# error: -5 g")):
-        with pytest.raises(InputError, match="no log of air"):
+        with pytest.raises(InputError, match="no log of consumed air"):
             air_row(log(file, "bottle mass [g]", values, *([fact] if fact else [])), (0.10, 0.11, 0.12))
 
 

@@ -132,7 +132,7 @@ def test_a_moment_arm_that_is_not_the_paths_slope_is_warned_of() -> None:
 @pytest.mark.parametrize(
     ("data", "orthosis", "says"),
     [
-        (columns(), device(**centres()), "path length: stands beside the orthosis' joint_centre"),
+        (columns(), device(**centres()), "path length: is given in addition to the orthosis' joint_centre"),
         (columns(" back"), device(), "path length: is of back; .* filled: front"),
         (
             columns() | {"moment arm [mm]": -1e3 * rolled(ANGLE)[1]},

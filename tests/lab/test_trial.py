@@ -426,7 +426,7 @@ REFUSED = {
     "pressure": ("isobaric dmsp_20 --pressure 7bar", "beyond the muscle's limit", "0 bar to 6 bar"),
     "supply": ("step dmsp_20 --pressure 5bar --supply 4bar", "beyond the supply", "0 bar to 4 bar"),
     "great supply": ("step dmsp_20 --supply 9bar", "--supply = '9 bar'", "0 bar to 6 bar"),
-    "puff": ("isobaric shadow_30mm --pressure 0.01bar", "too little", "0.06 bar to 5 bar"),
+    "puff": ("isobaric shadow_30mm --pressure 0.01bar", "too low", "0.06 bar to 5 bar"),
     "muscle": ("isobaric dmsp_2", "there is no such muscle", "did you mean 'dmsp_20'"),
     "law": ("isobaric dmsp_20 --law sarosi", "unknown law", "did you mean 'sarosi_2012'"),
     "friction": ("isobaric dmsp_20_200n --friction hunt_2017", "no parameters for 'hunt_2017'", "none"),

@@ -57,7 +57,7 @@ def test_best_design_runs_as_it_was_found(best: BestDesign) -> None:
 
 def test_best_design_in_words(best: BestDesign) -> None:
     assert repr(best).startswith("<BestDesign: lowest air_per_cycle = ")
-    assert "pressure = " in repr(best) and "not kept: peak_pressure_dorsiflexor >= 10 bar" in repr(best)
+    assert "pressure = " in repr(best) and "not met: peak_pressure_dorsiflexor >= 10 bar" in repr(best)
     page = best._repr_html_()
     assert "<table>" in page and "no design meets every limit" in page
 

@@ -73,8 +73,8 @@ def test_a_wish_beyond_all_is_answered_by_the_best_found(tmp_path: pathlib.Path)
     assert found.best is None and not found.holds
     highest = max(found.tried, key=lambda each: each.values[ANGLE])
     assert (
-        f"closest comes {highest.name}" in found.answer
-        and "no pressure from 0.5 bar to 4.2 bar" in found.answer
+        f"the closest is {highest.name}" in found.answer
+        and "no tried pressure from 0.5 bar to 4.2 bar" in found.answer
     )
     told = json.loads((found.save(tmp_path / "out") / "size.json").read_text())
     assert told["best"] is None and not told["holds"] and len(told["tried"]) == len(found.tried)
@@ -119,7 +119,7 @@ def test_a_valve_is_kept_within_its_working_pressure_and_its_time_step() -> None
     piloted = load("valve", "vuvs_lt25").with_values(working_pressure=("2.5 bar", "10 bar"))
     low = load("scenario", "seated").set({"supply.pressure": "2 bar"})
     assert (
-        why_not(low, "both", False, piloted) == "its pilot needs at least 2.5 bar, and the supply has 2 bar"
+        why_not(low, "both", False, piloted) == "its pilot needs at least 2.5 bar, but the supply has 2 bar"
     )
     assert not why_not(load("scenario", "seated"), "both", False, piloted)
 

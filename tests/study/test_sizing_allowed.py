@@ -35,7 +35,7 @@ def test_the_least_pressure_is_never_beyond_a_limit() -> None:
     found = size("pressure", "seated", SHORT, limits=limits, between=("3 bar", "6 bar"))
     assert found.best is None and not found.holds
     assert max(each.size for each in found.tried) == 4.2e5
-    assert "no pressure from 3 bar to 4.2 bar" in found.answer and "closest comes 4.2 bar" in found.answer
+    assert "no tried pressure from 3 bar to 4.2 bar" in found.answer and "the closest is 4.2 bar" in found.answer
     assert [note for note in found.notes if "4.2 bar" in note and "muscles" in note]  # 6 bar was asked for
     none = size("pressure", "seated", SHORT, limits=limits, between=("5 bar", "6 bar"))
     assert none.best is None and none.answer.endswith(
@@ -206,5 +206,5 @@ def test_what_leaves_its_own_limits_comes_closest_only_where_nothing_keeps_them(
     found, only = (
         Sizing("muscle", "walk", wanted, tried, "air_per_stride") for tried in ((broken, low), (broken,))
     )
-    assert "closest comes low: toe clearance 4.0 mm" in found.answer
+    assert "the closest is low: toe clearance 4.0 mm" in found.answer
     assert only.answer.endswith("(target ≥ 10 mm), but too far")

@@ -50,7 +50,7 @@ def _leg_in(tree: Tree, path: pathlib.Path) -> Findings:
 
 def _refused(error: InputError) -> str:
     allowed = f"; allowed: {error.allowed}" if error.allowed else ""
-    return f"no leg can be cut out:  {error.problem}{allowed}"
+    return f"no leg can be cut out: {error.problem}{allowed}"
 
 
 def _found(tree: Tree, side: Side | None, path: pathlib.Path) -> Findings:

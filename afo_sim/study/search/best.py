@@ -58,7 +58,7 @@ def statement(best: JsonMapping) -> list[str]:
     if best["feasible"]:
         lines.append(f"design {best['design']} meets every limit, as do {best['feasible_designs']} designs")
     else:
-        lines.append(f"no design meets every limit; design {best['design']} comes closest:  {_lacks(best)}")
+        lines.append(f"no design meets every limit; design {best['design']} comes closest: {_lacks(best)}")
     lines.append(f"{tried}; {how}")
     lines += spread_over_starts(best)
     if best.get("mixed"):
@@ -68,7 +68,7 @@ def statement(best: JsonMapping) -> list[str]:
         if min(p["value"] - p["from"], p["to"] - p["value"]) < 0.01 * (p["to"] - p["from"]):
             ends.append(p["name"])
     if ends:
-        lines.append(f"at an end of its range:  {', '.join(ends)}; a wider range may contain a better design")
+        lines.append(f"at an end of its range: {', '.join(ends)}; a wider range may contain a better design")
     half = best.get("half_step")
     if best["feasible"] and half and _fails(half):
         lines.append("at half the time step it does not meet every limit: search again with that step")
@@ -166,7 +166,7 @@ class BestDesign(Shown):
         """One line: objective, parameters, limits."""
         values = ", ".join(f"{name} = {value}" for name, value in self.parameters.items())
         broken = [limit for limit, kept in self.limits.items() if not kept]
-        limits = f"; not met:  {', '.join(broken)}" if broken else "; limits met" if self.limits else ""
+        limits = f"; not met: {', '.join(broken)}" if broken else "; limits met" if self.limits else ""
         open_ended = "" if self.converged else "; not converged"
         best = f"{self.goal} {self.objective} = {self.metrics[self.objective]}"
         return f"<BestDesign: {best} with {values}{limits}{open_ended}>"

@@ -154,7 +154,7 @@ class Sizing(Shown):
             why = f" could be run: {self.tried[0].reason}" if self.tried else " exists to try"
             return f"no {what}{why}"
         if all(ALLOWED in each.short for each in ran):
-            return f"no tried {what} is allowed:  {ran[0].name} is {ran[0].short[ALLOWED]}"
+            return f"no tried {what} is allowed: {ran[0].name} is {ran[0].short[ALLOWED]}"
         labels = {each.label for each in self.requirements}
         closest = min(ran, key=lambda each: (bool(each.short.keys() - labels), self._missing(each)))
         how = self._reached(closest)

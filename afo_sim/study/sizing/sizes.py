@@ -33,7 +33,7 @@ def size(
     progress: Report | None = None,
     **options: Given,
 ) -> Sizing:
-    """The smallest component of the catalogue, or the least pressure, that meets limits; from runs.
+    """Find the smallest catalogue component, or least pressure, that meets limits, by simulation.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ def size(
     Raises
     ------
     InputError
-        There is no such kind, chamber or metric; an option is another kind's; nothing states what is wanted.
+        A kind, chamber or metric does not exist; an option belongs to another kind; no limit is stated.
 
     Examples
     --------
