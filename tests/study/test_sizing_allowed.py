@@ -35,7 +35,7 @@ def test_the_least_pressure_is_never_beyond_a_limit() -> None:
     found = size("pressure", "seated", SHORT, limits=limits, between=("3 bar", "6 bar"))
     assert found.best is None and not found.holds
     assert max(each.size for each in found.tried) == 4.2e5
-    assert "no tried pressure from 3 bar to 4.2 bar" in found.answer and "the closest is 4.2 bar" in found.answer
+    assert all(f"{said} 4.2 bar" in found.answer for said in ("from 3 bar to", "the closest is"))
     assert [note for note in found.notes if "4.2 bar" in note and "muscles" in note]  # 6 bar was asked for
     none = size("pressure", "seated", SHORT, limits=limits, between=("5 bar", "6 bar"))
     assert none.best is None and none.answer.endswith(
