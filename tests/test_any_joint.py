@@ -335,7 +335,7 @@ def test_a_pid_holds_the_knee() -> None:
         ({"orthosis.joint": "ankle"}, "'proximal' is not a segment of an ankle.*shank or foot"),
         ({"leg.passive.scale": 1.0}, "leg.passive.scale.*tissue of an ankle, and this is a knee"),
         ({"leg.joint": "kneee"}, r"^leg.joint = 'kneee': is not a valid choice; .*mean 'knee'\?$"),
-        ({"orthosis.muscle.flexor.origin": TWICE}, "from_ankle.*is another word for from_joint, which"),
+        ({"orthosis.muscle.flexor.origin": TWICE}, "from_ankle.*is a synonym of from_joint, which"),
         ({"leg.directions": ["up"]}, r"^leg.directions.1: is missing$"),
         ({"leg.joint": "hip", "orthosis.joint": "hip"}, 'axis is not axis="0 -1 0", about which flexion'),
     ],

@@ -46,7 +46,7 @@ def coils(
 
 
 def _one_coil(chamber: str, command: object) -> InputError:
-    problem = "is nothing that a 3/2 valve can do: it fills with current, and vents without"
+    problem = "is impossible for a 3/2 valve: it fills with current and vents without"
     allowed = "inlet, outlet, or two coils, one of them 0"
     return InputError(problem, field=chamber, value=command, allowed=allowed)
 
@@ -76,7 +76,7 @@ def checked(
         elif _is_pressure(command):
             pressure = si(command, "Pa", chamber)
             if chamber not in drives:
-                problem = f"is a pressure, and the chamber has no drive: describe [drive.{chamber}]"
+                problem = f"is a pressure, but the chamber has no drive: describe [drive.{chamber}]"
                 raise InputError(problem, field=chamber, value=pressure, allowed=WORDS)
             if not 0.0 <= pressure <= HIGHEST:
                 allowed = f"a gauge pressure from 0 to {HIGHEST:g} Pa"

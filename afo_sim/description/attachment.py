@@ -121,10 +121,12 @@ class Mounting(Described):
     def _must_have_one_law(self) -> None:
         laws = 'stiffness = "4 kN/m", or stiffening = { force = "33 N", length = "17 mm" }'
         if self.stiffness is not None and self.stiffening is not None:
-            raise refusal("stands beside a stiffening law: one of them gives the force", laws, "stiffness")
+            raise refusal(
+                "conflicts with a stiffening law: only one of them may give the force", laws, "stiffness"
+            )
         if self.stiffness is None and self.stiffening is None:
             if self.damping > 0.0:
-                problem = "stands without a stiffness: nothing would bring it back"
+                problem = "needs a stiffness: nothing would bring it back"
                 raise refusal(problem, f"beside it {laws}", "damping")
             problem = "is missing: a table of an anchor needs it; without a table the anchor is rigid"
             raise refusal(problem, laws, "stiffness")

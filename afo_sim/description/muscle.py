@@ -212,7 +212,7 @@ class Muscle(Named, RestCurves, Draws):
     def _must_leave_force(self) -> None:
         if self.end_loss >= self.piece.nominal_length:
             least = f"less than the braid of a piece, {amounts(self.piece.nominal_length)}"
-            raise refusal("no force would be left", least, "end_loss")
+            raise refusal("no force would remain", least, "end_loss")
         told = {"blocked_force": self.blocked_force, "lengths.force": self.lengths and self.lengths.force}
         told[f"the law {self.law}"] = True if LAWS[self.law].length == "own" else None
         for key in (key for key, value in told.items() if self.end_loss and value is not None):
@@ -226,10 +226,10 @@ class Muscle(Named, RestCurves, Draws):
             raise refusal(problem, most, "tube.wall_thickness")
         for name, own in self.laws.items():
             if own.parameters.get("wall_thickness") and not LAWS[name].rubber:
-                problem = "the wall is the tube's, whose rubber keeps its volume: it would count twice"
+                problem = "the tube already includes the wall's rubber: it would count twice"
                 raise refusal(problem, "0 mm beside a tube", f"laws.{name}.wall_thickness")
         if not math.isfinite(self.contraction_scale):
-            problem = f"its rubber takes more at this contraction than {self.law} pulls"
+            problem = f"its rubber resists more at this contraction than {self.law} pulls"
             raise refusal(problem, "a smaller one, or a softer tube", "free_contraction")
 
     def _must_have_a_length_that_is_made(self) -> None:

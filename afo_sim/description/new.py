@@ -43,7 +43,7 @@ def new(
         # its numbers are of no other kind, and not beside those of another muscle
         first = next(iter(braid))
         if kind != "muscle":
-            raise InputError(f"does not go with a new {kind}", field=first, allowed="a new muscle")
+            raise InputError(f"is not an option of a new {kind}", field=first, allowed="a new muscle")
         if like:
             raise InputError("does not go with `like`, whose braid it would have", field=first)
     refuse_both(whole, like, braid)
@@ -110,7 +110,7 @@ def target_of(kind: str, name: str, out: pathlib.Path) -> pathlib.Path:
         raise InputError(f"is the name of a shipped {kind}", field="name", value=name, allowed="another name")
     target = out / f"{name}.toml" if kind in assets.FLAT else out / name / f"{kind}.toml"
     if target.exists():
-        raise InputError("is there already, and is not overwritten", file=target)
+        raise InputError("already exists and is not overwritten", file=target)
     return target
 
 
@@ -129,7 +129,7 @@ def _use(values: JsonDict, kind: str, used: str, name: str) -> None:
     places = _PLACES.get(kind, {})
     if used not in places:
         allowed = ", ".join(f"`{place}`" for place in places) or "none of these options"
-        raise InputError(f"does not go with a new {kind}", field=used, value=name, allowed=allowed)
+        raise InputError(f"is not an option of a new {kind}", field=used, value=name, allowed=allowed)
     if not places[used]:
         if used in ("patient", "shoe") and "gait" not in values:
             problem = "goes with a scenario that walks"
@@ -172,7 +172,7 @@ def _write(target: pathlib.Path, text: str, kind: str, files: Mapping[str, pathl
     named = [target.parent / name for name in files]
     for path in named:
         if path.exists():
-            raise InputError("is there already, and is not overwritten", file=path)
+            raise InputError("already exists and is not overwritten", file=path)
     new_folders = [folder for folder in (target.parent, *target.parent.parents) if not folder.exists()]
     try:
         for path in named:

@@ -85,7 +85,7 @@ class MuscleGroup(Described):
                     raise refusal(problem, either, key)
         if self.origin and self.insertion and self.origin.segment == self.insertion.segment:
             problem = "both ends are on the same segment: the muscle cannot move the joint"
-            raise refusal(problem, "the segment that the other end is not on", "insertion.segment")
+            raise refusal(problem, "another segment than that of the other end", "insertion.segment")
         if self.path and self.pulley is not None:
             problem = "does not go with a pulley: its cable runs over the pulley alone"
             raise refusal(problem, "either a pulley, or origin, path and insertion", "path")
@@ -277,11 +277,11 @@ class Orthosis(Named):
 
     def _must_be_pulled_on(self) -> None:
         if self.anchor and self.muscle and not self.anchored:
-            problem = "is pulled on by no muscle: all of them run over pulleys"
+            problem = "is pulled by no muscle: all run over pulleys"
             raise refusal(problem, "no such table, or a muscle between two anchors", "anchor")
         for chamber in self.chamber if self.anchor else ():
             if len({group.pulley is not None for group in self.muscles_of(chamber).values()}) > 1:
-                problem = "holds muscles over pulleys and between anchors, and only these pull on the anchors"
+                problem = "mixes muscles over pulleys and between anchors, but only these pull on the anchors"
                 raise refusal(problem, "a chamber for each", f"chamber.{chamber}")
 
     def _must_move_centre(self) -> None:

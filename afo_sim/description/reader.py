@@ -300,7 +300,7 @@ def _unknown_key(tree: Tree, path: schema.Path) -> InputError:
     place = tree.place(path)
     word = schema.ALSO_OF_LEG.get(path[-1])
     if word in names and value_at(tree.root, (*path[:-1], word)) is not None:  # both are left by `plain_keys`
-        return InputError(f"is another word for {word}, which is there too", **place, allowed=f"{word} alone")
+        return InputError(f"is a synonym of {word}, which is also given", **place, allowed=f"{word} alone")
     written_in, inner = tree.file_of(path)
     within = path[: len(path) - len(inner)] if place["file"] == written_in else ()
     known = [leaf for leaf in schema.leaves(spec, tree.root) if leaf.path[: len(within)] == within]

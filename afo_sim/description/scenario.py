@@ -158,18 +158,18 @@ class Scenario(Named):
         for key in ("gait", "patient"):
             there = getattr(self, key) is not None
             if there and not self.walking:
-                raise refusal("goes with a driven shank", 'shank.pose = "driven"', key)
+                raise refusal("needs a driven shank", 'shank.pose = "driven"', key)
             if self.walking and not there:
                 raise refusal("is missing; a driven shank needs it", f"a table or name for {key}", key)
         for key in ("phases", "ground", "shoe", "start", "reference"):
             if getattr(self, key) is not None and not self.walking:
-                raise refusal("goes with a driven shank", 'shank.pose = "driven"', key)
+                raise refusal("needs a driven shank", 'shank.pose = "driven"', key)
         if self.timer is not None and self.phases is not None:
-            problem = "stands beside a timer: one of them switches the valves"
+            problem = "conflicts with timer: only one of them may switch the valves"
             raise refusal(problem, "phases or timer", "phases")
         for kind in ("timer", "phases"):
             if self.controller is not None and getattr(self, kind) is not None:
-                problem = f"stands beside {kind}: one of them switches the valves"
+                problem = f"conflicts with {kind}: only one of them may switch the valves"
                 raise refusal(problem, f"controller or {kind}", "controller")
         if self.orthosis.chamber and not (self.timer or self.phases or self.controller):
             raise refusal("is missing: nothing switches the valves", "timer, or phases when walking", "timer")
@@ -199,11 +199,11 @@ class Scenario(Named):
         if self.controller is not None:
             self.controller.check_chambers(self.orthosis.chamber, self.drive)
         if self.ground is not None and self.ground.toe_stiffness is not None and self.leg.toes is not None:
-            problem = "is for a leg without toes; this leg's toes have a hinge with a stiffness of its own"
+            problem = "is for a leg without toes, but this leg's toes have a hinge with its own stiffness"
             raise refusal(problem, "leg.toes.stiffness", "ground.toe_stiffness")
         for name, begun in (self.start.chambers if self.start else {}).items():
             if begun.pressure is not None and begun.pressure > self.supply.pressure * (1.0 + 1e-12):
-                problem = "is above the supply, from which the chamber is filled"
+                problem = "exceeds the supply, from which the chamber is filled"
                 most = f"at most the supply's {1e-5 * self.supply.pressure:g} bar (supply.pressure)"
                 raise refusal(problem, most, f"start.{name}.pressure")
         if self.name and not re.fullmatch(r"\w[\w .-]*", self.name):

@@ -53,7 +53,7 @@ class Gait(Described):
 
     def _must_have_one_pace_at_a_time(self) -> None:
         if self.speed is not None and self.stride_time is not None:
-            raise refusal("stands beside gait.speed, which sets the pace", "one of the two", "stride_time")
+            raise refusal("conflicts with gait.speed, which sets the pace", "one of the two", "stride_time")
         for (before, _), (after, _) in pairwise(self.pace):
             # from 0 s on the first factor holds without a change
             earliest = before + (self.pace_change if before > 0.0 else 0.0)

@@ -109,6 +109,8 @@ def _target(path: pathlib.Path, to: str | None) -> tuple[pathlib.Path, Format]:
 
 
 def _there(path: pathlib.Path, file: pathlib.Path) -> InputError:
-    problem = "exists" if file == path else f"would replace {file.name} beside it, which holds something else"
+    problem = (
+        "exists" if file == path else f"would overwrite {file.name} beside it, which holds something else"
+    )
     allowed = "`force`, which replaces it, or another file with `out`"
     return InputError(problem, field="out", value=str(path), allowed=allowed)

@@ -69,7 +69,7 @@ class Format:
 
     name: str  # ending of its files: letters and digits
     write: Callable[[Order, pathlib.Path], Iterable[str] | None]  # to a path; may give notes
-    opens: str = "what you have for it"  # in which {name} stands for the file's
+    opens: str = "an input for this format"  # in which {name} stands for the file's
     beside: tuple[str, ...] = ()  # what the names of other files that it writes have behind the file's stem
     minds: str = ""  # what to mind then
     rows: bool = True  # whether it has rows, of which some may be asked for

@@ -58,7 +58,7 @@ REFUSED = [
     # options that stand for the library's arguments
     (f"{MOT} --mass '3 bar'", "afo-sim: --mass = '3 bar'"),
     (f"{MOT} --ankle-zero up", "afo-sim: --ankle-zero = 'up'"),
-    ("new muscle mine --leg adult_75kg", "afo-sim: --leg = 'adult_75kg': does not go with a new muscle"),
+    ("new muscle mine --leg adult_75kg", "afo-sim: --leg = 'adult_75kg': is not an option of a new muscle"),
     ("new muscle mine --like nowhere", "afo-sim: --like = 'nowhere': there is no such muscle"),
     ("new sweep mine --like nowhere", "afo-sim: --like = 'nowhere': there is no such sweep"),
     ("new valve m/n", "afo-sim: NAME = 'm/n'"),

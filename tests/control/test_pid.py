@@ -183,7 +183,7 @@ def test_an_error_within_the_dead_band_is_none() -> None:
         (angle(column="sensor/knee"), "sees no such column"),
         (angle(reference={"column": "gait/ankle_angle"}), "reference.column.*no such column"),
         (angle(proportional_band="2 N*m"), "does not convert to rad"),
-        ({"moment": {"proportional_band": "1 N*m"}}, "moment.*stands beside angle"),
+        ({"moment": {"proportional_band": "1 N*m"}}, "moment.*conflicts with angle"),
         ({"angle": None}, "nothing is controlled"),
         ({"pressures": {"mean": "2 bar", "half_range": "2 bar"}}, "has no drive.*\\[drive.dorsiflexor\\]"),
     ],

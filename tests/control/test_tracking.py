@@ -51,8 +51,8 @@ def test_a_column_is_followed() -> None:
 @pytest.mark.parametrize(
     ("table", "says"),
     [
-        ({"column": "ankle/angle", "amplitude": "1 deg"}, "stands beside a sine or a table"),
-        ({"table": [["0 s", "1 deg"]], "mean": "1 deg"}, "stands beside a sine"),
+        ({"column": "ankle/angle", "amplitude": "1 deg"}, "conflicts with a sine or a table"),
+        ({"table": [["0 s", "1 deg"]], "mean": "1 deg"}, "conflicts with a sine"),
         ({"end_frequency": "2 Hz"}, "sweep_time|a chirp has both"),
         ({"sweep_time": "2 s"}, "a chirp has both"),
         ({"table": [["1 s", "1 deg"], ["1 s", "2 deg"]]}, "times that do not rise"),

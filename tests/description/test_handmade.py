@@ -249,7 +249,7 @@ def test_command_writes_tells_and_runs(
     )
     assert code != 0 and "--braid-angle = '60 deg'" in complaint
     for arguments, says in (
-        (("valve", "v", "--bore", "3 mm"), "does not go with a new valve"),
+        (("valve", "v", "--bore", "3 mm"), "is not an option of a new valve"),
         (("muscle", "v", "--like", "dmsp_10", *braid), "does not go with --like"),
     ):
         code, _, complaint = call(capsys, "new", *arguments)

@@ -44,7 +44,7 @@ REFUSED = [
     ({f"{C}feed": "dorsiflexor"}, f"{C}feed", "the chamber itself"),
     ({f"{C}exhaust": "dorsiflexor"}, f"{C}exhaust", "the chamber itself"),
     ({f"{C}feed": "ambient"}, f"{C}feed", "fills nothing.*supply"),
-    ({f"{C}exhaust": "supply"}, f"{C}exhaust", "takes no air back.*ambient"),
+    ({f"{C}exhaust": "supply"}, f"{C}exhaust", "takes back no air.*ambient"),
     (FED, f"{C}feed", "nothing leads from the supply"),
     (
         fed("check_valve", upstream="dorsiflexor", downstream="manifold"),
@@ -57,13 +57,13 @@ REFUSED = [
         "'b' lets air out of it only.*start_pressure",
     ),
     ({f"{V}tank.volume": "1 l", f"{C}exhaust": "tank"}, f"{C}exhaust", "'tank' to the ambient"),
-    ({f"{V}b.volume": "1 ml"}, f"{V}b", "touches nothing"),
+    ({f"{V}b.volume": "1 ml"}, f"{V}b", "is unused"),
     ({f"{V}b.volume": "1 ml", f"{R}b": between("orifice", "supply", "b")}, f"{V}b", "no chamber"),
     ({f"{R}b": between("orifice", "supply", "ambient")}, f"{R}b", 'blow off.*"leak"'),
     (
         fed("check_valve", upstream="manifold", downstream="supply"),
         f"{R}feed.downstream",
-        "takes no air back",
+        "takes back no air",
     ),
     (
         fed("regulator") | {f"{R}b": SECOND | {"upstream": "supply", "downstream": "manifold"}},
@@ -87,7 +87,7 @@ REFUSED = [
         | {f"{V}b.volume": "1 ml", f"{R}b": REGULATOR | {"upstream": "manifold", "downstream": "b"}}
         | {f"{R}c": REGULATOR | {"upstream": "b", "downstream": "manifold"}},
         f"{R}[bc].upstream",
-        "fed from what it feeds, through [bc]",
+        "fed by its own outlet, through [bc]",
     ),
     (fed("regulator", pressure="5 bar"), f"{R}feed.pressure", "'supply' has 4 bar at most"),
     (
@@ -101,7 +101,7 @@ REFUSED = [
     (
         {"supply.pressure": "12 bar", "supply.source": "bottle_0_5l_10bar"},
         "supply.pressure",
-        r"more than its source has when full \(bottle_0_5l_10bar, 10 bar\).*less than 10 bar",
+        r"more than its full source has \(bottle_0_5l_10bar, 10 bar\).*less than 10 bar",
     ),
     (
         FED
@@ -138,19 +138,19 @@ REFUSED = [
     ({f"{R}dorsiflexor": LEAK | {"upstream": "dorsiflexor"}}, f"{R}dorsiflexor", "chamber's name"),
     ({f"{V}dorsiflexor.volume": "1 ml"}, f"{V}dorsiflexor", "another node"),
     ({f"{V}supply.volume": "1 ml"}, f"{V}supply", "another node"),
-    ({f"{V}regulator.volume": "1 ml"}, f"{V}regulator", "of its own|for its own"),
+    ({f"{V}regulator.volume": "1 ml"}, f"{V}regulator", "of its own|is reserved"),
     (
         {f"{R}dorsiflexor_inlet": LEAK | {"upstream": "dorsiflexor"}},
         f"{R}dorsiflexor_inlet",
         "part of chamber",
     ),
-    ({f"{R}compressor": LEAK | {"upstream": "dorsiflexor"}}, f"{R}compressor", "for its own"),
+    ({f"{R}compressor": LEAK | {"upstream": "dorsiflexor"}}, f"{R}compressor", "is reserved"),
     (
         {f"{C}tube": "pun_4x2_5", f"{C}tube_length": "1 m", f"{V}dorsiflexor_valve_end.volume": "1 ml"},
         f"{V}dorsiflexor_valve_end",
         "tube of chamber",
     ),
-    ({f"{R}period": VALVE | {"upstream": "dorsiflexor"}}, f"{R}period", "for its own"),
+    ({f"{R}period": VALVE | {"upstream": "dorsiflexor"}}, f"{R}period", "is reserved"),
     (fed() | {"timer.feed.open": [["0 s", "1 s"]]}, "timer.feed", "has no coil.*'orifice'"),
     (
         {f"{V}v{k}.volume": "1 ml" for k in range(network_checks.MOST_NODES)}

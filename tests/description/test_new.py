@@ -220,7 +220,7 @@ def test_nothing_is_overwritten(tmp_path: pathlib.Path) -> None:
         new("orthosis", "brace", tmp_path, uses={"muscle": "s1_120mm"})
     (tmp_path / "other").mkdir()
     (tmp_path / "other" / "cuff.xml").write_text("mine")
-    with pytest.raises(InputError, match=r"cuff\.xml: is there already"):
+    with pytest.raises(InputError, match=r"cuff\.xml: already exists"):
         new("orthosis", "other", tmp_path)
     assert file.read_text() == before
     assert [path.name for path in (tmp_path / "other").iterdir()] == ["cuff.xml"]
@@ -232,7 +232,7 @@ def test_nothing_is_overwritten(tmp_path: pathlib.Path) -> None:
     [
         ("muscle", "s1_215mm", {}, "", "shipped muscle"),
         ("muscle", "../up", {}, "", "is not a valid name"),
-        ("muscle", "mine", {"leg": "arm"}, "", "does not go with a new muscle"),
+        ("muscle", "mine", {"leg": "arm"}, "", "is not an option of a new muscle"),
         ("scenario", "mine", {"patient": "healthy"}, "", "scenario that walks"),
         ("scenario", "mine", {"orthosis": "s"}, "", "no such orthosis"),
         ("scenario", "mine", {"orthosis": "none", "leg": "nowhere"}, "", "no such leg"),

@@ -168,7 +168,7 @@ def test_a_flow_alone_is_refused_with_the_usual_choices(table: Any, says: list[s
         ({"nominal_flow": FLOW | {"norm": "SCFM"}}, "nominal_flow.norm"),
         ({"nominal_flow": FLOW | {"downstream": "6 bar"}}, "nominal_flow.downstream"),
         ({"nominal_flow": FLOW | {"flow": "100 kg"}}, "nominal_flow.flow"),
-        ({"nominal_flow": FLOW, "cv": 0.3}, "cv = 0.3: stands beside nominal_flow"),
+        ({"nominal_flow": FLOW, "cv": 0.3}, "cv = 0.3: conflicts with nominal_flow"),
         ({"nominal_flow": FLOW, "conductance": "0.4 dm^3/(s*bar)"}, "which gives 0.3933 dm^3/(s*bar)"),
         ({"cv": -0.3}, "cv = -0.3: is out of range"),
         ({"orifice": 1.02}, "orifice = 1.02: has no unit"),

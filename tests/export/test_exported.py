@@ -46,7 +46,7 @@ def test_nothing_is_replaced_unasked(
     with pytest.raises(InputError, match="exists"):
         seated_second.export(tmp_path / "a.csv")
     seated_second.export(tmp_path / "a.sto", columns=["ankle/*"])  # the same metrics may stay
-    with pytest.raises(InputError, match=r"would replace a_metrics\.csv"):
+    with pytest.raises(InputError, match=r"would overwrite a_metrics\.csv"):
         export(walked, tmp_path / "a.mot")
     assert {file.name for file in tmp_path.iterdir()} == {*before, "a.sto"}
     assert all((tmp_path / name).read_bytes() == content for name, content in before.items())

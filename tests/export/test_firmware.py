@@ -119,5 +119,5 @@ def test_c_that_does_not_fit_is_one_sentence(statement: str, tmp_path: pathlib.P
 def test_no_compiler_is_one_sentence(tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "own.c").write_text(C)
     monkeypatch.setenv("PATH", str(tmp_path))
-    with pytest.raises(InputError, match="needs a C compiler, and this machine has none"):
+    with pytest.raises(InputError, match="needs a C compiler, but this machine has none"):
         Firmware(tmp_path / "own.c", CHAMBERS)

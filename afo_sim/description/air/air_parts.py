@@ -112,7 +112,7 @@ class Restriction(Described):
         if self.inertia and {AMBIENT, SUPPLY} & {self.upstream, self.downstream}:
             raise refusal("ends where air has no inertia", "a volume or a chamber at both ends", "inertia")
         if self.upstream == self.downstream:
-            raise refusal("leads back to where it comes from", "another node", "downstream")
+            raise refusal("leads back to its origin", "another node", "downstream")
         if self.downstream == AMBIENT and not part.to_ambient:
             problem = f"of a {self.kind} is the ambient air"
             raise refusal(problem, "a volume or a chamber", "downstream")

@@ -71,6 +71,6 @@ class Chamber(Described):
             raise refusal("is missing: tube and tube_length belong together", "both, or neither", key)
         for key in ("tube_inertia", "port_volume", "quick_exhaust"):
             if getattr(self, key) and self.tube is None:
-                raise refusal("belongs to a tube, and has none", "tube and tube_length beside it", key)
+                raise refusal("needs a tube", "tube and tube_length beside it", key)
         if self.tube is None and "tube_volume" not in self.model_fields_set:
             raise refusal("is missing", "the air between valves and muscles, or a tube", "tube_volume")

@@ -36,10 +36,10 @@ def check_room(
         restrictions = sum(count for a, b, count in parts if {a, b} & members) + extra_restrictions
         kind = "volume" if len(orthosis.volume) > len(orthosis.chamber) else "chamber"
         if nodes > MOST_NODES:
-            problem = f"make {nodes} volumes that hang together (a tube has two ends), {TOO_MANY}"
+            problem = f"connect {nodes} volumes (a tube has two ends),  {TOO_MANY}"
             raise refusal(problem, f"up to {MOST_NODES}", f"{under}{kind}")
         if restrictions > MOST_RESTRICTIONS:
-            problem = f"make {restrictions} valves and restrictions that hang together, {TOO_MANY}"
+            problem = f"connect {restrictions} valves and restrictions,  {TOO_MANY}"
             raise refusal(problem, f"up to {MOST_RESTRICTIONS}", f"{under}restriction")
 
 
@@ -68,7 +68,7 @@ def check_network(orthosis: HasAir) -> None:
             problem = f"there is no node {node!r}"
             ends = [name for name in orthosis.chamber if node in (f"{name}_valve_end", f"{name}_tube_end")]
             if ends:
-                problem = f"{node!r} is an end of a chamber's own tube, which nothing else leads to"
+                problem = f"{node!r} is an end of a chamber's own tube, which nothing else may connect to"
                 mend = f"another node; a quick exhaust behind the tube is chamber.{ends[0]}.quick_exhaust"
                 raise refusal(problem, mend, key)
             raise refused_name(problem, node, names, key)
@@ -104,7 +104,7 @@ def _names(orthosis: HasAir) -> list[str]:
 
 
 def _own(name: str) -> str:
-    return f"{name!r} is a name that the supply or a table of times has for its own"
+    return f"{name!r} is reserved by the supply or a table of times"
 
 
 def _check_names_of_restrictions(orthosis: HasAir) -> None:
@@ -134,7 +134,7 @@ def _check_ends(orthosis: HasAir) -> None:
     for name, chamber in orthosis.chamber.items():
         for key, node, wrong, why in (
             ("feed", chamber.feed, AMBIENT, "is the ambient air, which fills nothing"),
-            ("exhaust", chamber.exhaust, SUPPLY, "is the supply, which takes no air back"),
+            ("exhaust", chamber.exhaust, SUPPLY, "is the supply, which takes back no air"),
         ):
             if node == wrong:
                 others = [SUPPLY if key == "feed" else AMBIENT, "a volume", "another chamber"]
@@ -145,10 +145,10 @@ def _check_ends(orthosis: HasAir) -> None:
     for name, each in orthosis.restriction.items():
         ends, key = {each.upstream, each.downstream}, f"restriction.{name}"
         if ends == {SUPPLY, AMBIENT} and each.kind != "leak":
-            problem = "leads from the supply straight to the ambient air: it would blow off all the time"
+            problem = "leads from the supply straight to the ambient air: it would leak all the time"
             raise refusal(problem, 'a volume between, or the kind "leak"', key)
         if not each.part.both_ways and each.downstream == SUPPLY:
-            raise refusal("is the supply, which takes no air back", "another node", f"{key}.downstream")
+            raise refusal("is the supply, which takes back no air", "another node", f"{key}.downstream")
         if not (each.part.both_ways or each.part.to_ambient) and each.upstream == AMBIENT:
             raise refusal("is the ambient air, which fills nothing", "another node", f"{key}.upstream")
 
@@ -161,7 +161,7 @@ def _check_touched(orthosis: HasAir, found: list[Way]) -> None:
     touched = {node for way in found for node in (way.origin, way.end)}
     for name in orthosis.volume:
         if name not in touched:
-            problem = "touches nothing: no chamber and no restriction names it"
+            problem = "is unused: no chamber or restriction names it"
             raise refusal(problem, "a chamber's feed or exhaust, or a restriction", f"volume.{name}")
         if not near[name] & set(orthosis.chamber):
             problem = "is connected to no chamber: it would affect no muscle"
@@ -233,7 +233,7 @@ def _check_by_passes(key: str, regulator: Restriction, found: list[Way]) -> None
     others += [way for way in lasting if way.part is regulator.part]
     back = reached([regulator.downstream], others).get(regulator.upstream)
     if back:
-        problem = f"is fed from what it feeds, through {_told(back)}"
+        problem = f"is fed by its own outlet, through {_told(back)}"
         raise refusal(problem, "another node, or a valve between", f"{key}.upstream")
 
 

@@ -136,7 +136,9 @@ class Source(Named):
             raise refusal("is not what a compressor takes in", '"air" of a compressor', "gas")
         if self.content is not None and self.content > FULLEST * self.volume:
             most = f"at most {amount(FULLEST * self.volume, 'kg', 4)} in this volume (0.75 kg/l)"
-            raise refusal("would burst it when it gets warm: the liquid has no room to grow", most, "content")
+            raise refusal(
+                "would burst it when it warms up: the liquid has no room to expand", most, "content"
+            )
         liquid = saturation(AMBIENT_TEMPERATURE)[0] - AMBIENT_PRESSURE
         if self.gas == CO2.name and (self.filling_pressure or 0.0) >= liquid:
             most = f"below {1e-5 * liquid:.1f} bar, or a cartridge with its content"

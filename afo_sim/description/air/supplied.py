@@ -30,7 +30,7 @@ def check_supplied(orthosis: HasAir, supply: Supply) -> None:
     taken = any(SUPPLY in each and AMBIENT not in each for each in ends)
     for key in ("source", "regulator"):
         if getattr(supply, key) is not None and not taken:
-            problem = f"its {key} has nothing to feed: no chamber and no volume takes air from the supply"
+            problem = f"its {key} has nothing to feed: no chamber or volume takes air from the supply"
             raise refusal(problem, 'a feed or an upstream that is "supply"; or an ideal supply', "supply")
     nodes = restrictions = 0
     if supply.source is not None:
@@ -97,11 +97,11 @@ def check_switched(orthosis: HasAir, named: Sequence[tuple[str, JsonMapping]]) -
                 raise refusal(problem, allowed, f"{key}.{name}")
             sides = [side for side in ("inlet", "outlet") if getattr(times, side)]
             if name in orthosis.restriction and sides:
-                problem = "is of a chamber; a valve between other nodes has one way"
+                problem = "applies to chambers; a valve between other nodes has one path"
                 raise refusal(problem, "open", f"{key}.{name}.{sides[0]}")
             if name not in orthosis.chamber:
                 continue
             if times.open:
-                raise refusal("is of a valve between other nodes", "inlet, outlet", f"{key}.{name}.open")
+                raise refusal("applies to valves between other nodes", "inlet, outlet", f"{key}.{name}.open")
             if times.outlet and orthosis.chamber[name].three_way:
                 raise refusal(NO_COIL, "inlet alone, or an outlet valve", f"{key}.{name}.outlet")

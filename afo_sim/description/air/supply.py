@@ -30,12 +30,12 @@ class Supply(Described):
 
     def _must_fit_together(self) -> None:
         if self.regulator is None and self.line_pressure is not None:
-            raise refusal("stands without a regulator", "a regulator beside it", "line_pressure")
+            raise refusal("needs a regulator", "a regulator beside it", "line_pressure")
         if self.regulator is not None and self.source is None and self.line_pressure is None:
             problem = "is missing: the regulator has nothing before it"
             raise refusal(problem, "a line_pressure, or a source", "line_pressure")
         if self.source is not None and self.line_pressure is not None:
-            problem = "stands beside a source: one of them is before the regulator"
+            problem = "conflicts with a source: only one of them may feed the regulator"
             raise refusal(problem, "line_pressure or source", "line_pressure")
         if self.line_pressure is not None and self.line_pressure <= self.pressure:
             most = f"above the set pressure, {amount(self.pressure, 'Pa')}"
@@ -47,5 +47,5 @@ class Supply(Described):
                 raise refusal("cannot be set on its regulator", told, "pressure")
         if self.source is not None and not self.source.given(self.pressure) > 0.0:
             has = self.source.highest
-            problem = f"is more than its source has when full ({self.source.name or self.source.kind}, {has})"
+            problem = f"is more than its full source has ({self.source.name or self.source.kind}, {has})"
             raise refusal(problem, f"less than {has.removeprefix('at most ')}, or another source", "pressure")

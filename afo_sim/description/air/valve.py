@@ -55,12 +55,12 @@ class Rated(Described):
     def _from_its_rating(cls, value: Given, info: ValidationInfo) -> Given:
         if value is not None:
             if isinstance(value, str) and not _is_in(value, UNIT) and _is_in(value, "m^3/s"):
-                raise refusal("is a volume flow: without norm and pressures it is not a conductance", HOW)
+                raise refusal("is a volume flow: without norm and pressures it is no conductance", HOW)
             return value
         data = info.data
         rated = [name for name in RATINGS if data.get(name) is not None]
         if len(rated) > 1:
-            told = f"stands beside {rated[0]}: one of them gives the conductance"
+            told = f"conflicts with {rated[0]}: only one of them may state the conductance"
             raise refusal(told, f"{rated[0]} or {rated[1]}", beside=rated[1])
         if not data.keys() >= {CRITICAL_RATIO, *RATINGS}:
             return f"1e-10 {UNIT}"  # whatever: a field that it follows from is refused already
@@ -76,7 +76,7 @@ class Rated(Described):
             return
         given = _conductance(rated, getattr(self, rated), self.critical_ratio)
         if abs(self.conductance - given) > ALIKE * given:
-            problem = f"stands beside {rated}, which gives {amount(given, UNIT, 4)}"
+            problem = f"conflicts with {rated}, which gives {amount(given, UNIT, 4)}"
             raise refusal(problem, f"{CONDUCTANCE} or {rated}", CONDUCTANCE)
         self.provenance[CONDUCTANCE] = Provenance(kind="derived", source=self._conversion(rated))
 
@@ -211,7 +211,7 @@ class Valve(Rated, Named):
                 raise refusal(problem, "0 s, or no bandwidth", key)
         if (self.hold_decay > 0.0) != (self.hold_pressure > 0.0):
             key, other = ("hold_decay", "hold_pressure")[:: 1 if self.hold_decay > 0.0 else -1]
-            raise refusal(f"does nothing without {other}", f"{other} beside it", key)
+            raise refusal(f"has no effect without {other}", f"{other} beside it", key)
         if self.working_pressure is not None and not self.working_pressure[0] < self.working_pressure[1]:
             raise refusal("the first value is not below the second", "", "working_pressure")
 

@@ -63,7 +63,7 @@ class Drive(Described):
     def _must_have_a_hysteresis(self) -> None:
         if self.release is not None and self.release > self.dead_band:
             most = f"at most the dead band's {1e-5 * self.dead_band:g} bar"
-            raise refusal("is above the dead band: an open valve would be shut at once", most, "release")
+            raise refusal("is above the dead band: an open valve would shut immediately", most, "release")
         if self.kind == "pwm" and (self.least_on or 0.0) > self.period:
             most = f"at most the period's {1e3 * self.period:g} ms"
-            raise refusal("is longer than the period: no pulse would ever be given", most, "least_on")
+            raise refusal("is longer than the period: no pulse would ever occur", most, "least_on")

@@ -48,9 +48,9 @@ class Signal(Described, Generic[Value, Size]):
     def _must_be_one_signal(self) -> None:
         sine = self.mean or self.amplitude
         if self.column is not None and (sine or self.table):
-            raise refusal("stands beside a sine or a table", "a column, a sine or a table", "column")
+            raise refusal("conflicts with a sine or a table", "a column, a sine or a table", "column")
         if self.table and sine:
-            raise refusal("stands beside a sine", "a table, or mean and amplitude", "table")
+            raise refusal("conflicts with a sine", "a table, or mean and amplitude", "table")
         if (self.end_frequency is None) != (self.sweep_time is None):
             missing = "sweep_time" if self.sweep_time is None else "end_frequency"
             raise refusal("is missing: a chirp has both", "end_frequency and sweep_time", missing)
@@ -179,7 +179,7 @@ class Pid(Described):
     def _must_fit_together(self) -> None:
         there = [name for name in QUANTITIES if getattr(self, name) is not None]
         if len(there) != 1:
-            said = "is missing: nothing is controlled" if not there else f"stands beside {there[0]}"
+            said = "is missing: nothing is controlled" if not there else f"conflicts with {there[0]}"
             raise refusal(said, "one of the tables angle, moment, pressure", there[-1] if there else "angle")
         if self.raises == self.lowers:
             raise refusal("is the chamber that raises too", "another chamber, or none", "lowers")

@@ -199,7 +199,7 @@ class ChamberPhases(ValvePhases):
 
     def _must_be_one(self) -> None:
         if self.pressure and (self.inlet or self.outlet):
-            problem = "stands beside intervals of the valves"
+            problem = "conflicts with intervals of the valves"
             raise refusal(problem, "pressure, or inlet and outlet", "pressure")
         phases = [phase for phase, _ in self.pressure]
         if any(after <= before for before, after in itertools.pairwise(phases)):

@@ -63,7 +63,7 @@ def _check(scenario: Scenario) -> None:
     if controller is None and scenario.phases is not None and gait is not None:
         for key, value in (("variability", gait.variability), ("pace", gait.pace)):
             if value:
-                problem = "the strides differ, and a clock without sensors cannot follow them"
+                problem = "the strides vary, and a clock without sensors cannot follow them"
                 raise InputError(problem, field=f"gait.{key}", value=value, allowed=_EXPORTED)
 
 

@@ -161,7 +161,7 @@ def _compiled(source: pathlib.Path, options: Sequence[str]) -> bytes:
     environment = child_environment({"LC_ALL": "C"})
     found = (shutil.which(name, path=environment.get("PATH")) for name in ("cc", "gcc", "clang"))
     if (compiler := next(filter(None, found), None)) is None:
-        raise InputError("needs a C compiler, and this machine has none", field="firmware", value=str(source))
+        raise InputError("needs a C compiler, but this machine has none", field="firmware", value=str(source))
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
         library = pathlib.Path(folder, "program.so")
         command = [compiler, "-std=c99", "-O1", "-shared", "-fPIC", f"-I{_HERE}", f"-I{source.absolute()}"]

@@ -24,7 +24,7 @@ def link_user_library(model: mujoco.MjModel, folder: pathlib.Path) -> None:
         return
     found = next(filter(None, map(shutil.which, (os.environ.get("CC", "cc"), "gcc", "clang"))), None)
     if found is None or sys.platform == "win32":
-        problem = "a law or friction of one's own is linked by a C compiler, and none is found"
+        problem = "your own law or friction needs a C compiler to be linked, but none was found"
         raise InputError(problem, field="to", allowed="with gcc or clang installed, on Linux and macOS")
     with tempfile.TemporaryDirectory() as scratch:
         objects, entries, names = [], [], [code.symbol for code in codes.values()]
@@ -52,4 +52,4 @@ def link_user_library(model: mujoco.MjModel, folder: pathlib.Path) -> None:
         ]
         done = subprocess.run(command, capture_output=True, text=True, env=child_environment())
         if done.returncode:
-            raise InputError(f"a law of one's own cannot be linked: {done.stderr.strip()[-300:]}", field="to")
+            raise InputError(f"your own law cannot be linked: {done.stderr.strip()[-300:]}", field="to")

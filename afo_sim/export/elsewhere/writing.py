@@ -46,7 +46,9 @@ def write_elsewhere(
     library = native.library_file()  # refused before anything is built
     recording = what if isinstance(what, Recording) else None
     if recording is not None and not recording.ok:
-        raise InputError("has not ended well", field="run", value=recording.status, allowed="one that has")
+        raise InputError(
+            "did not end successfully", field="run", value=recording.status, allowed="a run with status ok"
+        )
     if recording is None and str(what).endswith((".xml", ".urdf")):
         allowed = "a scenario; of a model: afo-sim attach MODEL --orthosis NAME --to plugin"
         raise InputError("is a model, and no scenario", field="scenario", value=str(what), allowed=allowed)
@@ -171,6 +173,6 @@ def _commanded(built: Built, recording: Recording) -> np.ndarray:
             or built.scenario.controller
             or not np.array_equal(told, inputs[::stride, i][: len(told)])
         ):
-            problem, allowed = "holds commands of some steps alone", "a run with --step fixed and all rows"
+            problem, allowed = "holds commands of only some steps", "a run with --step fixed and all rows"
             raise InputError(problem, field="run", value=column, allowed=allowed)
     return inputs

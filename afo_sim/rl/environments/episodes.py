@@ -89,9 +89,9 @@ def check_sets(task: Task, sets: Mapping[str, object] | None) -> None:
     scenario: Scenario = load("scenario", task.scenario, {**sets, **task.sets})
     if scenario.controller is not None:
         kind = scenario.controller.kind
-        raise InputError("stands in the action's place", field="controller", value=kind, allowed="none")
+        raise InputError("conflicts with the action", field="controller", value=kind, allowed="none")
     if scenario.gait is not None and scenario.gait.pace:
-        problem = "stands in the task's way: who stops swings no more, and the reward counts swings"
+        problem = "conflicts with the task: a stopped walker has no swings, which the reward counts"
         raise InputError(problem, field="gait.pace", allowed="none; gait.speed for another pace")
     if scenario.drive:
         problem = "would have no effect: an action switches the valves"
