@@ -22,6 +22,7 @@ from functools import partial
 from html.parser import HTMLParser
 from typing import Any
 
+import docs_python
 import docs_reference
 import jinja2
 import jupytext
@@ -64,8 +65,8 @@ SEARCH = """if (location.protocol === "file:") window.Worker = class {
 """
 # Words that say nothing of what is asked: they part the words that the search ranks by and a page marks.
 FILLERS = (
-    "a am an and are at be by can do does for from have how i if in is it me much my of on or should that the "
-    "this to what when which will with"
+    "a am an and are at be by can do does for from have how i if in is it me much my of on or should that "
+    "the this to what when which will with"
 )
 SEPARATOR = r"""[\s\-_,:;!?=\[\]()\\"`/]+|\.(?!\d)|\b(?:{})\b""".format(
     "|".join(f"[{word[0]}{word[0].upper()}]{word[1:]}" for word in FILLERS.split())
@@ -143,7 +144,7 @@ def navigation(source: pathlib.Path) -> Nav:
         if pages:
             nav.append({re.split(r"[:\n]", section)[0]: [{name: file} for name, file in pages]})
     for name in (NOTEBOOKS.name, "reference"):
-        files = sorted((source / name).glob("*.md"))
+        files = sorted((source / name).glob("*.md"), key=lambda file: docs_python.order(file.stem))
         nav.append({name.capitalize(): [{title(file): f"{name}/{file.name}"} for file in files]})
     return [*nav, {"Glossary": "glossary.md"}]
 
@@ -269,7 +270,7 @@ def build(out: pathlib.Path, tell: Callable[[str], None] = print) -> int:
             run = partial(notebook, folder=source / NOTEBOOKS.name)
             for name in pool.map(run, sorted(NOTEBOOKS.glob("*.py"))):
                 tell(f"has run {name}")
-        for name, text in docs_reference.pages(tell):
+        for name, text in (*docs_reference.pages(tell), *docs_python.pages()):
             target = source / "reference" / f"{name}.md"
             target.parent.mkdir(exist_ok=True)
             target.write_text(text, encoding="utf-8")

@@ -8,7 +8,6 @@ from typing import Any
 
 from typer.main import get_command
 
-import afo_sim
 from afo_sim.cli import app
 from afo_sim.description import SETS, fields_of, of_chambers, schema, tables
 from afo_sim.description.schema import KINDS
@@ -18,7 +17,6 @@ from afo_sim.metrics.peak import MEANING
 from afo_sim.simulation.columns import DESCRIBED
 
 TABLES = {"named": "tables by name: below", "list": "a list of tables: below"}
-WIDTH = 80  # of a signature on one line
 SCHULZ = "Schulz 2011"
 PERRY = "phases: Perry & Burnfield 2010"
 BAKER = "Baker et al. 2009"
@@ -50,13 +48,11 @@ BEFORE = {
     "free_air_per_stride": "called normal litres",
     "toe_drag_force": "mean while it drags",
 }
-ENTRY = re.compile(r"(?P<name>[\w*, ]+)(?: : |\n +)(?P<meaning>.+)", re.S)
-SECTION = re.compile(r"^(\w[\w ]*)\n-{3,}\n", re.M)
 
 
 def pages(tell: Callable[[str], None] = print) -> Iterator[tuple[str, str]]:
     """(name, Markdown) of each page."""
-    for make in (commands, keys, metrics, columns, names):
+    for make in (commands, keys, metrics, columns):
         tell(f"makes reference/{make.__name__}.md")
         yield make.__name__, make()
 
@@ -208,41 +204,3 @@ def columns() -> str:
         rows = [(code(name), plain(unit) or "–", plain(sign)) for name, (unit, sign) in found]
         lines += [f"## {group}", table(("column", "unit", "sign and meaning"), rows)]
     return "\n\n".join(lines) + "\n"
-
-
-def names() -> str:
-    """The Python names: signature and docstring of each."""
-    lines = ["# Python names", "All of them stand in `afo_sim`. `help(afo_sim.run)` says the same."]
-    for name in sorted(vars(afo_sim)["__all__"], key=str.lower):
-        one = getattr(afo_sim, name)
-        lines += [f"## {name}", *_described(one, name)]
-        bases = one.__mro__ if inspect.isclass(one) else ()
-        own = {key for base in bases if base.__module__.startswith("afo_sim") for key in vars(base)}
-        for method in sorted(key for key in own if not key.startswith(("_", "model_"))):
-            inner = getattr(one, method)
-            if (inspect.isroutine(inner) or isinstance(inner, property)) and inspect.getdoc(inner):
-                lines += [f"### {name}.{method}", *_described(inner, f"{name.lower()}.{method}")]
-    return "\n\n".join(lines) + "\n"
-
-
-def _described(one: Any, name: str) -> Iterator[str]:
-    if callable(one) and not (inspect.isclass(one) and issubclass(one, Exception)):
-        parameters = inspect.signature(one).parameters.values()
-        bare = [each.replace(annotation=each.empty) for each in parameters if each.name != "self"]
-        call = f"{name}{inspect.Signature(bare)}"
-        if len(call) > WIDTH:
-            call = call.replace("(", "(\n    ", 1).replace(", ", ",\n    ").removesuffix(")") + ",\n)"
-        yield f"```python\n{call}\n```"
-    first, *sections = SECTION.split(inspect.getdoc(one) or "")
-    yield plain(first.strip())
-    for title, text in zip(sections[::2], sections[1::2], strict=True):
-        yield f"**{title}**"
-        yield f"```pycon\n{text.strip()}\n```" if title == "Examples" else plain(_entries(text.strip()))
-
-
-def _entries(text: str) -> str:
-    """The entries of a section as a list: "name : meaning", or the meaning indented below; else the text."""
-    found = [ENTRY.fullmatch(entry) for entry in re.split(r"\n(?=\S)", text)]
-    if not all(found):
-        return text
-    return "\n".join(f"- `{each['name']}`: {' '.join(each['meaning'].split())}" for each in found if each)

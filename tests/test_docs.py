@@ -2,6 +2,8 @@
 
 import functools
 import http.server
+import importlib
+import inspect
 import json
 import pathlib
 import re
@@ -14,6 +16,8 @@ import pytest
 from browser import CHROMIUM, Browser
 from campaign import nightly
 from documents import PAGES, script
+
+import afo_sim
 
 ROOT = pathlib.Path(__file__).parents[1]
 NOTEBOOKS = sorted((ROOT / "docs" / "notebooks").glob("*.py"))
@@ -104,7 +108,8 @@ def test_the_site_has_every_page_and_every_notebook(site: pathlib.Path) -> None:
         "commands": "--step",
         "keys": "bladder_force",
         "columns": "ankle/angle",
-        "names": "torque_map",
+        "python": "torque_map",
+        "python_study": "class-results",
     }
     for page, name in shown.items():
         text = (site / "reference" / f"{page}.html").read_text(encoding="utf-8")
@@ -215,6 +220,23 @@ def test_a_notebook_that_fails_warns_or_lacks_a_text_makes_no_page(
 def test_each_notebook_runs(docs: Any, tmp_path: pathlib.Path, file: pathlib.Path) -> None:
     docs.notebook(file, tmp_path)
     assert "\n    " in (tmp_path / f"{file.stem}.md").read_text(encoding="utf-8")
+
+
+def test_whatever_a_public_name_returns_has_an_entry_that_says_what_it_holds(docs: Any) -> None:
+    made = dict(docs.docs_python.pages(lambda text: None))
+    text = "\n".join(made.values())
+    entries = set(re.findall(r"^## (?:class )?(\w+)$", text, re.M))
+    assert set(afo_sim.__all__) <= entries and {"Results", "Effect", "Answer", "Sizing"} <= entries
+    found = set()
+    for one in map(functools.partial(getattr, afo_sim), afo_sim.__all__):
+        known = vars(inspect.getmodule(one))
+        for name, call in vars(one).items() if inspect.isclass(one) else [(one.__name__, one)]:
+            words = re.findall(r"\w+", str(getattr(call, "__annotations__", {}).get("return", "")))
+            ours = [known[word] for word in words if inspect.isclass(known.get(word)) and name[0] != "_"]
+            found |= {each.__name__ for each in ours if each.__module__.startswith("afo_sim.")}
+    assert len(found) > 20 and found <= entries, found - entries
+    assert not re.findall(r"^\| `[^|]*\| [^|]*\|\s*\|$", text, re.M)
+    assert sorted(docs.docs_python.PUBLIC) == sorted(afo_sim.__all__)
 
 
 def test_a_folder_that_is_not_a_site_is_not_replaced(docs: Any, tmp_path: pathlib.Path) -> None:
