@@ -2,7 +2,6 @@
 
 import functools
 import http.server
-import importlib
 import inspect
 import json
 import pathlib

@@ -19,6 +19,7 @@ from .checks import closing_errors as closing_errors
 from .checks import examine as examine
 from .checks import findings as findings
 from .checks import stance as stance
+from .compensation import as_healthy as as_healthy
 from .compensation import signs as signs
 from .compensation import uncompensated as uncompensated
 from .cycle import DEGREE as DEGREE
@@ -32,7 +33,8 @@ from .flat_foot import USUAL as USUAL
 from .flat_foot import WITHIN as WITHIN
 from .flat_foot import flat_part as flat_part
 from .fourier import Wave as Wave
-from .norm import off_norm as off_norm
+from .norm import PEOPLE as PEOPLE
+from .norm import swing_off_norm as swing_off_norm
 from .variants import Chain as Chain
 from .variants import scaled as scaled
 from .variants import stepped as stepped

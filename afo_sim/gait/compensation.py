@@ -14,6 +14,7 @@ from afo_sim.common import Keywords, Notice, find_gait
 from afo_sim.gait import family
 from afo_sim.gait.checks import stance
 from afo_sim.gait.cycle import DEGREE, GaitCycle
+from afo_sim.gait.norm import PEOPLE, swing_off_norm
 from afo_sim.gait.variants import Chain, scaled
 
 _HEALTHY = "bovi2011_natural"  # of a family from 0.84 to 1.97 m/s; their ankle's path is derived
@@ -102,3 +103,13 @@ def signs(cycle: GaitCycle, body_height: float) -> tuple[Notice, ...]:
     data: Keywords = {"speed": healthy.walking_speed, "low": -low / DEGREE, "bent": bent / DEGREE}
     data |= {"flexed": flexed / DEGREE, "risen": 1e3 * risen}
     return (Notice(code, text + seen, subject="swing", **data),)
+
+
+def as_healthy(cycle: GaitCycle) -> tuple[Notice, ...]:
+    """A doubt about a patient's own stride whose ankle swings as healthy people's: no device helps there."""
+    beyond = swing_off_norm(cycle)[1]
+    if beyond > PEOPLE:
+        return ()
+    text = "in swing the ankle is within {beyond:.0f} deg (RMS) of the norm's band, as healthy people's is "
+    text += "({limit:.0f} deg): is it the patient's own walk, without the device ({subject})?"
+    return (Notice("looks-healthy", text, subject="walker", limit=PEOPLE, beyond=beyond),)

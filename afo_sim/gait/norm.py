@@ -8,8 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from afo_sim.common import find_gait, read_phase_table
+from afo_sim.gait.checks import stance
 from afo_sim.gait.cycle import DEGREE, GaitCycle
 
+PEOPLE = 6.0  # standard deviation of the ankle angle between healthy adults; 4 to 8 (Bovi 2011) [deg]
 _SHIPPED = "norm_adult"
 # Column of the file: (field of Norm, factor from the file's unit and sign to the house's).
 _COLUMNS = {
@@ -41,11 +43,12 @@ class Norm:
         return np.interp(np.asarray(phase) % 1.0, self.phase, getattr(self, name))
 
 
-def off_norm(cycle: GaitCycle) -> np.ndarray:
-    """How far the ankle lies beyond the shipped norm's band at each sample, dorsiflexion positive."""
-    norm, angle = read(), cycle.ankle_angle
-    low, high = (norm.at(name, cycle.phase) for name in ("ankle_low", "ankle_high"))
-    return np.asarray(angle - np.clip(angle, low, high))
+def swing_off_norm(cycle: GaitCycle) -> tuple[float, float]:
+    """How far the ankle in swing lies beyond the shipped norm: mean, dorsiflexed positive, and RMS [deg]."""
+    norm, swing = read(), cycle.phase > stance(cycle)
+    angle, phase = cycle.ankle_angle[swing], cycle.phase[swing]
+    off = (angle - np.clip(angle, norm.at("ankle_low", phase), norm.at("ankle_high", phase))) / DEGREE
+    return float(off.mean()), float(np.sqrt(np.mean(off**2)))
 
 
 @functools.cache  # a path is read once in a process

@@ -11,6 +11,7 @@ from collections.abc import Iterable, Sequence
 
 from afo_sim.common import Notice
 from afo_sim.metrics.answer import Answer, Status, worst
+from afo_sim.metrics.verdict import ENOUGH
 
 FORCE, MOTION, FLOW, SWING = "muscle/force", "ankle/angle", "supply/mass_flow", "toe/height"
 MOMENT = "ankle/moment/orthosis"
@@ -36,7 +37,7 @@ CAPPED: tuple[tuple[Status, tuple[str, ...], str], ...] = (
     ("doubtful", (FORCE,), "path-jumps-below-range path-jumps-above-range path-through-bone"),
     ("doubtful", (FORCE,), "muscle-length muscle-bends surface-not-touched law-of-your-own"),
     ("doubtful", (FLOW,), "law-volume"),
-    ("doubtful", (MOTION,), "passive-ankle-extrapolated walker-not-usual side-assumed"),
+    ("doubtful", (MOTION,), "passive-ankle-extrapolated walker-not-usual looks-healthy side-assumed"),
     ("doubtful", (MOTION,), "stop-reached stop-in-the-air"),
     ("doubtful", (MOMENT,), "ground-recorded"),
     ("doubtful", (MOTION, MOMENT), "trial-doubted"),
@@ -50,6 +51,7 @@ CAPS = {code: (cap, columns) for cap, columns, codes in CAPPED for code in codes
 
 # Told by help, in numbers.
 _TOLD = {"steppage", "hip-rises-in-swing", "ankle-low-in-swing", "compensation-unknown"}
+IF_SO = "enough, if these numbers hold"
 LITTLE = 0.02  # of a limit, by which a muscle may pass it and survive; assumed [-]
 
 
@@ -80,6 +82,7 @@ def _capped(answer: Answer, warnings: Sequence[Notice]) -> Answer:
         return answer
     # of several the one that decides; of those the first
     why = next(o for o, cap in zip(warnings, caps, strict=True) if worst([answer.status, cap]) == status)
-    text = f"{answer.text} {status.upper()}, since {why}."
-    brief = f"{answer.brief}; {why.code.replace('-', ' ')}" if answer.brief else ""
+    text, brief = (each.replace(ENOUGH, IF_SO) for each in (answer.text, answer.brief))
+    text = f"{text} {status.upper()}, since {why}."
+    brief = f"{brief}; {why.code.replace('-', ' ')}" if brief else ""
     return dataclasses.replace(answer, status=status, text=text, brief=brief)

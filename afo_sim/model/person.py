@@ -12,7 +12,7 @@ from typing import TypeVar
 
 from afo_sim.common import InputError, JsonMapping, Mixed, Notice, assets
 from afo_sim.description import Gait, Ground, Provenance, Scenario, load
-from afo_sim.gait import Chain, GaitCycle, Walker, family, scaled, signs, stepped, uncompensated
+from afo_sim.gait import Chain, GaitCycle, Walker, as_healthy, family, scaled, signs, stepped, uncompensated
 from afo_sim.gait import file as gait_file
 
 T = TypeVar("T")
@@ -162,14 +162,16 @@ def _stepped(stride: GaitCycle, hip: float, knee: float, body_height: float) -> 
 
 
 def signs_of_compensation(scenario: Scenario) -> tuple[Notice, ...]:
-    """What a walk shows of a foot that hangs; of a healthy walker's it is a doubt about whose walk it is."""
-    gait = scenario.gait
+    """What a walk shows of a foot that hangs; where it contradicts whose walk it is, a doubt about that."""
+    gait, own = scenario.gait, walker_of(scenario) == "patient"
     assert gait is not None
-    if gait.compensation == "removed":
-        return ()
     stride = recorded_stride(gait, taller_than_recorded(scenario))
     seen = signs(stride, person_of(scenario).body_height)
-    if not seen or walker_of(scenario) == "patient":
+    if own and not seen and scenario.orthosis.muscle:  # what is worn is judged on that walk
+        return as_healthy(stride)
+    if gait.compensation == "removed":
+        return ()
+    if not seen or own:
         return seen
     text = "the walk is described as a healthy walker's, but {seen}: if it is the patient's own, set "
     text += "gait.walker=patient, or the weakness counts twice"

@@ -12,6 +12,7 @@ from afo_sim.gait import GaitCycle, at_speed, stance, write
 from afo_sim.gait import file as gait
 from afo_sim.gait_lab.trial.plausibility import walker_doubts
 from afo_sim.metrics import Answer, capped
+from afo_sim.metrics.verdict import ENOUGH
 from afo_sim.model import own_tissue
 from afo_sim.model.build import build
 from afo_sim.physics import passive_moments
@@ -162,7 +163,7 @@ def test_a_family_of_two_walkers_says_nothing(tmp_path: pathlib.Path) -> None:
         ("healthy", 15.0, "walker-not-usual"),
         ("healthy", 0.0, ""),
         ("patient", 15.0, ""),
-        ("patient", 0.0, "walker-usual"),
+        ("patient", 0.0, "looks-healthy"),
         (None, 15.0, ""),
     ],
 )
@@ -188,3 +189,26 @@ def test_a_doubted_trial_leaves_no_good_answer_on_its_moment(
     assert [notice.data["faults"] for notice in warned] == ["force's clock"] * doubted
     (moves,) = capped([Answer("push_off", "", "good", "", "")], warned)
     assert moves.status == ("doubtful" if doubted else "good")
+
+
+@pytest.mark.parametrize("walk", ["gatk_stride1", "opensim_walk", "bovi2011_natural"])
+def test_a_healthy_walk_said_to_be_a_patients_is_not_helped(walk: str) -> None:
+    """Whatever file says so, no answer on its swing is good, nor says that it helps; push-off's may be."""
+    sets: dict[str, object] = {**SETS, "gait.cycle": walk, "gait.walker": "patient"}
+    (doubt,) = with_code(build("walk-dropfoot-afo", sets).warnings, "looks-healthy")
+    good = [Answer(name, "", "good", f"toe passes: {ENOUGH}.", "") for name in ("help", "lift", "push_off")]
+    helps, lifts, hinders = capped(good, [doubt])
+    assert (helps.status, lifts.status, hinders.status) == ("doubtful", "doubtful", "good")
+    assert ENOUGH not in helps.text
+    assert not with_code(build("walk-dropfoot", sets).warnings, "looks-healthy")  # nothing is worn there
+
+
+@pytest.mark.parametrize("drop", [8.0, 15.0])
+def test_a_patients_walk_is_not_taken_for_a_healthy_one(drop: float, tmp_path: pathlib.Path) -> None:
+    for walk in ("gatk_stride1", "opensim_walk", "bovi2011_natural"):
+        cycle = gait.read(assets.find_gait(walk))
+        share = np.clip((cycle.phase - stance(cycle)) / (1.0 - stance(cycle)), 0.0, 1.0)
+        angle = cycle.ankle_angle - np.radians(drop) * np.sin(np.pi * share)
+        write(tmp_path / "own.csv", dataclasses.replace(cycle, ankle_angle=angle, walker="patient"))
+        warned = build("walk-dropfoot-afo", {**SETS, "gait.cycle": str(tmp_path / "own.csv")}).warnings
+        assert not with_code(warned, "looks-healthy"), walk

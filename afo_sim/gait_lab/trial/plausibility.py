@@ -10,7 +10,6 @@ from afo_sim.gait_lab.trial.ground_force import GroundForce
 from afo_sim.gait_lab.trial.leg_motion import LegMotion
 from afo_sim.gait_lab.trial.leg_points import LegPoints
 
-_PEOPLE = 6.0  # standard deviation of the ankle angle between healthy adults; 4 to 8 (Bovi 2011) [deg]
 _ADULT = 1.75  # height of a person of whom none is known; assumed [m]
 _ZERO = (15.0, 60.0)  # of the ankle angle, moved by more than this: reported, refused; assumed [deg]
 _ANKLE_HEIGHT = (0.05, 0.12)  # of an adult in shoes or without; 0.079–0.082 measured barefoot [m]
@@ -47,7 +46,7 @@ def doubts(
 ) -> tuple[Notice, ...]:  # fmt: skip
     """What a person should look at in a stride, one sentence with its number each."""
     compensated = gait.signs(cycle, cycle.body_height or _ADULT) if cycle.walker == "patient" else ()
-    found = [*walker_doubts(cycle), *compensated, *gait.closing_doubts(cycle), *_zero(zero), *_flat(cycle)]
+    found = [*(compensated or walker_doubts(cycle)), *gait.closing_doubts(cycle), *_zero(zero), *_flat(cycle)]
     found += [*_ankle_height(cycle, points), *_knee(cycle)]
     found += _pressure(cycle, *_outline(points, motion))
     if np.isfinite(cycle.grf_x).all() and np.abs(cycle.grf_x).max() <= _FORWARD:
@@ -71,21 +70,15 @@ def doubts(
 
 def walker_doubts(cycle: gait.GaitCycle) -> list[Notice]:
     """A warning where the ankle contradicts `walker`; none where nobody said whose walk it is."""
-    off = np.degrees(gait.off_norm(cycle))
-    swing = off[cycle.phase > gait.stance(cycle)]
-    beyond = float(np.sqrt(np.mean(swing**2)))
-    if cycle.walker == "healthy" and beyond > _PEOPLE:
+    mean, beyond = gait.swing_off_norm(cycle)
+    if cycle.walker == "healthy" and beyond > gait.PEOPLE:
         text = "in swing the ankle is {mean:+.0f} deg off the norm's band ({beyond:.0f} deg RMS), more than "
         text += "healthy people's spread of {limit:.0f} deg: if it is the patient's own walk, import it with "
         text += "{subject} patient, else the weakness counts twice"
-        mean = float(swing.mean())
-        return [Notice("walker-not-usual", text, subject="walker", limit=_PEOPLE, beyond=beyond, mean=mean)]
-    most = float(np.abs(off).max())
-    if cycle.walker == "patient" and most <= _PEOPLE:
-        text = "the ankle stays within {most:.0f} deg of the norm's band, as healthy people's does "
-        text += "({limit:.0f} deg): is it a patient's own walk, without the device ({subject})?"
-        return [Notice("walker-usual", text, subject="walker", limit=_PEOPLE, most=most)]
-    return []
+        return [
+            Notice("walker-not-usual", text, subject="walker", limit=gait.PEOPLE, beyond=beyond, mean=mean)
+        ]
+    return [*gait.as_healthy(cycle)] if cycle.walker == "patient" else []
 
 
 def _zero(zero: float) -> list[Notice]:
