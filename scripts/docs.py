@@ -162,7 +162,7 @@ def notebook(file: pathlib.Path, folder: pathlib.Path) -> str:
         )
         try:
             client.execute()
-        except nbclient.exceptions.CellExecutionError as error:
+        except (nbclient.exceptions.CellExecutionError, nbclient.exceptions.CellTimeoutError) as error:
             raise SystemExit(f"{place(file)}: {error}") from None
     for cell in cells.cells:
         for shown in cell.get("outputs", []):
