@@ -34,7 +34,7 @@ print(frame[["pressure [Pa]", "outlet_0_0 [-]", "toe_clearance [mm]", "air_per_s
 # In the maps, follow the white line: to the right of it the toe clears the wanted 10 mm. Late venting (up)
 # lifts and saves air, but costs push-off: no corner is best in all three.
 
-# %% alt="Clearance, air and torque against push-off over pressure and begin of venting, and the line of 10 mm"
+# %% alt="Clearance, air and resistance to push-off over pressure and start of venting, line at 10 mm"
 names = ("toe_clearance [mm]", "air_per_stride [g]", "torque_against_push_off_per_mass [N*m/kg]")
 tables = [frame.pivot(index="outlet_0_0 [-]", columns="pressure [Pa]", values=name) for name in names]
 titles = ("toe clearance [mm]", "air per stride [g]", "against push-off [N·m/kg]")
