@@ -59,7 +59,7 @@ QUESTIONS = {
     "published experiments compared with the simulation": "validation.html",
     "train a reinforcement learning agent": "environments.html",
     "confidence interval of a result": "uncertainty.html",
-    "how do I start my first simulation": "tutorials/1_first_walk.html",
+    "how do I start my first simulation": "notebooks/01_papers.html",
 }
 FOUND = 26  # of these at least: that many are to stand among the first three hits
 # Types a question into the search box of the page, as a person would; the addresses of the hits.

@@ -8,9 +8,8 @@
 # %% [markdown]
 # # A first look: one walk, four papers
 #
-# For anyone who opens the simulator for the first time. A patient with a drop foot walks without and with
-# S1's orthosis, and you read the verdict. Then claims of the four papers stand beside what the simulator
-# finds.
+# For anyone who starts a first simulation. A patient with a drop foot walks without and with S1's orthosis,
+# and you read the verdict. Then claims of the four papers stand beside what the simulator finds.
 
 # %%
 import matplotlib.pyplot as plt
