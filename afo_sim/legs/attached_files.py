@@ -39,7 +39,7 @@ HEAD = """
   The callbacks of afo_sim compute the forces of its muscles, by their user= and {sidecar}. In Python:
       from afo_sim.legs import read_attached; leg = read_attached("{file}"); data = leg.data()
       with leg.callbacks(): step leg.model and data as ever
-  Loaded by MuJoCo alone its muscles carry no force (they are limp), and nothing says so.
+  Loaded by MuJoCo alone, its muscles carry no force (they are limp) without any message.
 """
 
 

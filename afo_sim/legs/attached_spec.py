@@ -71,7 +71,7 @@ def set_options(spec: mujoco.MjSpec, step: float | None) -> list[str]:
         notices.append(Notice("integrator-changed", words, severity="note", **told))
     if not option.disableflags & BIT.mjDSBL_AUTORESET:
         option.disableflags |= BIT.mjDSBL_AUTORESET
-        words = "MuJoCo's automatic reset is off: an unstable model would silently begin again without air"
+        words = "MuJoCo's automatic reset is off: an unstable model would silently restart without air"
         notices.append(Notice("autoreset-off", words, subject="autoreset", severity="note"))
     if step is not None and step != option.timestep:
         before_ms, after_ms = (in_unit(t, "s", "ms") for t in (option.timestep, step))
@@ -89,14 +89,16 @@ def doubts_of_start(model: mujoco.MjModel) -> list[Notice]:
     met = [contact for contact in data.contact if contact.dist < -DEEP and min(contact.geom) >= 0]
     if deep := sorted((contact.dist, *model.geom_bodyid[contact.geom]) for contact in met):
         one, other = (model.body(body).name or f"body {body}" for body in deep[0][1:])
-        words = "the start state has {count} contacts deeper than 2 mm, up to {depth:.0f} mm of {subject!r} "
-        words += "in {other!r}: they push the bodies apart once it is stepped"
+        words = (
+            "the initial state has {count} contacts deeper than 2 mm, up to {depth:.0f} mm of {subject!r} "
+        )
+        words += "in {other!r}: they push the bodies apart when stepped"
         count, depth = len(deep), -1000.0 * deep[0][0]
         found.append(Notice("start-in-contact", words, subject=one, count=count, depth=depth, other=other))
     excess = np.where(data.efc_type == EQUALITY, np.abs(data.efc_pos), -data.efc_pos)
     rows = sorted(row for row in zip(excess, data.efc_type, data.efc_id, strict=True) if row[0] > FAR)
     if off := {BOUND[kind](model, k).name or f"number {k}": x for x, kind, k in rows if kind in BOUND}:
-        words = "the start state is off stops or equalities: {names}; of {subject!r} by {most:.2g} rad or m"
+        words = "the initial state violates stops or equalities: {names}; {subject!r} by {most:.2g} rad or m"
         *_, worst = off
         names = listed(reversed(off))
         found.append(Notice("start-out-of-bounds", words, subject=worst, names=names, most=off[worst]))

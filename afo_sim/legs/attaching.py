@@ -339,7 +339,7 @@ def _doubts(attached: Attached) -> Iterator[str]:
         yield Notice("ankle-oblique", words, subject=found.ankle, tilt=found.tilt)
     if attached.joints != (found.ankle,):
         others = [joint for joint in attached.joints if joint != found.ankle]
-        words = "the muscles cross {joints} too, and move what moves there"
+        words = "the muscles also cross {joints} and move them"
         yield Notice("joints-crossed", words, subject=found.ankle, joints=listed(others))
     if carrier != found.foot:
         words = f"the plate is on {{plate!r}}; the {orthosis.joint} {{subject!r}} moves it by {{foot!r}}"

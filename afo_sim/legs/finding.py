@@ -121,7 +121,9 @@ def _why_none(tree: Tree) -> str:
     kinds = {name: joint.kind for name, (_, joint) in tree.joints().items()}
     if "hinge" in kinds.values():
         shanks = listed(named_shanks(tree))
-        return f"no hinge hangs below {shanks}" if shanks else "its names tell no shank, foot and ankle"
+        return (
+            f"no hinge hangs below {shanks}" if shanks else "its names do not identify shank, foot and ankle"
+        )
     if not kinds:
         return "it has no joint"
     return f"an ankle is a hinge, and its joints are {listed([f'{n} ({k})' for n, k in kinds.items()])}"
@@ -182,7 +184,9 @@ def _measured(tree: Tree, leg: Candidate, side: Side | None, zero: float, forwar
         found_side, how_side = side, "given"
     if found_side is None:
         found_side, how_side = "right", "assumed"
-        notes.append(Notice("side-assumed", "nothing shows the side: right is assumed", subject=leg.shank))
+        notes.append(
+            Notice("side-assumed", "nothing indicates the side: right is assumed", subject=leg.shank)
+        )
     beside = 0.0 if weight is None else float((weight - centre) @ left)
     notes += _doubts(leg.ankle, tilt, float(along @ left), local, beside)
     below = [joint.name for part in tree.below(leg.shank)[1:] for joint in part.joints]
@@ -220,7 +224,7 @@ def _along_shank(
         _, _, main = np.linalg.svd(points - middle, full_matrices=False)
         aside = (middle - centre) @ main[0]
         return main[0] * (1.0 if aside >= 0.0 else -1.0), None, "along the shank's longest axis"
-    problem = "nothing shows which way the shank points: it has no joint above it, no mass and no shapes"
+    problem = "nothing indicates where the shank points: it has no joint above it, no mass and no shapes"
     raise InputError(problem, field="shank", value=leg.shank, allowed="a body with mass, shapes or a knee")
 
 
@@ -285,7 +289,7 @@ def _forward(
         return np.sign(farther) * ahead, "where the foot's shapes reach a little farther", [close]
     if front + back < 0.01 and abs(heavier) > 2e-3:
         return np.sign(heavier) * ahead, "where the foot's centre of mass lies", []
-    problem = f"nothing shows where it points: along {_shown(ahead)} it reaches {spans}"
+    problem = f"nothing indicates where it points: along {_shown(ahead)} it reaches {spans}"
     allowed = '`--forward x`, in Python `forward="x"`: a direction of the file\'s axes'
     raise InputError(problem, field="foot", allowed=allowed)
 

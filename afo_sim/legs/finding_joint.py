@@ -62,7 +62,7 @@ def find_worn(
     zero = zero_of(hinge, zero)
     end, how_up = beyond(tree, below if tree.way(last, below) else last, axis, centre)
     if end is None:
-        problem = f"shows no direction: no joint, mass or shapes lie {1000 * OFF:g} mm off "
+        problem = f"has no direction: no joint, mass or shape lies {1000 * OFF:g} mm off "
         problem += f"the axis of {name!r}"
         raise InputError(problem, field="distal", value=below, allowed="a body with mass or shapes")
     along = centre - moved(turned_about(axis, centre, zero - hinge.zero), end)
@@ -89,7 +89,7 @@ def find_worn(
         words = "{subject!r} is on the {named} side by its name, and {given} is given"
         notes.append(Notice("side-contradicted", words, subject=name, named=seen, given=side))
     if not (side or seen or stands):
-        notes.append(Notice("side-assumed", "nothing shows the side: right is assumed"))
+        notes.append(Notice("side-assumed", "nothing indicates the side: right is assumed"))
     axes, side = np.stack([np.cross(left, up), left, up], axis=1), side or seen or stands or "right"
     how = {"up": how_up, "sign": how_sign, "side": how_side}
     return Found(above, below, name, side, centre, axes, sign, zero, tilt, how, notes=tuple(notes))

@@ -95,7 +95,7 @@ def _without_missing(spec: mujoco.MjSpec, file: pathlib.Path) -> Iterator[Notice
     for element in (*geoms, *missing.values()):
         spec.delete(element)
     if missing:
-        text = "meshes that are not found are not shown, and touch nothing: {names}"
+        text = "missing meshes are not shown and have no contact: {names}"
         yield tree.reading_note("meshes-missing", text, sorted(missing))
 
 

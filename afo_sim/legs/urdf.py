@@ -19,11 +19,11 @@ WORLD = "world"  # root link that stands for what nothing moves
 REMARKS = {
     "massless-links": "links without mass: {names}",
     "point-masses": "links whose inertia is zero are point masses: {names}",
-    "meshes-missing": "meshes that are not found, and not shown: {names}; give their folder as `packages`, "
+    "meshes-missing": "missing meshes are not shown: {names}; give their folder as `packages`, "
     "or in ROS_PACKAGE_PATH",
-    "meshes-broken": "meshes that cannot be read, and are not shown: {names}",
-    "joints-endless": "joints whose range is not given are without stops: {names}",
-    "roots-several": "links that no joint reaches stand by themselves: {names}",
+    "meshes-broken": "unreadable meshes are not shown: {names}",
+    "joints-endless": "joints without a range have no stops: {names}",
+    "roots-several": "links without a joint are independent: {names}",
     "joints-planar": "a planar joint is read as two slides and a hinge: {names}",
     "meshes-large": 'meshes look like millimetres: {names}; give them scale="0.001 0.001 0.001"',
 }

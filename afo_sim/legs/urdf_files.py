@@ -110,7 +110,7 @@ def text_problems(root: Foreign, file: pathlib.Path) -> Iterator[InputError]:
             if not name:
                 yield InputError("has no name", file=file, field=f"<{kind}> in line {element.sourceline}")
             elif name in names:
-                problem = f"stands twice: give one of the {kind}s another name"
+                problem = f"occurs twice: give one of the {kind}s another name"
                 yield InputError(problem, file=file, field=f"{kind} {name!r}")
             names.add(name)
             place = f"{kind} {name!r}"

@@ -65,14 +65,14 @@ def test_both_legs_carry_the_weight(offset: float, share: float) -> None:
     (remark,) = found.remarks
     assert remark == "the plates carry 70.0 kg (±2 %) over 3 right and 3 left strides"
     assert len(found.warnings) == (2 if offset else 0)
-    assert all(f"reads {offset:+.0f} N when nobody stands on it" in warning for warning in found.warnings)
+    assert all(f"reads {offset:+.0f} N while unloaded" in warning for warning in found.warnings)
 
 
 def test_a_foot_half_beside_its_plate_is_told() -> None:
     found = find_mass(*walk(share=0.4), None, None)
     assert found.warnings == (
-        "the right leg carries 40 % of the weight only: a limp, or a foot half beside its plate; then "
-        "the mass is rather 84.0 kg",  # twice the left leg's 42 kg
+        "the right leg carries only 40 % of the weight: a limp, or a foot partly off its plate; then "
+        "the mass is more likely 84.0 kg",  # twice the left leg's 42 kg
     )
     assert "±20 %" in found.remarks[0]
 
@@ -80,7 +80,7 @@ def test_a_foot_half_beside_its_plate_is_told() -> None:
 def test_one_leg_is_taken_for_half() -> None:
     found = find_mass(*walk(("left",), count=1), None, None)
     assert found.mass == pytest.approx(MASS, rel=0.002)
-    assert found.remarks == ("the plates carry 70.0 kg (±5 %) over 1 left stride, both legs taken as alike",)
+    assert found.remarks == ("the plates carry 70.0 kg (±5 %) over 1 left stride, assuming equal legs",)
     assert [told.code for told in found.warnings] == ["mass-of-one-leg"]
     lame = find_mass(*walk(("left",), share=0.55), None, None)
     assert lame.mass == pytest.approx(0.9 * MASS, rel=0.002)
@@ -109,7 +109,7 @@ def test_masses_are_compared(
 
 def test_the_warning_has_its_numbers() -> None:
     (warning,) = find_mass(*walk(), 49.0, None).warnings
-    assert warning == "the mass given, 49.0 kg, is taken; by the plates it is 70.0 kg (-30 % off that)"
+    assert warning == "the mass given, 49.0 kg, is used; by the plates it is 70.0 kg (-30 % off that)"
 
 
 def test_without_plates_the_mass_must_be_known() -> None:

@@ -42,7 +42,7 @@ ALL = ("walk.trc", "ik.mot", "grf.mot", "id.sto", "bodies.sto", "anna.osim", "st
 
 def test_a_picture_is_not_read_as_a_c3d(tmp_path: pathlib.Path) -> None:
     (tmp_path / "walk.png").write_bytes(b"\x89PNG\r\n\x1a\n" + bytes(600))
-    with pytest.raises(InputError, match="is not a kind of file that can be imported"):
+    with pytest.raises(InputError, match="is not a supported file type"):
         read_trial([tmp_path / "walk.png"])
 
 
@@ -57,7 +57,7 @@ def test_any_order(folder: pathlib.Path, turn: int) -> None:
     assert trial.model == folder / "anna.osim"
     assert len(trial.plates) == 2
     assert trial.remarks == (
-        "loads.xml: is a setup of OpenSim and not needed: "
+        "loads.xml: is an OpenSim setup file and not needed: "
         "which foot is on which plate is found from the forces",
     )
     assert trial.warnings == ()
@@ -108,7 +108,7 @@ def test_all_problems_are_told_at_once(folder: pathlib.Path, tmp_path: pathlib.P
     for line, sentence in itertools.zip_longest(
         str(caught.value).splitlines(),
         (
-            "notes.txt: is not a kind of file that can be imported; allowed: .mot, .sto, .trc, .c3d",
+            "notes.txt: is not a supported file type; allowed: .mot, .sto, .trc, .c3d",
             "broken.trc: is not laid out as a .trc file",
             "is a folder; allowed: the files of one trial",
             "nowhere.mot: cannot be read: No such file or directory",

@@ -109,7 +109,7 @@ def test_the_ankles_zero(zero: float, count: int) -> None:
 
 @pytest.mark.parametrize("zero", [-184.0, 176.0, 90.0, -65.0])
 def test_heel_and_toe_exchanged_are_refused(zero: float) -> None:
-    with pytest.raises(InputError, match="heel and toe are exchanged, or the ankle angle has another conv"):
+    with pytest.raises(InputError, match="heel and toe are exchanged, or the ankle angle uses another conv"):
         told(zero=zero)
 
 
@@ -210,8 +210,10 @@ def test_the_references_rms_is_told() -> None:
 def test_clocks() -> None:
     slow = POINTS.time[::5], {r: LegPoint(p.path[::5], p.source) for r, p in POINTS.points.items()}
     found = told(points=dataclasses.replace(POINTS, time=slow[0], points=slow[1], pelvis=None))
-    assert found == ("the motion is sampled at 20 Hz only; 25 Hz or more show the events",)
-    assert told(plates=ground(50.0)) == ("plate 1 is sampled at 50 Hz only; 100 Hz or more show the events",)
+    assert found == ("the motion is sampled at only 20 Hz; 25 Hz or more are needed for the events",)
+    assert told(plates=ground(50.0)) == (
+        "plate 1 is sampled at only 50 Hz; 100 Hz or more are needed for the events",
+    )
     lost = np.delete(np.arange(len(TIME)), [50, 120, 121])
     gone = {r: LegPoint(p.path[lost], p.source) for r, p in POINTS.points.items()}
     (doubt,) = told(points=dataclasses.replace(POINTS, time=TIME[lost], points=gone, pelvis=None))

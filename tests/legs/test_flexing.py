@@ -237,7 +237,7 @@ def test_a_mass_some_millimetres_off_the_axis_shows_the_way(off: float) -> None:
       <body name="bob"><joint name="pin" axis="0 1 0"/><inertial pos="{} 0 0" mass="1" diaginertia="1 1 1"/>
       </body></body></worldbody></mujoco>"""
     assert found(text.format(-off), "hinge", "pin").axes[:, 2] == pytest.approx([1.0, 0.0, 0.0])
-    with pytest.raises(InputError, match="no joint, mass or shapes lie 2 mm off the axis of 'pin'"):
+    with pytest.raises(InputError, match="no joint, mass or shape lies 2 mm off the axis of 'pin'"):
         found(text.format(0.001), "hinge", "pin")
     shaped = text.format("0.001").replace(
         '<inertial pos="0.001', '<geom size="0.01" pos="0 0 -0.03"/><inertial pos="0.001'

@@ -65,13 +65,13 @@ def find_mass(
         raise InputError(problem, field="mass", allowed=f"{low:g} to {high:g} kg")
     if how == "by the plates" and one_leg:
         text = "the mass, {mass:.1f} kg, is twice what one leg carries: a leg that carries 40 % of the "
-        text += "weight makes it 20 % too small; give the mass"
+        text += "weight makes it 20 % too small; state the mass"
         notices.append(Notice("mass-of-one-leg", text, mass=mass))
     for name, other in masses.items():
         # Newton's law is judged with its own error, among the trial's checks
         judged = isinstance(law, Newton) and name == "by the plates"
         if other is not None and name != how and not judged and abs(mass / other - 1.0) > _DIFFERENCE:
-            text = "the mass {how}, {mass:.1f} kg, is taken; {subject} it is {other:.1f} kg "
+            text = "the mass {how}, {mass:.1f} kg, is used; {subject} it is {other:.1f} kg "
             text += "({percent:+.0f} % off that)"
             off = 100.0 * (mass / other - 1.0)
             told = Notice("mass-differs", text, subject=name, how=how, mass=mass, other=other, percent=off)
@@ -89,7 +89,7 @@ def _estimate(
         if stride.loaded and stride.side in grounds:
             impulse = _impulse(grounds[stride.side], stride, offsets)
             shares.setdefault(stride.side, []).append(impulse / (stride.end - stride.start) / GRAVITY)
-    text = "plate {subject} reads {force:+.0f} N when nobody stands on it; the mass is estimated without that"
+    text = "plate {subject} reads {force:+.0f} N while unloaded; the mass is estimated without that"
     notices = [
         Notice("plate-offset-in-mass", text, subject=name, force=offset)
         for name, offset in offsets.items()
@@ -99,12 +99,12 @@ def _estimate(
         return None, np.inf, notices
     means = {side: float(np.mean(each)) for side, each in shares.items()}
     mass = sum(means.values()) * 2.0 / len(means)
-    error, symmetry = (_BOTH_LEGS, "") if len(means) == 2 else (_ONE_LEG, ", both legs taken as alike")
+    error, symmetry = (_BOTH_LEGS, "") if len(means) == 2 else (_ONE_LEG, ", assuming equal legs")
     low, high = min(means, key=means.__getitem__), max(means, key=means.__getitem__)
     if means[high] > _UNLIKE * means[low]:
         error = (means[high] - means[low]) / mass
-        text = "the {subject} leg carries {percent:.0f} % of the weight only: a limp, or a foot half beside "
-        text += "its plate; then the mass is rather {rather:.1f} kg"
+        text = "the {subject} leg carries only {percent:.0f} % of the weight: a limp, or a foot partly off "
+        text += "its plate; then the mass is more likely {rather:.1f} kg"
         percent, rather = 100.0 * means[low] / mass, 2.0 * means[high]
         notices.append(Notice("legs-unlike", text, subject=low, percent=percent, rather=rather))
     counted = " and ".join(f"{len(each)} {side}" for side, each in shares.items())

@@ -78,7 +78,7 @@ class Choices:
         if self.forward and self.up and self.forward[-1] == self.up[-1]:
             raise InputError("is the same axis as up", field="forward", value=self.forward)
         if self.both and self.walker == "patient":
-            problem = "is the mean of both legs, and a patient's are not alike"
+            problem = "is the mean of both legs, but a patient's legs differ"
             instead = "each, or right or left, the one that is to wear the device"
             raise InputError(problem, field="side", value="both", allowed=instead)
         for role in self.markers:

@@ -41,7 +41,7 @@ def take_stride(
                 return group, cycle, list(why.values())
             fair[group] = cycle
             problem = f"it ends {_open(cycle):.1f} deg from where it began"
-        text, first = "{subject} stride from {start:.2f} s not taken: {problem}", strides[group[0]]
+        text, first = "{subject} stride from {start:.2f} s not used: {problem}", strides[group[0]]
         why[group] = note("stride-not-taken", text, subject=first.side, start=first.start, problem=problem)
     closing = _means_that_close(strides, cycles, source, choices)
     if not fair:
@@ -92,8 +92,8 @@ def require_loaded(strides: Sequence[RecordedStride], choices: Choices) -> tuple
     found = tuple(k for k in own if strides[k].loaded)
     lacking = [side for side in SIDES if choices.both and side not in {strides[k].side for k in found}]
     if found and lacking:
-        seen = "; ".join(s.by for s in strides if s.side == lacking[0]) or "its leg has no whole stride"
-        problem = f"no plate carried a whole stance of the {lacking[0]} foot: {seen}"
+        seen = "; ".join(s.by for s in strides if s.side == lacking[0]) or "its leg has no complete stride"
+        problem = f"no plate carried a complete stance of the {lacking[0]} foot: {seen}"
         raise InputError(problem, field="side", value="both", allowed=strides[found[0]].side)
     if not found:
         other = next((s.side for s in strides if s.loaded), "")
@@ -116,7 +116,7 @@ def _numbered(strides: Sequence[RecordedStride], choices: Choices, number: int) 
         raise InputError("there is no such stride", field="stride", value=number, allowed=times)
     if not strides[own[number]].loaded:
         loaded = ", ".join(str(n) for n, k in own.items() if strides[k].loaded)
-        problem = "no plate carried this stride whole, and without its force no ankle moment is known"
+        problem = "no plate carried this whole stride, and without ground force the ankle moment is unknown"
         raise InputError(problem, field="stride", value=number, allowed=loaded)
     return own[number]
 

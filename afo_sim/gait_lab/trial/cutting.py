@@ -232,7 +232,7 @@ def _ankle_zero(flat: float, sole: float | None, keep: bool) -> tuple[float, Not
         text = "ankle's zero moved by {moved:+.1f} deg, so that the flat foot is level"
         return flat, note("ankle-zero-moved", text, moved=float(np.degrees(-flat)))
     text = "the sole is pitched by {pitch:+.1f} deg, toe up positive, in the part of stance in which it "
-    text += "should lie flat: the ankle's zero is moved by {moved:+.1f} deg, as the standing trial or the "
+    text += "should be flat: the ankle's zero is shifted by {moved:+.1f} deg, as the standing trial or the "
     text += "model states"
     pitch, moved = float(np.degrees(flat - sole)), float(np.degrees(-sole))
     return sole, Notice("sole-pitched", text, pitch=pitch, moved=moved)

@@ -102,7 +102,9 @@ def _content(file: pathlib.Path) -> _Content:
     if kind == "model":
         return _Content(file, model=True)
     if kind == "setup":
-        text = "is a setup of OpenSim and not needed: which foot is on which plate is found from the forces"
+        text = (
+            "is an OpenSim setup file and not needed: which foot is on which plate is found from the forces"
+        )
         return _Content(file, notices=(note("setup-unused", text),))
     if kind == "c3d":
         from afo_sim.gait_lab.readers.c3d import read_c3d
@@ -188,14 +190,14 @@ def _plates(
     holders = [content for content in contents if content.plates and content is not standing]
     copies = [content for content in holders if "angles" in content.tables]
     first = [content for content in holders if content not in copies] or copies
-    text = "{subject}: its ground forces are not used, {other} has them"
+    text = "{subject}: its ground forces are not used, since {other} has them"
     unused = [
         note("plates-unused", text, subject=content.file.name, other=first[0].file.name)
         for content in copies
         if content is not first[0]
     ]
     if standing and standing.plates and not first:
-        text = "the plates of {subject} were left out: nobody walks in it"
+        text = "the plates of {subject} were left out: nobody walks in that trial"
         unused.append(Notice("plate-left-out", text, subject=standing.file.name))
     taken = list(first[0].plates) if first else []
     problems = []
@@ -243,4 +245,4 @@ def _kind_of(file: pathlib.Path) -> str:
         return by_name
     if re.search(r"^[^#\n]*\btime ?[\[(]", text, re.MULTILINE):
         return "csv"
-    raise InputError("is not a kind of file that can be imported", file=file, allowed=_OTHERWISE)
+    raise InputError("is not a supported file type", file=file, allowed=_OTHERWISE)

@@ -188,7 +188,7 @@ def standing_posture(markers: Markers) -> Markers:
         speeds = speeds[np.isfinite(speeds).any(axis=1)]
         slowest = float(np.min(np.nanmean(speeds, axis=1), initial=np.inf))
         problem = f"nobody stands still for {_LONG:g} s in it; at best the markers move at {slowest:.2f} m/s"
-        allowed = "a trial of a person who stands"
+        allowed = "a trial of a standing person"
         raise InputError(problem, file=markers.file, field="static", allowed=allowed)
     return quiet_posture(markers, found)
 

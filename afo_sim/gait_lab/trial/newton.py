@@ -42,7 +42,7 @@ _ARM = 0.12  # way to and fro about the pelvis of a marker on an arm (assumed) [
 # Correlation of force and acceleration: from the first on the delay is clear; above the second the mass is,
 # to which the mean force counts (both assumed) [-]
 _FOLLOWS, _CARRIES = 0.95, 0.8
-UNAIDED = "no cane, rail or harness, no foot beside its plate"
+UNAIDED = "no cane, rail or harness, no foot off its plate"
 _Loads = Mapping[str, tuple[np.ndarray, np.ndarray]]  # time and upward force of each plate
 _Contacts = Sequence[tuple[str, PlateContact]]  # of which foot
 

@@ -50,8 +50,8 @@ def doubts(
     found += [*_ankle_height(cycle, points), *_knee(cycle)]
     found += _pressure(cycle, *_outline(points, motion))
     if np.isfinite(cycle.grf_x).all() and np.abs(cycle.grf_x).max() <= _FORWARD:
-        text = "the ground's force has no part forward or backward: a plate that measures upward force "
-        text += "alone? The ankle moment lacks that force times {height_cm:.0f} cm"
+        text = "the ground force has no forward or backward component: a plate that measures only vertical "
+        text += "force? The ankle moment then lacks that force times {height_cm:.0f} cm"
         found.append(Notice("no-shear-force", text, height_cm=100.0 * cycle.ankle_height))
     found += _moment_peak(cycle)
     _require_ankle(cycle, points)
@@ -85,7 +85,7 @@ def _zero(zero: float) -> list[Notice]:
     degrees = float(np.degrees(np.arctan2(np.sin(zero), np.cos(zero))))
     if abs(degrees) > _ZERO[1]:
         problem = f"the foot's line lies {degrees:+.0f} deg from the floor while the foot is flat: heel and "
-        problem += "toe are exchanged, or the ankle angle has another convention"
+        problem += "toe are exchanged, or the ankle angle uses another convention"
         allowed = f"a line from heel to toe within {_ZERO[1]:.0f} deg of the sole"
         raise InputError(problem, field="marker.heel", allowed=allowed)
     if abs(degrees) <= _ZERO[0]:
@@ -125,7 +125,7 @@ def _require_ankle(cycle: gait.GaitCycle, points: LegPoints) -> None:
     seen = np.linalg.norm(way[np.all(np.isfinite(way), axis=1)], axis=1)
     if len(seen) and np.median(seen) < _ONE_POINT:
         problem = f"the ankle lies {1e3 * np.median(seen):.0f} mm from the heel: "
-        problem += "is one marker taken for both?"
+        problem += "is one marker used for both?"
         allowed = f"an ankle {1e3 * _ONE_POINT:.0f} mm or more from the heel's marker"
         raise InputError(problem, field="marker.ankle", allowed=allowed)
     low = _ANKLE_HEIGHT[0] * _shank(points) / _ADULT_SHANK
@@ -300,7 +300,7 @@ def _steps_of_time(what: str, time: np.ndarray, rate: float) -> list[Notice]:
     step = float(np.median(steps))
     found = []
     if 1.0 / step < rate * (1.0 - 1e-6):
-        text = "{subject} is sampled at {rate:.0f} Hz only; {needed:.0f} Hz or more show the events"
+        text = "{subject} is sampled at only {rate:.0f} Hz; {needed:.0f} Hz or more are needed for the events"
         found.append(Notice("sampled-slowly", text, subject=what, rate=1.0 / step, needed=rate))
     uneven = np.abs(steps - step) > _UNEVEN * step
     if np.any(uneven):

@@ -209,8 +209,8 @@ def _aside(steps: Mapping[str, _Steps | None]) -> Check:
     each = ", ".join(f"{side} {1e3 * step.aside:+.0f}" for side, step in steps.items() if step is not None)
     lies, most, wrong = f"{off:+.0f} mm to the right of both feet", f"±{limit:.0f} mm", abs(off) > limit
     text = "the plates' pressure lies {off:+.0f} mm to the right of both feet ({each}; limit {limit:.0f} "
-    text += "mm): plates and cameras disagree sideways, or a foot's marker is beside its place; the sagittal "
-    text += "moment is not changed by that"
+    text += "mm): plates and cameras disagree sideways, or a foot marker is misplaced; the sagittal "
+    text += "moment is unaffected"
     return _check(fault, lies, most, wrong, "pressure-aside", text, off=off, limit=limit, each=each)
 
 
@@ -231,7 +231,7 @@ def _late(steps: Mapping[str, _Steps | None], law: Newton | str) -> Check:
         return Check(fault, needs=f"{law}; or a foot whole on a plate, with its heel and metatarsal heads")
     comes, most, wrong = f"{late:+.0f} ms after {by}", f"±{limit:.0f} ms", abs(late) > limit
     if isinstance(law, Newton) and law.why:
-        comes += f", without {law.left_out}, which is in part beside it"
+        comes += f", without {law.left_out}, which is partly off it"
     text = "the force is about {late:.0f} ms {order} by {by} (limit {limit:.0f} ms); the pressure under the "
     text += "foot moves by some {way:.0f} mm, the moment at push-off by {moment:.2f} N·m/kg"
     way, order = _ROLLS * abs(late), "late" if late > 0.0 else "early"
@@ -243,7 +243,7 @@ def _unlike(law: Newton | str) -> Iterator[Check]:
     """A foot whose force does not follow the body, where no heel beside the plate explains it."""
     if isinstance(law, Newton) and law.left_out and not law.why:
         text = "the force of {subject} does not follow the {by} while the other feet's does: its clock, its "
-        text += "scale, or a foot in part beside it; do not take a stride of it"
+        text += "scale, or a foot partly off it; do not use a stride on it"
         found, limit = f"not of {law.left_out}", "each foot's"
         known = "force follows the body", found, limit, True, "foot-unlike", text
         yield _check(*known, law.left_out, by=law.by)
@@ -260,7 +260,7 @@ def _clipped(done: Imported) -> list[Check]:
         most = max(stop - first for first, stop in stretches(top))
         lasts, limit = 1e3 * (most - 1) * float(time[1] - time[0]), 1e3 * _FLAT_TIME
         text = "plate {subject} is clipped: it reads {force:.0f} N for {lasts:.0f} ms on end (limit "
-        text += "{limit:.0f} ms); what is cut off is not known, so the peak moment is too small"
+        text += "{limit:.0f} ms); the clipped part is unknown, so the peak moment is too small"
         said, wrong = (f"{lasts:.0f} ms at the peak", f"{limit:.0f} ms"), most >= 5 and lasts > limit
         data = {"limit": limit, "force": float(force.max()), "lasts": lasts}
         fault = f"clipped (plate {name})" if wrong else "clipped plates"

@@ -105,7 +105,7 @@ def _refuse_running(strides: Sequence[RecordedStride]) -> None:
     means = {side: float(np.mean(each)) for side, each in duty.items()}
     if duty and 2.0 * sum(means.values()) / len(means) < (1.0 if len(means) == 2 else _LAME):
         each = " and ".join(f"the {side} foot {100.0 * mean:.1f} %" for side, mean in means.items())
-        seen = f"the walker runs: {each} of the stride on its plate, so that at times both are off the floor"
+        seen = f"the walker runs: {each} of the stride on its plate, so at times both feet are off the floor"
         raise InputError(seen, allowed="a walk, in which both feet together stand for more than a stride")
 
 

@@ -196,11 +196,11 @@ def _incomplete(contact: PlateContact, leg: _Leg) -> str:
     next_strike = contact.start + leg.events.stride_time
     why = "the motion ends before the next heel strike"
     if any(start < next_strike and end > contact.start for _, start, end in leg.motion.hidden):
-        why = "the leg is not in view throughout its stride"
+        why = "the leg is not visible throughout its stride"
     elif not contact.begins:
-        why = "its beginning is not on the recording"
+        why = "its beginning was not recorded"
     elif not contact.ends:
-        why = "its end is not on the recording"
+        why = "its end was not recorded"
     elif not first <= contact.start <= last:
         why = f"the motion is known from {first:.2f} to {last:.2f} s"
     return f"{place(contact)}: {why}"

@@ -87,7 +87,9 @@ def find_frame(legs: Mapping[str, LegPoints], choices: Choices) -> WalkingFrame:
     period = stride_period(legs, up)
     time, path, what = body_path(legs)
     if len(time) < 3:
-        raise InputError("the walking direction cannot be seen: neither pelvis, hip nor ankle is seen")
+        raise InputError(
+            "the walking direction cannot be determined: neither pelvis, hip nor ankle is visible"
+        )
     body = heading(time, path[:, level], period)
     feet = {side: _standing_foot(leg, up, period) for side, leg in legs.items()}
     found = [foot.velocity for foot in feet.values() if len(foot.speeds)]
@@ -104,7 +106,7 @@ def find_frame(legs: Mapping[str, LegPoints], choices: Choices) -> WalkingFrame:
     forward, off_axis = _forward(travel, choices)
     span, turns = (None, []) if belt else _span(body)
     belt_speed, belts = _belt_speed_of(feet, float(np.linalg.norm(under)) if belt else 0.0, choices)
-    text = "walks along {forward}, up {up}, "
+    text = "walks along {forward}, up is {up}, "
     text += "belt {belt_speed:.2f} m/s" if belt else "overground at {speed:.2f} m/s"
     data = {"forward": _in_words(forward), "up": nearest_axis(up), "belt_speed": belt_speed, "speed": speed}
     walks = note("direction", text, subject="belt" if belt else "overground", **data)
@@ -121,7 +123,7 @@ def _up(legs: Mapping[str, LegPoints], choices: Choices) -> np.ndarray:
         each = [leg.points[upper].path - leg.points[lower].path for leg in legs.values()]
         parts[upper, lower] = mean_place(np.concatenate(each))
         if np.isnan(parts[upper, lower]).any():
-            raise InputError(f"{upper} and {lower} are never seen together")
+            raise InputError(f"{upper} and {lower} are never visible together")
     whole = sum(parts.values(), np.zeros(3))
     name = choices.up or nearest_axis(whole)
     up = axis_vector(name)
@@ -162,7 +164,9 @@ def _span(body: Heading) -> tuple[tuple[float, float] | None, list[Notice]]:
         if turn > _TURN_LIMIT:
             seen = circle.format(turn=turn, radius=radius)
             allowed = f"a walk that turns by at most {_TURN_LIMIT:.0f} deg a stride"
-            raise InputError(f"{seen}: no plane shows a stride's leg angles within 1 deg", allowed=allowed)
+            raise InputError(
+                f"{seen}: no single plane shows a stride's leg angles within 1 deg", allowed=allowed
+            )
         error = _LEAN - math.degrees(math.atan(math.tan(math.radians(_LEAN)) * math.cos(body.off)))
         text = f"{circle}: a leg that leans {{lean:.0f}} deg is seen up to {{error:.1f}} deg wrong"
         warnings.append(Notice("walk-turns", text, turn=turn, radius=radius, lean=_LEAN, error=error))
@@ -211,8 +215,8 @@ def _exchanged_sides(legs: Mapping[str, LegPoints], frame: WalkingFrame) -> list
     if not right < -_APART:
         return []
     text = "the right {subject} is {apart_cm:.0f} cm to the left of the left one: the laboratory's axes are "
-    text += "left-handed, and all is well, or right and left are exchanged; sagittal angles are the same, "
-    text += "but look which leg is which"
+    text += "left-handed (then all is well), or right and left are exchanged; sagittal angles are the same, "
+    text += "but check which leg is which"
     return [Notice("sides-exchanged", text, subject=role, apart_cm=-100.0 * right)]
 
 
@@ -290,19 +294,21 @@ def _belt_speed_of(
     speeds = {side: float(np.linalg.norm(foot.velocity)) for side, foot in feet.items() if len(foot.speeds)}
     if found and max(speeds.values()) - min(speeds.values()) > _BELT_SPREAD * found:
         each = ", ".join(f"{side} {speed:.2f}" for side, speed in speeds.items())
-        text = "the belts of the two feet differ: {each} m/s; the {subject} one counts"
+        text = "the belt speeds of the two feet differ: {each} m/s; the {subject} one is used"
         warnings.append(Notice("belts-differ", text, subject=choices.side, each=each))
         found = speeds.get(choices.side, found)
     steps = np.concatenate([foot.speeds for foot in feet.values()])
     if found and len(speeds) and np.ptp(steps) > 2.0 * _BELT_SPREAD * found:
-        text = "the belt's speed changes from step to step, from {low:.2f} to {high:.2f} m/s; its mean counts"
+        text = (
+            "the belt's speed changes from step to step, from {low:.2f} to {high:.2f} m/s; its mean is used"
+        )
         warnings.append(Notice("belt-unsteady", text, low=float(steps.min()), high=float(steps.max())))
     given = choices.belt_speed
     if given is None:
         return found, warnings
     if given and not found:
         problem = "the feet stand still on the ground"
-        allowed = "none of a walk overground, or where the belt's travel is added already"
+        allowed = "no belt speed for overground walking, or if the belt's travel is already added"
         raise InputError(problem, field="belt_speed", value=given, allowed=allowed)
     if abs(given - found) > _BELT_ERROR * found:
         text = "belt_speed = {given:.3g} m/s is taken, but the standing foot moves at {found:.3g} m/s "
