@@ -65,7 +65,7 @@ def __dir__() -> list[str]:
 
 
 def _room(module: str) -> Foreign:
-    """A module of an extra, or the sentence that says what brings it."""
+    """A module of an extra, or a sentence on what to install."""
     try:
         return importlib.import_module(f"afo_sim.{module}")
     except ImportError as error:
@@ -75,7 +75,7 @@ def _room(module: str) -> Foreign:
 
 
 class _Show:
-    """Shows and exports results, and draws bands; what it takes is imported when it is first asked for."""
+    """Shows and exports results, and draws bands; imports what that needs at first use."""
 
     def write(self, recording: Foreign, path: Foreign, rate: float | None = None) -> None:
         _room("show.rerun").write_rrd(recording, path, rate=rate)

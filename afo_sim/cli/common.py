@@ -145,7 +145,7 @@ def short_lived() -> None:
 
 @contextmanager
 def watching(live: bool) -> Iterator[Function | None]:
-    """A viewer that watches a run grow, or nobody."""
+    """A viewer that shows a run live, or None."""
     if not live:
         yield None
         return
@@ -191,7 +191,7 @@ def check_changed(choice: str, dry_run: bool) -> None:
 
 
 def duration(seconds: float) -> str:
-    """A time as people say it."""
+    """A time in words."""
     for limit, unit, word in ((120.0, 1.0, "s"), (7200.0, 60.0, "min"), (172_800.0, 3600.0, "h")):
         if seconds < limit:
             number = seconds / unit
@@ -252,7 +252,7 @@ def print_tables(tables: Iterable[tuple[str, list[str], Rows]], lines: Iterable[
 def print_table(
     title: str, header: list[str], rows: Rows, droppable: int | None = None, *, whole_names: bool = False
 ) -> None:
-    """Aligned columns; what is too wide folds between words, and columns that do not fit stand below."""
+    """Print aligned columns; long cells wrap, and columns that do not fit follow below."""
     from rich.console import Console
     from rich.markup import escape
     from rich.table import Table

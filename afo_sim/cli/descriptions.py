@@ -230,7 +230,7 @@ def refit_command(
 
 
 def _ratio(to: str, made_for: str, shank_length: str, foot_length: str) -> "Ratio":
-    """How much longer shank and foot are, from what the command line tells."""
+    """Scale factors of shank and foot from the command line."""
     from afo_sim.description import load
     from afo_sim.model import Ratio, lengths_of
 

@@ -51,7 +51,7 @@ class Commands(TyperGroup):
         return super().resolve_command(ctx, newer(ctx.command_path, args))
 
     def get_command(self, ctx: Foreign, name: str) -> Foreign:
-        """A command by its name; of one that is no more, an error that says what to use."""
+        """A command by its name; for a retired one, an error that names its successor."""
         found = super().get_command(ctx, name)
         if found is None and name in RETIRED:
             raise InputError("is retired", field=name, allowed=RETIRED[name])
@@ -182,7 +182,7 @@ def _message(error: BaseException) -> tuple[int, str]:
 
 
 def _bounded(text: str) -> str:
-    """A message without what nobody reads: beyond 20 lines, and amid a line of 1000 characters."""
+    """A message cut to 20 lines, and long lines to 1000 characters."""
     lines = [f"{line[:500]} … {line[-400:]}" if len(line) > 1000 else line for line in text.split("\n")]
     more = [f"… and {len(lines) - 20} more"] if len(lines) > 20 else []
     return "\n".join(lines[:20] + more)

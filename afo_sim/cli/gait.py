@@ -13,7 +13,7 @@ from afo_sim.common import InputError
 
 @dataclass(frozen=True)
 class Trial:
-    """Options of `gait import`: files of a trial, and what they do not say."""
+    """Options of `gait import`: files of a trial, and facts that they lack."""
 
     files: Annotated[
         list[Path],
@@ -148,7 +148,7 @@ def gait_import_command(trial: Trial) -> None:
 
 
 def _write_map(files: list[Path], path: Path) -> None:
-    """Write which marker seems to sit where, for a person to mend."""
+    """Write the guessed places of the markers, for correction by hand."""
     with progress("reading the markers"):
         from afo_sim.gait_lab import read_trial, write_role_map
 

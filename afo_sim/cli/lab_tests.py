@@ -168,7 +168,7 @@ def _replay(test: _Test) -> None:
 
 
 def _remarks(tests: "Stand") -> Iterator[str]:
-    """Lines below the tables: S0's lines, limits that were left, errors against measured points."""
+    """Lines below the tables: S0's lines, exceeded limits, errors against measured points."""
     from afo_sim.lab import static_load
 
     for trial in tests.trials:

@@ -183,7 +183,7 @@ def _is_written(model: Path) -> bool:
 
 
 def _print(found: "Attached") -> None:
-    """What was found, and where each input and state stands."""
+    """Print what was found, and the index of each input and state."""
     from afo_sim.common import in_unit
 
     leg, model, words = found.found, found.model, found.orthosis.words

@@ -59,7 +59,7 @@ def view(
 
 
 def _rerun_files(paths: list[Path], scratch: Path, rate: float | None, colour: str) -> list[Path]:
-    """The Rerun files to show: those given, one made anew, or one made of several runs."""
+    """The Rerun files to show: those given, a new one, or one made from several runs."""
     folders = [path for path in paths if path.is_dir()]
     if not folders and all(path.is_file() and path.suffix == ".rrd" for path in paths):
         return paths

@@ -43,7 +43,7 @@ def _check_kind(folder: Path, kind: str) -> None:
 
 
 def check_files(files: Iterable[Path], *, force: bool) -> None:
-    """Refuse to replace files that nobody said to replace."""
+    """Refuse to overwrite files without --force."""
     for file in files:
         if file.exists() and not force:
             allowed = "--force, which replaces it, or another name"

@@ -115,7 +115,7 @@ def _keep_recordings(store: "Store") -> None:
 
 
 def show_folder(folder: Path, out: Path | None, metrics: list[str], best: int) -> None:
-    """Print what a sweep's cases say, and write its figures."""
+    """Print the results of a sweep, and write its figures."""
     with common.progress("reading"):
         from afo_sim.show import FIGURES, tables
         from afo_sim.show.sweep_figures import write_figures

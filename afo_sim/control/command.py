@@ -18,7 +18,7 @@ def coils(
     allowed: str = WORDS,
     three_way: Iterable[str] = (),
 ) -> dict[str, tuple[float, float]]:
-    """Coils (inlet, outlet) [-] of the chambers that are commanded; a refusal tells `allowed`."""
+    """Coils (inlet, outlet) [-] of the commanded chambers; a refusal states `allowed`."""
     known, one_coil = list(chambers), set(three_way)
     found = {}
     for chamber, command in commands.items():

@@ -11,7 +11,7 @@ from afo_sim.description import ControllerDescription, Scenario
 
 
 class Observation(Protocol):
-    """A view of the last sample, by column name, SI; a name that is not asked for costs nothing."""
+    """A view of the last sample, by column name, SI; unread names cost nothing."""
 
     @property
     def time(self) -> float:

@@ -49,7 +49,7 @@ class EmgController:
         return {described.chamber: "outlet" if self.activation < described.vent_below else "shut"}
 
     def tell(self) -> dict[str, float]:
-        """The activation, and the pressure that is asked for where there is a drive."""
+        """The activation, and the pressure command if there is a drive."""
         found = {"activation": self.activation}
         if self.description.pressure is not None:
             found["reference_pressure"] = self.description.pressure * self.activation

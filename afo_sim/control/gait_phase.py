@@ -32,7 +32,7 @@ class FootSwitch:
         self.closed = True  # a switch that is closed at first was not seen to close
 
     def update(self, value: float, dt: float) -> bool:
-        """Take a sample, and tell whether the heel has struck in it."""
+        """Take a sample, and return whether it has a heel strike."""
         self.since += dt
         if not math.isfinite(value):  # a lost sample: the foot stands where it stood
             return False
@@ -97,7 +97,7 @@ class GaitPhaseController:
         return {chamber: command_at(given, phase) for chamber, given in self.description.chambers.items()}
 
     def tell(self) -> dict[str, float]:
-        """Estimated phase and stride time, NaN while not known, and what the heel strike is known from."""
+        """Estimated phase and stride time, NaN while unknown, and the source of the heel strike."""
         known = self.estimator.ready
         told = {key: getattr(self.estimator, key) if known else math.nan for key in ("phase", "stride_time")}
         return told | ({"heel_strike": self.oscillator.heel_strike} if self.oscillator else {})

@@ -1,4 +1,4 @@
-"""The gait phase from the shank's angle: an oscillator that learns the walker, and stands where he stands.
+"""The gait phase from the shank's angle: an oscillator that learns the walker, and stops when he stops.
 
 The walker's first swing starts it: from its highest angle to its lowest the shank takes a known share of the
 stride. From there an oscillator (`physics/oscillator.py`) follows the angle. What it knows before the first
@@ -190,7 +190,7 @@ class PhaseEstimate:
 
     @property
     def stride_time(self) -> float:
-        """Duration of a stride at the rate of late [s]: up to 5 s of who stands, NaN before a first swing."""
+        """Duration of a stride at the recent rate [s]: up to 5 s while standing, NaN before a first swing."""
         return 1.0 / max(self._rate, SLOWEST) if self._follows else math.nan
 
     @property
@@ -209,7 +209,7 @@ class PhaseEstimate:
         return 2 if self._calibrated else int(self._heel.seen)
 
     def update(self, value: float, dt: float, struck: bool = False) -> None:
-        """Take in a sample; while samples are lost (not finite), the phase goes on at its rate."""
+        """Take in a sample; while samples are lost (not finite), the phase continues at its rate."""
         if not dt > 0.0:
             return
         lost, self._gap = self._gap, 0.0 if math.isfinite(value) else self._gap + dt

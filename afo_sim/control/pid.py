@@ -87,7 +87,7 @@ class PidController:
         return apart(*pair, pressures.mean, output * pressures.half_range)
 
     def tell(self) -> Told:
-        """What was asked for, the error of an angle, and the output."""
+        """Setpoint, error of an angle, and output."""
         return self.reported
 
 

@@ -56,6 +56,6 @@ def _key(asked: RequiredInput, key: str) -> str:
 
 
 def required_inputs(controller: object) -> list[RequiredInput]:
-    """What a controller says that it reads: its `asks`, where it has any."""
+    """The columns that a controller reads: its `asks`, if it has any."""
     asks = getattr(controller, "asks", [])
     return [RequiredInput(ask) if isinstance(ask, str) else ask for ask in asks]

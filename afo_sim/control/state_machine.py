@@ -90,7 +90,7 @@ class StateMachineController:
         self.reset()
 
     def reset(self) -> None:
-        """Begin anew in the first state."""
+        """Restart in the first state."""
         self.state, self.ticks = self.machine.start, 0  # periods since the state was entered
 
     def __call__(self, seen: Observation) -> Mapping[str, Command]:

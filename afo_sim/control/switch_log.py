@@ -43,7 +43,7 @@ class Log:
         return cls({chamber: tuple(switches) for chamber, switches in found.items()}, end)
 
     def text(self) -> str:
-        """As CSV: in the order of time, and at the end a row for each chamber, which tells that it lasted."""
+        """As CSV: in order of time, with a last row for each chamber that marks the log's end."""
         rows = []
         for k, (name, switches) in enumerate(self.switches.items()):
             rows += [(s.time, k, name, s.coils) for s in switches]

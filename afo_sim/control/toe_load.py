@@ -41,7 +41,7 @@ class ToeLoadController:
         return commands
 
     def tell(self) -> dict[str, float]:
-        """The load, and whether the toes bear much."""
+        """The load, and whether the toes carry much."""
         return {"toe_load": self.load, "state": float(self.loaded)}
 
 

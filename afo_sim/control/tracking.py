@@ -1,4 +1,4 @@
-"""What a control loop is asked to follow, and its output → commands of a chamber or of a pair."""
+"""The reference of a control loop, and its output → commands of one chamber or a pair."""
 
 import bisect
 import math
@@ -35,7 +35,7 @@ def cycles(reference: AnyReference, time: float) -> float:
 
 
 def target(reference: AnyReference, seen: Observation) -> float:
-    """What is asked for now; of a column its last sample, which is a step old."""
+    """The current reference; for a column its last sample, which is a step old."""
     return value_at(reference, seen.time) if reference.column is None else seen[reference.column]
 
 

@@ -79,7 +79,7 @@ class _Looker:
                 self.thread.start()
 
     def look(self) -> None:
-        """Interrupt whoever is late, for ever."""
+        """Interrupt late calls, forever."""
         while True:
             time.sleep(INTERVAL)
             with self.lock:

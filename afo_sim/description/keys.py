@@ -37,7 +37,7 @@ class Key:
         return "; ".join(filter(None, (self.source, reference)))
 
     def mentions(self, word: str) -> bool:
-        """Whether a word stands in the key or in its meaning."""
+        """Whether a word occurs in the key or in its meaning."""
         return word.lower() in self.key.lower() or word.lower() in self.meaning.lower()
 
 

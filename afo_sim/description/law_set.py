@@ -29,7 +29,7 @@ class LawSet(Described):
     @model_validator(mode="before")
     @classmethod
     def _read_flat(cls, table: Given) -> Given:
-        """A flat table of parameters and ranges, as it stands under [laws.NAME], to fields."""
+        """Convert a flat table of parameters and ranges, as under [laws.NAME], to fields."""
         if not isinstance(table, Mapping) or "parameters" in table:
             return table
         read = _split_flat(table, "law", LAWS, ("pressure_range", "contraction_range"))
@@ -67,7 +67,7 @@ class FrictionSet(Described):
     @model_validator(mode="before")
     @classmethod
     def _read_flat(cls, table: Given) -> Given:
-        """A flat table of parameters, as it stands under [frictions.NAME], to fields."""
+        """Convert a flat table of parameters, as under [frictions.NAME], to fields."""
         if not isinstance(table, Mapping) or "parameters" in table:
             return table
         return _split_flat(table, "friction", FRICTIONS, ())

@@ -117,7 +117,7 @@ _Ahead = Annotated[float, Quantity("m", at_least=-0.05, at_most=0.1)]
 
 
 class Outsole(Described):
-    """What the foot stands on: how thick it is, how far it reaches, how its toe rises, how it bends.
+    """The outsole under the foot: thickness, length, toe spring, bending stiffness.
 
     Lengths are for a leg of the leg's own size, and go with the patient's, as the leg does.
     """

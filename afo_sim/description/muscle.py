@@ -343,7 +343,7 @@ class Muscle(Named, RestCurves, Draws):
 
     @property
     def contraction_scale(self) -> float:
-        """Contraction at which the law is asked over the muscle's: both are free at once [-]."""
+        """The law's contraction over the muscle's; both reach free contraction together [-]."""
         return at_rest(self).contraction_scale
 
     @property

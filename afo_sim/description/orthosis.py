@@ -156,7 +156,7 @@ class MuscleGroup(Described):
 
     @property
     def guided_by_surfaces(self) -> bool:
-        """Whether a surface stands on its path."""
+        """Whether its path has a surface."""
         return any(place.surface is not None for place in self.path)
 
     def beside(self, place: PathPoint, number: int) -> Coordinates:

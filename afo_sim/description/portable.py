@@ -40,7 +40,7 @@ def as_found(scenario: JsonMapping, folder: pathlib.Path) -> JsonDict:
 
 
 def _placed(file: pathlib.Path, folder: pathlib.Path, scratch: pathlib.Path, name: str) -> str:
-    """The text that stands for a file; copies a file that is not shipped."""
+    """The text that refers to a file; copies a file that is not shipped."""
     if shipped := assets.shipped_name(file):
         return shipped
     if file.is_relative_to(folder):

@@ -131,7 +131,7 @@ def unknown_key(field: str, name: str, known: Collection[str]) -> InputError:
 
 
 def refused_name(problem: str, name: str, known: Collection[str], key: str = "") -> PydanticCustomError:
-    """A name that is not among those known, which are allowed instead; the nearest one is told."""
+    """Error for an unknown name, with the known ones and the nearest."""
     return refusal(problem, ", ".join(known), key, nearest_name(name, known) or "")
 
 
@@ -249,7 +249,7 @@ class Described(Shown, BaseModel):
     read_key: ClassVar[Callable[["Described", str], Any]]  # filled by `schema`, which knows all fields
 
     def __getitem__(self, key: str) -> Any:
-        """What stands at a dotted key, as `set` takes them; a number as its attribute has it [SI]."""
+        """The value at a dotted key, as in `set`; numbers in SI."""
         return type(self).read_key(self, key)
 
     def get(self, key: str, default: Any = None) -> Any:

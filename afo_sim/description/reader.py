@@ -220,7 +220,7 @@ def _require_table(sets: Any) -> None:
 
 
 def _tree(kind: str, source: Any) -> Tree:
-    """A description as it is written; a scenario that names no limits is judged by the usual ones."""
+    """A description as written; a scenario without limits gets the usual ones."""
     if kind not in schema.SPECS:
         raise unknown(kind, schema.SPECS, field="kind", problem="is not a kind of description")
     if isinstance(source, Mapping) and not isinstance(source, Shown):  # a result is none
@@ -345,7 +345,7 @@ Scenario.with_keys = with_keys
 
 
 def _add(part: Any) -> None:
-    """Let a description's name stand for it, as a shipped one's does."""
+    """Make a description available by its name, like a shipped one."""
     kind = schema.KINDS[type(part)]
     if part.name in assets.names(kind) and (kind, part.name) not in assets.OWN:
         if part == load(kind, part.name):  # as a module has it that changes it

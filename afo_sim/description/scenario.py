@@ -146,7 +146,7 @@ class Scenario(Named):
 
     @property
     def simulated_side(self) -> Side:
-        """Leg that is simulated: as the scenario says, else the leg's own."""
+        """Simulated leg: as in the scenario, else the leg's own."""
         return self.side or self.leg.side
 
     def _must_walk_or_sit(self) -> None:

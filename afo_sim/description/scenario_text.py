@@ -33,7 +33,7 @@ def body_height(scenario: _Scenario) -> float:
 
 
 def worn(scenario: _Scenario) -> str:
-    """What a walking foot stands on: "barefoot", "shoe trainer" or "outsole of s1"; "" where nobody walks."""
+    """Footwear of a walk: "barefoot", "shoe trainer" or "outsole of s1"; "" without walking."""
     orthosis, shoe = scenario["orthosis"], scenario.get("shoe")
     if not scenario.get("gait"):
         return ""

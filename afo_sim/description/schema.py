@@ -50,7 +50,7 @@ _RANGES = ("pressure_range", "contraction_range")  # of a law's table, beside it
 
 @dataclass(frozen=True)
 class Leaf:
-    """A field of a description, at the path where it stands."""
+    """A field of a description, with its path."""
 
     path: Path
     annotation: Annotation
@@ -97,7 +97,7 @@ def _classes(module: str) -> dict[str, list[Annotation]]:
 
 
 def core(annotation: Annotation) -> tuple[Annotation, tuple[object, ...]]:
-    """A type without "or nothing", and the marks that stand at it."""
+    """A type without "or None", and its annotations."""
     marks: tuple[object, ...] = ()
     while True:
         origin = get_origin(annotation)
@@ -200,7 +200,7 @@ def _below(leaf: Leaf, value: Mixed, chambers: Iterable[str]) -> Iterator[Leaf]:
 
 
 def type_below(annotation: Annotation, name: str, law: str = "") -> Annotation:
-    """Type with bounds of what stands at a name in a table, or a number in a list; None where nothing may."""
+    """Type with bounds of an entry of a table or list; None if there may be none."""
     kind, many = tables(annotation)
     if many == "named":
         return kind
@@ -257,7 +257,7 @@ def nearest_key(
 
 
 def child_of(node: Mixed, name: str) -> Mixed:
-    """What stands below a name in a table or description, or a number in a list; None where nothing does."""
+    """The entry of a table, description or list; None if there is none."""
     if type(node) is dict:
         return node.get(name)
     if isinstance(node, LawSet | FrictionSet) and name in node.parameters:
@@ -272,7 +272,7 @@ def child_of(node: Mixed, name: str) -> Mixed:
 
 
 def holder(node: Mixed, path: Path) -> Mixed:
-    """The table below a node in which a field stands; None where it is not there."""
+    """The table below a node that contains a field; None if there is none."""
     for name in path[:-1]:
         node = child_of(node, name)
     return node
@@ -390,7 +390,7 @@ def allowed(annotation: Annotation) -> str:
 
 
 def item_type(annotation: Annotation, number: int) -> Annotation:
-    """Type of an item of a list; None where its type does not say."""
+    """Type of a list's items; None if unknown."""
     inner = core(annotation)[0]
     kinds = get_args(inner) if get_origin(inner) is tuple else ()
     if kinds and kinds[-1] is Ellipsis:

@@ -90,7 +90,7 @@ def format_of(to: str) -> Format:
 
 
 def _target(path: pathlib.Path, to: str | None) -> tuple[pathlib.Path, Format]:
-    """The file to write, and its format: the one asked for, or that of the file's ending."""
+    """The file to write, and its format: as requested, or by the file's ending."""
     if path.is_dir():
         problem, allowed = "is a folder", f"a file in it, such as {path / 'recording.csv'}"
         raise InputError(problem, field="out", value=str(path), allowed=allowed)

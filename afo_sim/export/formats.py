@@ -50,7 +50,7 @@ def _strides(strides: dict[int, dict[str, Metric]]) -> dict[str, np.ndarray]:
 
 @dataclass(frozen=True)
 class Order:
-    """What a format writes: `recording`, and the rows of it that were asked for."""
+    """What a format writes: `recording` and its requested rows."""
 
     recording: Recording
     rate: float | None  # asked for [Hz]
@@ -108,7 +108,7 @@ def _mot(order: Order, path: pathlib.Path) -> tuple[str, ...]:
 
 
 def _csv(order: Order, path: pathlib.Path) -> tuple[str, ...]:
-    """Write rows; a number that is not finite stands there as nan, inf or -inf."""
+    """Write rows; non-finite numbers are written as nan, inf or -inf."""
     rows = order.rows()
     with path.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file)  # CR LF after each line

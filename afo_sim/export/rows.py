@@ -48,7 +48,7 @@ def rows_of(recording: Recording, rate: float | None = None, columns: Iterable[s
 
 
 def _every(time: np.ndarray, rate: float | None) -> tuple[int, tuple[str, ...]]:
-    """Rows from one that is kept to the next, and a note where the rate is another than was asked for."""
+    """Step between kept rows, and a note if the rate differs from the requested one."""
     if rate is None or len(time) < 2:
         return 1, ()
     own = (len(time) - 1) / float(time[-1] - time[0])

@@ -76,7 +76,7 @@ class Log:
 
 
 def read_log(data: TableLike, scenario: Scenario) -> Log:
-    """A log, read against the scenario that it was taken of."""
+    """A log, read for the scenario that it was recorded from."""
     table, known = table_of(data, EXAMPLE, "data"), dict(_names(scenario))
     file, units = table.file, {name: (describe(c[0])[0] if c else "s",) for name, c in known.items()}
     columns, _ = columns_of(table, units, EXAMPLE, {"a time": ("time",)})
@@ -238,7 +238,7 @@ def pose(
     source: Given, data: TableLike, names: Sequence[str] = (), *, sets: Mapping[str, object] | None = None,
     noise: Mapping[str, object] | None = None, hold_out: float = HELD_OUT,
 ) -> RunProblem:  # fmt: skip
-    """Read a log against a scenario, and find what is to be fitted."""
+    """Read a log for a scenario, and find the parameters to fit."""
     if not 0.0 <= hold_out <= 0.9:
         raise InputError("is out of range", field="hold_out", value=hold_out, allowed="0 to 0.9")
     scenario = load("scenario", source, sets)

@@ -108,7 +108,7 @@ class FitProblem:
         return min(map(self.search, starts), key=lambda found: found.cost)
 
     def jacobian(self, best: OptimizeResult) -> tuple[np.ndarray, np.ndarray]:
-        """Derivatives of the residuals that tell something, and the mask of these."""
+        """Derivatives of the informative residuals, and their mask."""
         return best.jac, np.ones(len(best.fun), dtype=bool)
 
     def held(self, best: OptimizeResult) -> np.ndarray:
@@ -135,7 +135,7 @@ class FitProblem:
 
     @property
     def telling(self) -> int:
-        """The number of data that tell something."""
+        """The number of informative data."""
         raise NotImplementedError
 
 
@@ -281,7 +281,7 @@ def held_out(
 
 
 def require_left_out(asked: Sequence[str], held: Mapping[str, HeldOut]) -> None:
-    """Refuse a kind that was asked for by its name and cannot be left out."""
+    """Refuse a requested kind that cannot be left out."""
     for kind in asked:
         if kind not in held:
             allowed = ", ".join(["all", "none", *held])

@@ -49,7 +49,7 @@ UNITS = dict(zip((*AMOUNTS, "supply", "time"), ("Pa", "N", "", "m", "N/m", "Pa",
 
 @dataclass(frozen=True, repr=False)
 class Stand(Shown):
-    """Finished tests, and their distance from measured points where some were given.
+    """Finished tests, and their distance from measured points, if given.
 
     trials : in the order of tests, muscles, laws, frictions
     compared : one for each trial, or none
@@ -165,7 +165,7 @@ def stand(
 
 
 def in_series(muscle: Muscle, count: int) -> Muscle:
-    """So many of a muscle end to end on one chamber: its force at κ and κ̇, times its length and volume."""
+    """Several equal muscles end to end on one chamber: force at κ and κ̇, multiplied length and volume."""
     if count == 1:
         return muscle
     grown, damper = ("total_length", "end_length", "dead_volume", "mass"), muscle.damper
@@ -228,7 +228,7 @@ def _muscles(muscle: Given, law: Given, friction: Given, sets: Mapping[str, obje
 
 @contextlib.contextmanager
 def _told(kind: str, muscle: Muscle, lengths: Sequence[Amount]) -> Iterator[None]:
-    """What is wrong with a plan, told of the argument that was given, the muscle and the test."""
+    """An error of a plan, related to the given argument, the muscle and the test."""
     try:
         yield
     except InputError as error:

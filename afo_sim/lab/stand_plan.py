@@ -1,4 +1,4 @@
-"""A test on the stand as it is planned: what is set, curve by curve, and refusals of what is impossible."""
+"""Plan of a test on the stand: settings curve by curve, and refusals of what is impossible."""
 
 import dataclasses
 import math

@@ -76,7 +76,7 @@ MANY = 12  # curves that a comparison makes by itself
 
 @dataclass(frozen=True)
 class Comparison:
-    """Measured points and what the stand says of them, on the test's own axes (SI)."""
+    """Measured points and the stand's predictions, on the test's own axes (SI)."""
 
     name: str  # of the measured data
     curve: np.ndarray  # number of each point's curve (n,)

@@ -105,7 +105,7 @@ def shared_errors(solution: Solution) -> tuple[SharedError, ...]:
 
 
 def doubts(solution: Solution, told: Sequence[str], shared: Sequence[SharedError]) -> Iterator[Notice]:
-    """A notice on each told parameter that a held stiffness moves by more than its interval."""
+    """A notice on each parameter that a held stiffness changes by more than its interval."""
     for k, p in enumerate(solution.problem.free):
         for each in shared:
             x = p.coordinate(max(each.values[p.name], p.lower))
@@ -150,7 +150,7 @@ def _held(problem: TorqueProblem) -> dict[str, set[float]]:
 
 
 def warnings_of(solution: Solution, added: Sequence[str]) -> Iterator[Notice]:
-    """Warnings of a fit; `added` are parameters that were fitted without being asked for."""
+    """Warnings of a fit; `added` are parameters that were fitted without a request."""
     problem = solution.problem
     for name in added:
         yield Notice("fitted-too", "{subject} is fitted too: a column `cuff` would measure it", subject=name)

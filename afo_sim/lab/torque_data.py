@@ -256,7 +256,7 @@ def _of_path(columns: Columns) -> list[str]:
 
 
 def joined(parts: Mapping[str, Torques]) -> Torques:
-    """Several files as one: their groups by name, told apart by the file where two have the same."""
+    """Several files as one: groups by name, with the file's name if two have the same."""
     groups: dict[str, Readings] = {}
     for name, part in parts.items():
         for group, readings in part.groups.items():

@@ -117,7 +117,7 @@ class TorqueFit(Believed, Shown):
         return f"{text}, of the readings' scatter {within}"
 
     def source(self, parameter: FitParameter) -> str:
-        """What stands beside a fitted value in the orthosis' file."""
+        """The source of a fitted value in the orthosis' file."""
         files = ", ".join(dict.fromkeys(g.readings.file.name for g in self.problem.groups))
         together = [p.name for p in self.problem.free if p is not parameter]
         beside = f" with {', '.join(together)}" if together else ""

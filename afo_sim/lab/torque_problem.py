@@ -208,7 +208,7 @@ class TorqueProblem(FitProblem):
 
 
 def on_muscles(readings: Readings, orthosis: Orthosis, chamber: str) -> Readings:
-    """Readings whose measured paths stand under the names of the muscles that are filled; checked."""
+    """Readings with measured paths under the names of the filled muscles; checked."""
     if not readings.path:
         return readings
     muscles = orthosis.muscles_of(chamber)
@@ -256,7 +256,7 @@ def _over_angle(readings: Readings, length: np.ndarray, arm: np.ndarray) -> tupl
 
 
 def choose_chamber(orthosis: Orthosis, asked: str, named: Sequence[str]) -> str:
-    """The chamber that was filled: as asked, as the file says, or the only one, or the dorsiflexor."""
+    """The filled chamber: as requested, as in the file, the only one, or the dorsiflexor."""
     of_group = {name: group.chamber or name for name, group in orthosis.muscle.items()}
     known = {**of_group, **{name: name for name in orthosis.chamber}}
     if not known:

@@ -101,7 +101,7 @@ def rigid_torque(test: KneeTest, *, measured: bool = False) -> np.ndarray:
 
 
 def torque(test: KneeTest, stiffness: float, offset: float = 0.0) -> np.ndarray:
-    """Torque when a spring stands between muscle and bracket; the arm stays the path's."""
+    """Torque with a spring between muscle and bracket; the arm stays the path's."""
     room, law, coefficients = _room(test) - offset, LAWS[LAW].native_id, test.muscle.coefficients
 
     def pull(kappa: np.ndarray) -> np.ndarray:
@@ -121,7 +121,7 @@ def _room(test: KneeTest) -> np.ndarray:
 
 @functools.cache
 def fit(tests: tuple[KneeTest, ...], offset: bool = False) -> tuple[float, float]:
-    """The stiffness, and the offset where asked for, that fit tests best; every point alike."""
+    """Stiffness, and on request offset, that fit the tests best; all points weigh the same."""
 
     def errors(x: np.ndarray) -> np.ndarray:
         stiffness, gives = START_STIFFNESS * math.exp(x[0]), START_OFFSET * x[1] if offset else 0.0

@@ -1,4 +1,4 @@
-"""One published number or curve beside what the simulator says to it, and how that came out.
+"""One published number or curve, the simulated one, and the outcome.
 
 What a source says stands in `models/validation`: in a file a list of tables for each part, in a table what
 its `rows` have in common. Keys are those of `Row`, those by which it is computed (`paper_values.py`), and
@@ -60,7 +60,7 @@ class Row:
 
     @classmethod
     def of(cls, told: JsonMapping, value: Mixed) -> "Row":
-        """What is told with its value: a number, a curve's errors, or either as `simulated` of a table."""
+        """What is stated with its value: a number, a curve's errors, or either as `simulated` of a table."""
         known: JsonDict = {**ABSENT, **told}
         known |= value if isinstance(value, Mapping) else {"simulated": value}
         quantity, sourcing = (known[key].format_map(known) for key in ("quantity", "sourcing"))

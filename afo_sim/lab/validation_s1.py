@@ -105,7 +105,7 @@ def joint(told: JsonMapping) -> JsonDict:
 
 
 def hung(told: JsonMapping) -> np.ndarray:
-    """Change of length under the loads of tables I and II on the stand at rest, less the static one [cm]."""
+    """Change of length under the loads of tables I and II on the stand at rest, minus the static one [cm]."""
     errors = []
     for number in (1, 2):
         data, muscle = table(number), load("muscle", TABLES[number])

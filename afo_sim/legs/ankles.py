@@ -1,4 +1,4 @@
-"""What is no ankle: a hinge of another limb, of a wheel, or of an animal that stands on its toes."""
+"""Tests whether a hinge is an ankle, and not of another limb, a wheel, or an animal on its toes."""
 
 import re
 
@@ -30,7 +30,7 @@ def check_name(leg: Candidate, file: object) -> None:
 def check_foot(
     tree: Tree, leg: Candidate, centre: np.ndarray, axes: np.ndarray, sole: float | None, sign: float
 ) -> None:
-    """Refuse a foot on which no human stands: a wheel, a limb, or what stands on its toes."""
+    """Refuse what is not a human foot: a wheel, a limb, or an animal's toes."""
     reason = _other_limb(tree, leg.foot, centre, axes)
     if not reason and sole is not None and abs(sole) > STEEPEST_SOLE:
         slope = f"{abs(np.degrees(sole)):.0f} deg toe {'up' if sole > 0.0 else 'down'}"

@@ -128,7 +128,7 @@ class AnkleFrame:
 def hang(
     spec: mujoco.MjSpec, orthosis: Orthosis, places: Mapping[Segment, AnkleFrame], prefix: str, mirrored: bool
 ) -> tuple[dict[str, mujoco.MjsBody], mujoco.MjsDefault]:
-    """Hang an orthosis' rigid parts on two bodies, in frames at the ankle: x forward, y left, z up."""
+    """Attach an orthosis' rigid parts to two bodies, in frames at the ankle: x forward, y left, z up."""
     anchors: dict[str, mujoco.MjsBody] = {}
     for segment in orthosis.words.segments:
         kind = WORN[segment]

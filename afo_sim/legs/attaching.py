@@ -207,7 +207,7 @@ def _named(spec: mujoco.MjSpec, tree: Tree, bodies: Mapping[Segment, str], found
 
 
 def _check_live(legs: Sequence[Attached]) -> None:
-    """Refuse limp muscles: in the zero posture of the ankles each must pull as its law says."""
+    """Refuse limp muscles: in the zero posture of the ankles each must pull by its law."""
     model = legs[0].model
     data = mujoco.MjData(model)
     for leg in legs:

@@ -90,7 +90,7 @@ def _seen(tree: Tree) -> Tree:
 
 
 def left_behind(tree: Tree, found: Found) -> dict[str, tuple[str, ...]]:
-    """What of a file does not come with a leg: parts, joints, and all that stands beside the parts."""
+    """What a leg leaves behind of a file: parts, joints, and all that is not a part."""
     own = {part.name for part in tree.below(found.shank)}
     others = [part for part in tree.parts.values() if part.name not in own]
     of_shank = tuple(joint.name for joint in tree.parts[found.shank].joints)
@@ -196,7 +196,7 @@ def _stops(
 
 
 def check_masses(tree: Tree, found: Found) -> None:
-    """Refuse a leg that nothing can be computed of; other parts are not judged."""
+    """Refuse a leg without usable masses; other parts are not checked."""
     shank, foot = tree.split(found.shank, found.foot)
     for field, parts in (("shank", shank), ("foot", foot)):
         for part in parts:

@@ -65,7 +65,7 @@ def lower_edge(ahead: np.ndarray, above: np.ndarray) -> tuple[np.ndarray, np.nda
 
 
 def sole_slope(ahead: np.ndarray, above: np.ndarray) -> float | None:
-    """Slope of the sole against forward, toe up [rad]: of what a foot stands on with heel and ball."""
+    """Slope of the sole between heel and ball against forward, toe up [rad]."""
     if len(ahead) < 2 or np.ptp(ahead) < 1e-3:
         return None
     x, z = lower_edge(ahead, above)

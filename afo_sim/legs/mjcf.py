@@ -50,7 +50,7 @@ def read_mjcf(file: str | pathlib.Path) -> tree.Tree:
 
 
 def spec_of_file(file: pathlib.Path) -> tuple[mujoco.MjSpec, tuple[str, ...]]:
-    """A model file as a spec, with every body that stands in it, and notices of reading it."""
+    """A model file as a spec with all its bodies, and notices of reading it."""
     if not file.is_file():
         raise InputError("is a folder" if file.is_dir() else "there is no such file", file=file)
     examine(file)

@@ -31,7 +31,7 @@ OTHER_FORMATS = {
 
 
 def read_tree(file: str | pathlib.Path, *, packages: Packages = (), contact: bool = False) -> Tree:
-    """Read a body from MJCF or URDF; the root element tells which."""
+    """Read a body from MJCF or URDF, by the root element."""
     file = pathlib.Path(file)
     if _is_mjcf(file):
         return read_mjcf(file)

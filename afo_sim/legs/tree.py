@@ -73,11 +73,11 @@ class Tree:
     couplings: tuple[tuple[str, str, float, float], ...] = ()  # joint, the other, offset, multiplier
 
     def children(self, name: str) -> list[Part]:
-        """The parts that hang on a part directly."""
+        """The direct children of a part."""
         return [part for part in self.parts.values() if part.parent == name]
 
     def below(self, name: str) -> list[Part]:
-        """A part and all that hangs on it, parents first."""
+        """A part and all its descendants, parents first."""
         found = {name}
         for part in self.parts.values():
             if part.parent in found:
@@ -85,19 +85,19 @@ class Tree:
         return [part for part in self.parts.values() if part.name in found]
 
     def upward(self, name: str | None) -> Iterator[Part]:
-        """A part and all that it hangs on."""
+        """A part and all its ancestors."""
         while name is not None:
             yield self.parts[name]
             name = self.parts[name].parent
 
     def way(self, above: str, name: str) -> list[Part]:
-        """Parts from below one down to another; empty where it does not hang there."""
+        """Parts from below one down to another; empty if that is no descendant."""
         chain = list(self.upward(name))[::-1]
         names = [part.name for part in chain]
         return chain[names.index(above) + 1 :] if above in names else []
 
     def split(self, shank: str, foot: str) -> tuple[list[Part], list[Part]]:
-        """What hangs on a shank without the foot, and the foot with all that hangs on it."""
+        """The shank's descendants without the foot, and the foot with its descendants."""
         of_foot = self.below(foot)
         return [part for part in self.below(shank) if part not in of_foot], of_foot
 
@@ -193,7 +193,7 @@ def listed(names: Iterable[str], most: int = 8) -> str:
 
 
 def reading_note(code: str, text: str, names: Iterable[str], **data: Json) -> Notice:
-    """A notice of reading or writing a file; the text has {names} where the names stand."""
+    """A notice of reading or writing a file; {names} in the text is replaced by the names."""
     names = list(names)
     return Notice(code, text, subject=listed(names), names=listed(names), all=names, severity="note", **data)
 

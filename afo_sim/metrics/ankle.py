@@ -1,4 +1,4 @@
-"""Angle, torque, pressure and air of a run, whoever or whatever turns the joint."""
+"""Angle, torque, pressure and air of a run, whatever turns the joint."""
 
 import math
 from collections.abc import Mapping

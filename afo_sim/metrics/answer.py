@@ -45,7 +45,7 @@ class Feed:
 
 @dataclass(frozen=True)
 class Answer:
-    """One line of a verdict: the question, its answer, the numbers in words, what they are held against."""
+    """One line of a verdict: question, answer, numbers in words, and their limits."""
 
     name: str  # of the question, such as "lift"
     question: str  # in words

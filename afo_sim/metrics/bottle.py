@@ -87,7 +87,7 @@ def _litres(run: Run) -> float | None:
     made_of=FLOWS,
 )  # fmt: skip
 def compressor(run: Run) -> Found:
-    """What is asked of a compressor; nothing of other sources."""
+    """Demand on a compressor; nothing for other sources."""
     supply = run.facts.supply
     if supply.source is None or supply.source.kind != "compressor" or not run.totals.keys() >= set(FLOWS):
         return
@@ -132,7 +132,7 @@ def cycle_metrics(free_air: float, minutes: float, bottle: float) -> Found:
 def compressor_metrics(
     mean_flow: float, peak_flow: float, delivery: float, duty: float, power: float | None
 ) -> dict[str, Metric]:
-    """What is asked of a compressor."""
+    """Demand on a compressor."""
     found = {"compressor_duty": 100.0 * duty}
     if delivery > 0.0:
         found["source_share"] = 100.0 * mean_flow / delivery

@@ -19,7 +19,7 @@ Columns = Mapping[str, np.ndarray]
 
 
 class LazyColumns(Columns):
-    """Columns by name, each computed when it is first read, since most are read by nobody."""
+    """Columns by name, each computed when first read, since most are never read."""
 
     def __init__(self, names: Iterable[str], read: Callable[[str], np.ndarray], known: Columns | None = None):
         self._read = read
@@ -112,7 +112,7 @@ class Skin:
 
 @dataclass(frozen=True)
 class MuscleLimits:
-    """What one muscle bears: gauge pressure [Pa] in its chamber, force [N], contractions [-]."""
+    """Limits of one muscle: gauge pressure [Pa] in its chamber, force [N], contractions [-]."""
 
     chamber: str
     pressure: float
@@ -148,7 +148,7 @@ class Run:
 
     @cached_property
     def counted(self) -> list[Stride]:
-        """The strides that count; none where nobody walks."""
+        """The counted strides; none without walking."""
         facts = self.facts
         if not facts.walks:
             return []

@@ -21,7 +21,7 @@ LAID = "the recorded ankle is moved up or down by as much, the most late in push
     of=Of.RUN,
 )
 def laid(run: Run) -> Found:
-    """How far the recorded path was moved so that the sole stands on the floor."""
+    """How far the recorded path was moved to lay the sole on the floor."""
     if run.facts.laid is not None:
         yield "sole_laid", 1e3 * run.facts.laid
 

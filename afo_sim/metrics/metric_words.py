@@ -43,7 +43,7 @@ def number(value: float, in_unit: str, signed: bool = False) -> str:
 
 
 def in_short(metrics: Mapping[str, Metric], reference: str = "") -> list[str]:
-    """What a walking run's verdict does not say, as sentences; none for other runs."""
+    """Facts of a walk beyond its verdict, as sentences; none for other runs."""
     sentences = [f"In swing {clause}." for clause in lift(metrics, reference)]
     if "toe_clearance_to_recorded" in metrics:
         than = _than(metrics["toe_clearance_to_recorded"].value, RECORDED)
@@ -71,7 +71,7 @@ def in_short(metrics: Mapping[str, Metric], reference: str = "") -> list[str]:
 
 
 def lift(metrics: Mapping[str, Metric], reference: str) -> list[str]:
-    """The toe clearance against the reference's, as a clause; none where nothing was compared."""
+    """The toe clearance compared with the reference's, as a clause; none without a comparison."""
     if "lift_over_reference" not in metrics or not reference:
         return []
     there = _height(metrics["reference_toe_clearance"].value)

@@ -1,4 +1,4 @@
-"""Torques about the ankle over a stride: what the patient lacks, what the orthosis gives, and push-off."""
+"""Ankle torques over a stride: what the patient lacks, what the orthosis provides, and push-off."""
 
 import math
 from dataclasses import dataclass

@@ -105,7 +105,7 @@ def named(metrics: Iterable[str | OwnMetric], field: str = "metrics") -> tuple[s
 
 @contextmanager
 def failures(*, raised: bool = False) -> Iterator[dict[str, Notice]]:
-    """Gather what is said of users' metrics that fail within, which are NaN; or have their errors raised."""
+    """Collect errors of users' metrics, which are then NaN; or have them raised."""
     failed: dict[str, Notice] = {}
     token = _FAILED.set(None if raised else failed)
     try:

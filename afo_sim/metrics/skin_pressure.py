@@ -1,4 +1,4 @@
-"""How hard cuff and plate press on the skin, against what discomforts and pains.
+"""Pressure of cuff and plate on the skin, against limits of discomfort and pain.
 
 A cuff holds along the limb by friction alone. So it must press with its pull along the limb over the
 coefficient of friction. A strap is drawn tight once and for the strongest pull: what it presses with then, it

@@ -53,7 +53,7 @@ def below(b: Doubles, start: int, count: int, value: float) -> int:
 
 @register_jitable
 def place(b: Doubles, phase: float) -> float:
-    """Where a phase lies among the rows; beyond the last row as the last step goes on."""
+    """Position of a phase among the rows; extrapolated after the last row."""
     way = base(b, R.phase)
     k = below(b, way, int(b[S.count]), phase)
     step = b[way + k + 1] - b[way + k]
@@ -264,7 +264,7 @@ class Stride:
 
 
 def stance_force(columns: Container[str]) -> str:
-    """The column that tells stance from swing, of a recording's columns."""
+    """The column that distinguishes stance from swing."""
     return next(name for name in ROWS["force"] if name in columns or name == ROWS["force"][-1])
 
 
@@ -280,7 +280,7 @@ def stance(columns: Mapping[str, np.ndarray], body_mass: float) -> np.ndarray:
 
 
 def loaded(force: np.ndarray, body_mass: float) -> np.ndarray:
-    """Mask of upward ground forces [N] that a standing foot bears: above 5 % of the body weight (n,)."""
+    """Mask of upward ground forces [N] of a foot in stance: above 5 % of body weight (n,)."""
     return force > STANCE_FORCE * body_mass * GRAVITY
 
 

@@ -197,7 +197,7 @@ def _judged(metrics: Numbers, of: str, trips: float) -> float:
 
 
 def _helped(without: float, own: float, wanted: float, trips: float) -> tuple[Status, str]:
-    """What two toe clearances [mm] say of a device."""
+    """Status and words for two toe clearances [mm]."""
     if without >= wanted:
         if own >= max(without - _LOWERED, wanted):
             return "doubtful", "the toe does not need the device"

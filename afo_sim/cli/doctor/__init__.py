@@ -1,1 +1,1 @@
-"""Doctor for a user's files: `kinds` sees what a file is, the other modules say what is in it."""
+"""Checks of a user's files: `kinds` finds what a file is, the other modules show its content."""

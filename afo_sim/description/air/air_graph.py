@@ -45,7 +45,7 @@ def ways(orthosis: HasAir) -> Iterator[Way]:
 
 
 def reached(begun: Iterable[str], ways: Iterable[Way], *, back: bool = False) -> dict[str, list[Way]]:
-    """Nodes that air comes to from some nodes, each with the ways that it takes; `back` against the flow."""
+    """Nodes that air reaches from some nodes, each with its ways; `back` against the flow."""
     found: dict[str, list[Way]] = {node: [] for node in begun}
     waiting, ways = list(found), list(ways)
     while waiting:

@@ -96,7 +96,7 @@ class Restriction(Described):
 
     @property
     def ratio(self) -> float:
-        """Critical pressure ratio [-]; of a leak that tells none 0.3."""
+        """Critical pressure ratio [-]; 0.3 for a leak without one."""
         return USUAL_RATIO if self.critical_ratio is None else self.critical_ratio
 
     def _must_have_what_its_kind_has(self) -> None:
@@ -209,22 +209,22 @@ def _regulator(name: str, each: Restriction) -> Iterator[FlowEdge]:
 
 
 def bar(pressure: float) -> str:
-    """A pressure [Pa] in bar, as drawings say it."""
+    """A pressure [Pa] as text in bar."""
     return f"{1e-5 * pressure:.3g} bar"
 
 
 def tube_lines(tube: Tube, length: float) -> tuple[str, ...]:
-    """What a drawing says of a length [m] of a tube."""
+    """Label of a tube of a length [m] in a drawing."""
     return (f"{length:.3g} m, {1e6 * tube.volume(length):.3g} ml",)
 
 
 def opening_lines(part: QuickExhaust | Restriction) -> tuple[str, ...]:
-    """What a drawing says of a pressure that opens a part."""
+    """Label of a part's opening pressure in a drawing."""
     return (f"opens {bar(part.cracking_pressure)}",) if part.cracking_pressure else ()
 
 
 def regulator_lines(regulator: Regulator, pressure: float) -> tuple[str, ...]:
-    """What a drawing says of a regulator that is set to a gauge pressure [Pa]."""
+    """Label of a regulator at a set gauge pressure [Pa] in a drawing."""
     droop = f"{1e-5 * regulator.droop:.2g} bar at {6e4 * regulator.rated_flow:.3g} l/min"
     relief = () if regulator.relief is None else (f"relief +{bar(regulator.relief)}",)
     return (f"set {bar(pressure)}", f"droops {droop}", *relief)

@@ -154,7 +154,7 @@ def _check_ends(orthosis: HasAir) -> None:
 
 
 def _check_touched(orthosis: HasAir, found: list[Way]) -> None:
-    """Volumes that no chamber hangs on."""
+    """Volumes without a chamber."""
     near = {name: {name} for name in (*orthosis.chamber, *orthosis.volume)}
     for way in found:
         _merge(near, way.origin, way.end)

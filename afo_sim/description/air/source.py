@@ -87,7 +87,7 @@ class Source(Named):
         )  # fmt: skip
 
     def free_litres(self, pressure: float) -> float:
-        """What `given` tells as litres of free gas (ANR)."""
+        """`given` as litres of free gas (ANR)."""
         return 1e3 * self.given(pressure) * self.real_gas.litres_per_gram
 
     def delivery(self, pressure: float) -> float:

@@ -54,7 +54,7 @@ class ToeLoad(Described):
 
     @property
     def pressed(self) -> dict[str, str]:
-        """Those of them whose drive is asked for a pressure."""
+        """Those of them with a pressure command for their drive."""
         pressures = {"lifts": self.lift_pressure, "pushes": self.push_pressure}
         return {key: chamber for key, chamber in self.named.items() if pressures[key] is not None}
 

@@ -1,4 +1,4 @@
-"""A pressure drive: what turns a pressure that is asked for into currents of a chamber's two valves."""
+"""A pressure drive: turns a pressure command into currents of a chamber's two valves."""
 
 from typing import Annotated, Literal
 

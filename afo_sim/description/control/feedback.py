@@ -168,7 +168,7 @@ class Pid(Described):
 
     @property
     def pressed(self) -> dict[str, str]:
-        """Chambers that are asked for a pressure, by the key that names them."""
+        """Chambers with a pressure command, by the key that names them."""
         return self.named if self.pressures is not None else {}
 
     @property

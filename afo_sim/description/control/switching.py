@@ -83,7 +83,7 @@ class _Command:
         return pressure
 
     def write(self, value: Given) -> Given:
-        """As a file says it."""
+        """As written in a file."""
         if isinstance(value, float):
             return format_quantity(value, "Pa")
         return value if isinstance(value, str) else list(value)
@@ -138,7 +138,7 @@ class Timer(Clock[SwitchTimes]):
 
 
 class Restart(Described):
-    """A foot switch that starts the clock anew at each heel strike."""
+    """A foot switch that restarts the clock at each heel strike."""
 
     column: str = "foot/heel_load"
     """What the foot switch sees: a column, or "sensor/<name>"."""
@@ -224,7 +224,7 @@ class GaitPhase(OfChambers[ChamberPhases]):
 
     @property
     def pressed(self) -> dict[str, str]:
-        """Those of them whose drive is asked for a pressure."""
+        """Those of them with a pressure command for their drive."""
         return {chamber: chamber for chamber, phases in self.chambers.items() if phases.pressure}
 
     @property
@@ -295,7 +295,7 @@ class StateMachine(Described):
 
     @property
     def pressed(self) -> dict[str, str]:
-        """Those of them whose drive is asked for a pressure."""
+        """Those of them with a pressure command for their drive."""
         return {
             f"state.{name}.{chamber}": chamber
             for name, state in self.state.items()

@@ -35,7 +35,7 @@ class Input:
 
 @dataclass(frozen=True)
 class Restart:
-    """A foot switch that starts the clock anew where input 0 reaches the threshold."""
+    """A foot switch that restarts the clock when input 0 reaches the threshold."""
 
     threshold: float
     after: int

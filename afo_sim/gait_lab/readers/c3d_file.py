@@ -60,7 +60,7 @@ class _Layout(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Parameters:
-    """What a C3D file says of itself, with the file's own units."""
+    """Parameters of a C3D file, in the file's own units."""
 
     file: pathlib.Path
     groups: dict[str, dict[str, _Parameter]]  # by names in capitals

@@ -31,7 +31,7 @@ class Markers(Noted):
 
 
 def lost_as_nan(points: np.ndarray) -> np.ndarray:
-    """Coordinates in which a lost marker is NaN, however the file says it."""
+    """Coordinates with NaN for a lost marker, however the file marks it."""
     with np.errstate(invalid="ignore"):
         size = np.abs(points)
         lost = ~np.isfinite(points).all(axis=2) | (size >= _FILLER).any(axis=2) | (points == 0.0).all(axis=2)

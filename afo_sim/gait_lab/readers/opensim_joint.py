@@ -1,4 +1,4 @@
-"""One OpenSim joint: functions and coordinates → where the child body stands in the parent body."""
+"""One OpenSim joint: functions and coordinates → pose of the child body in the parent body."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass

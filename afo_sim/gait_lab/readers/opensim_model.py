@@ -61,7 +61,7 @@ class _Frames:
     def base(
         self, element: Element, socket: str, old: str, own: dict[str, Element] | None = None
     ) -> tuple[str, Pose]:
-        """The body that an element belongs to, and where the frame that it names stands on the body."""
+        """The body that an element belongs to, and the pose of its frame on the body."""
         name = (_socket(element, socket) or element.findtext(old) or "").strip().split("/")[-1]
         found = _FIXED
         for _ in range(20):  # frames on frames; more than 20 would be a ring
@@ -83,7 +83,7 @@ def vector(element: Element, name: str, left_out: str = "0 0 0") -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class OpenSimModel(Noted):
-    """What a model says of the skeleton; muscles, forces and geometry are left aside."""
+    """The skeleton of a model, without muscles, forces and geometry."""
 
     file: pathlib.Path
     name: str

@@ -74,7 +74,7 @@ def refuse_slow(path: pathlib.Path, time: np.ndarray, field: str, allowed: str) 
 
 
 def check_clock(file: pathlib.Path, time: np.ndarray, field: str = "time") -> None:
-    """Refuse a clock that stands still, runs backward, leaps or holds something that is not a number."""
+    """Refuse a clock that stops, runs backward, jumps or has a value that is not a number."""
     if not np.all(np.isfinite(time)):
         row = int(np.argmin(np.isfinite(time)))
         raise InputError(f"row {row + 1} has no finite time", file=file, field=field, value=float(time[row]))
@@ -110,7 +110,7 @@ def stretches(where: np.ndarray) -> list[tuple[int, int]]:
 
 
 def fill_gaps(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, list[tuple[float, float]]]:
-    """Interpolate missing samples (NaN), and say where too many were missing."""
+    """Interpolate missing samples (NaN), and return where too many were missing."""
     from scipy.interpolate import PchipInterpolator
 
     known = np.isfinite(values)

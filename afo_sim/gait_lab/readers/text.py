@@ -124,7 +124,7 @@ def numbers(
 
 
 def separator_of(line: str) -> str | None:
-    """What stands between the cells of a line: tab, semicolon or comma; None is any blanks."""
+    """Separator of the cells of a line: tab, semicolon or comma; None: any blanks."""
     return next((mark for mark in "\t;," if mark in line), None)
 
 

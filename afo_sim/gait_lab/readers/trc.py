@@ -18,7 +18,7 @@ _AXIS = re.compile(r"[xyz]\d+$", re.IGNORECASE)
 
 @dataclass(frozen=True)
 class _Header:
-    """What stands above the numbers."""
+    """The header above the numbers."""
 
     stated: dict[str, str]  # DataRate, Units, … by key in lower case
     names: list[str]  # of markers; "" where there is none
@@ -45,7 +45,7 @@ def read_trc(path: pathlib.Path) -> Markers:
 
 
 def _header(path: pathlib.Path, lines: list[str]) -> _Header:
-    """Header lines wherever they stand, as long as they are in their order."""
+    """Header lines anywhere, if they are in order."""
     keys = values = ""
     for k, line in enumerate(lines[:40]):
         cells = line.split()

@@ -84,7 +84,7 @@ def metres_of(path: pathlib.Path, field: str, unit: str, points: np.ndarray) -> 
 def angle_unit(
     table: OpenSimTable, knee_columns: Sequence[str], stated: bool | None
 ) -> tuple[bool, tuple[Notice, ...]]:
-    """Whether the table's rotations are in degrees, whatever its header says."""
+    """Whether the table's rotations are in degrees, regardless of its header."""
     name, size, span = _knee(table, knee_columns)
     looks: bool | None = None
     if size > _HALF_TURN:

@@ -146,7 +146,7 @@ def _of_contact(
 
 
 def _offsets(grounds: Mapping[str, GroundForce]) -> dict[str, float]:
-    """What each plate reads when nobody stands on it [N]; 0 where somebody always does."""
+    """What each plate reads without load [N]; 0 if it is always loaded."""
     plates = {name: each for ground in grounds.values() for name, each in ground.plates.items()}
     contacts = [c for ground in grounds.values() for c in (*ground.contacts, *ground.foreign)]
     found = {}

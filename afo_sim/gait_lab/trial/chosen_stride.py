@@ -108,7 +108,7 @@ def require_loaded(strides: Sequence[RecordedStride], choices: Choices) -> tuple
 
 
 def _numbered(strides: Sequence[RecordedStride], choices: Choices, number: int) -> int:
-    """Index of the stride that the person asked for, from 1."""
+    """Index of the requested stride, from 1."""
     own = dict(enumerate(_own(strides, choices), 1))
     if number not in own:
         spans = {n: f"{strides[k].start:.2f} to {strides[k].end:.2f} s" for n, k in own.items()}

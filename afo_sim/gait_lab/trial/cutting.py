@@ -239,7 +239,7 @@ def _ankle_zero(flat: float, sole: float | None, keep: bool) -> tuple[float, Not
 
 
 def _require_height(height: float, choices: Choices) -> None:
-    """Refuse an ankle that stands nowhere near the floor, or not where typed lengths have it."""
+    """Refuse an ankle far from its place above the floor, or from the typed lengths."""
     low, high = RANGES["ankle_height_m"]
     stated = choices.ankle_height
     if choices.thigh is not None and stated is not None and abs(height - stated) > _CHAIN_ERROR:

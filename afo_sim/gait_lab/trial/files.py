@@ -146,7 +146,7 @@ def _kinds(table: OpenSimTable) -> list[str]:
 def _walking_and_standing(
     contents: Sequence[_Content],
 ) -> tuple[_Content | None, _Content | None, list[InputError]]:
-    """The file with the walker's markers, one in which the person stands, and what is too much."""
+    """The file with the walker's markers, a standing trial, and surplus files."""
     marked = [content for content in contents if content.markers is not None]
     if len(marked) < 2:
         return (marked[0] if marked else None), None, []

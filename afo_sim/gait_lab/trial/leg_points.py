@@ -70,7 +70,7 @@ def leg_length(points: LegPoints) -> float:
 
 
 def unit_doubt(points: LegPoints) -> str | None:
-    """What a leg of impossible length says about the unit, in a sentence; None if the leg is possible."""
+    """A sentence on the unit of a leg of impossible length; None if the length is possible."""
     length = leg_length(points)
     if not np.isfinite(length) or _LEG[0] <= length <= _LEG[1]:
         return None

@@ -33,7 +33,7 @@ class MarkerSet:
     names: Mapping[str, tuple[str, ...]]
 
     def meaning_of(self, plain: str) -> str | None:
-        """The landmark that a name stands for in this set."""
+        """The landmark of a name in this set."""
         said = (plain, *(_phrases(plain) if self is GENERAL else ()))
         return next((landmark for landmark, names in self.names.items() if {*said} & {*names}), None)
 

@@ -1,4 +1,4 @@
-"""Newton's law as the judge of a trial: the force of all plates against the acceleration of the trunk.
+"""Newton's law as a check of a trial: the force of all plates against the acceleration of the trunk.
 
 While every foot that stands is on a plate, Σ F(t + τ) / m = g + c a(t): F is a plate's upward force, m the
 mass of the body by that plate, a the trunk's upward acceleration, c the body's share of it, and τ how late
@@ -49,7 +49,7 @@ _Contacts = Sequence[tuple[str, PlateContact]]  # of which foot
 
 @dataclass(frozen=True, eq=False)
 class Newton:
-    """What Newton's law says of a trial, a standard error beside each number."""
+    """Results of Newton's law for a trial, each with a standard error."""
 
     late: tuple[float, float]  # how late the force is [s]
     by: str  # what moves: "trunk", or "pelvis" (or hips) alone
@@ -79,7 +79,7 @@ def find_newton(
     trial: WalkingTrial, legs: Mapping[str, LegPoints], motions: Mapping[str, LegMotion],
     grounds: Mapping[str, GroundForce], frame: WalkingFrame,
 ) -> Newton | str:  # fmt: skip
-    """Compare the plates' force with the trunk's acceleration, or say what that needs."""
+    """Compare the plates' force with the trunk's acceleration, or return what is missing for it."""
     if len(motions) < 2:
         return "both legs"
     time, upward, by = _acceleration(trial, legs, frame)

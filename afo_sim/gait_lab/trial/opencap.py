@@ -11,7 +11,7 @@ _MOTIONS = ("MarkerData/*.trc", "Kinematics/*.mot")  # of a trial by its name; a
 
 
 def of_session(files: Sequence[pathlib.Path]) -> tuple[list[pathlib.Path], Stated]:
-    """Of a session's folder the files of one trial, and what it says of the person; else the files given."""
+    """The files of one trial of a session's folder, and its facts on the person; else the given files."""
     folder = next((file for file in files if file.is_dir()), None)
     motions = {} if folder is None else {file.stem: file for kind in _MOTIONS for file in folder.rglob(kind)}
     motions.pop("neutral", None)  # the standing trial by which the model is scaled

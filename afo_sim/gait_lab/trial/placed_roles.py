@@ -1,4 +1,4 @@
-"""Which marker sits on which landmark by where it is and moves in a walk, where no name says anything."""
+"""Assigns markers to landmarks by position and motion in a walk, when names do not help."""
 
 import numpy as np
 

@@ -69,7 +69,7 @@ def doubts(
 
 
 def walker_doubts(cycle: gait.GaitCycle) -> list[Notice]:
-    """A warning where the ankle contradicts `walker`; none where nobody said whose walk it is."""
+    """A warning if the ankle contradicts `walker`; none if `walker` is unknown."""
     mean, beyond = gait.swing_off_norm(cycle)
     if cycle.walker == "healthy" and beyond > gait.PEOPLE:
         text = "in swing the ankle is {mean:+.0f} deg off the norm's band ({beyond:.0f} deg RMS), more than "

@@ -44,7 +44,7 @@ class RecordedStride:
 
     @property
     def by(self) -> str:
-        """Evidence of its ends, how it was closed, and what it lacks, in words."""
+        """Evidence for its ends, how it was closed, and what is missing, in words."""
         parts = [_heel_strike(self.start_by)]
         if self.end_by not in ("", self.start_by):
             parts[0] += f", its end by {_heel_strike(self.end_by)}"

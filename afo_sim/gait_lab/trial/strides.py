@@ -263,7 +263,7 @@ def _steps_without_motion(ground: GroundForce, own: _Contacts) -> list[PlateCont
 def _closed_stride(
     motion: LegMotion, ground: GroundForce | None, contacts: _Contacts, other: LegMotion | None, missing: str
 ) -> RecordedStride | str:
-    """Close the longest part of the motion that was seen to a stride, or say why not."""
+    """Close the longest visible part of the motion to a stride, or return why not."""
     seen = _longest_seen(motion)
     length = float(seen.time[-1] - seen.time[0])
     around = [*contacts, *_steps_without_motion(ground, contacts)] if ground else []
