@@ -1,4 +1,4 @@
-"""What is measured: the virtual test stand, fits to measured data, and published tables held against runs."""
+"""Measurements: the virtual test stand, fits to measured data, and published tables compared with runs."""
 
 import lazy_loader
 

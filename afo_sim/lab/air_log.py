@@ -1,4 +1,4 @@
-"""Air per stride in a log of a worn device, beside the predicted band: the log that can refute it."""
+"""Air per stride in a log of a worn device, compared with the predicted band."""
 
 import pathlib
 from collections.abc import Sequence
@@ -27,7 +27,7 @@ SHORTEST = 0.4  # stride [s]
 
 
 def air_row(file: pathlib.Path, band: Sequence[float]) -> LedgerRow:
-    """The mean air per stride of a log beside its predicted 5, 50, 95 % [g]."""
+    """The mean air per stride of a log, and its predicted 5, 50, 95 % [g]."""
     table, columns = read_table(file, EXAMPLE), {}
     for k, title in enumerate(table.titles):
         name = split_title(title)[0]

@@ -62,7 +62,7 @@ class BenchLog:
 
     @property
     def muscle_key(self) -> tuple[object, ...]:
-        """What tells its muscle from another's."""
+        """What distinguishes its muscle."""
         return self.bench.get("muscle"), self.bench.get("total_length")
 
     @property

@@ -1,4 +1,4 @@
-"""Recordings of benches beside what is predicted of them. The rules, written before any result:
+"""Recordings of benches compared with predictions. The rules, written before any result:
 
 error     RMS of prediction less measurement over the greatest value measured on that muscle [%]
 halves    settings are fitted to the logs that are shown; the others, or each log's second half, are held out

@@ -73,7 +73,7 @@ class Credibility(Shown):
 
     @property
     def because(self) -> list[str]:
-        """Why it is judged so: factors that fall short, whether the draws decide, what to measure next."""
+        """Reasons: factors that fall short, whether the draws decide, what to measure next."""
         a, below = self.answer, ", ".join(f"{each.name} ({each.grade})" for each in self.short)
         needed = f"grade {self.factors[0].required}, as {self.risk} model risk requires"
         reached = len(self.factors) - len(self.short)

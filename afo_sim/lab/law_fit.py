@@ -1,4 +1,4 @@
-"""Parameters of one law from a measured characteristic, with what the data can and cannot tell about them."""
+"""Parameters of one law from a measured characteristic, and how well the data determine them."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -82,7 +82,7 @@ class LawFit(Believed):
 
     @property
     def spread(self) -> float:
-        """Standard deviation of the residuals [N or m], which counts the parameters against the law."""
+        """Standard deviation of the residuals [N or m], corrected for the number of parameters."""
         freedom = self.telling - len(self.values)
         return float(np.sqrt(np.sum(self.residuals**2) / freedom)) if freedom > 0 else np.inf
 

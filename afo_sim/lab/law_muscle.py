@@ -28,7 +28,7 @@ def residual_unit(fit: LawFit) -> tuple[float, str]:
 
 
 def taken_over(data: Measured) -> tuple[str, ...]:
-    """The numbers of a muscle that its data do not hold, so that another muscle's stand there."""
+    """The numbers that the data lack and another muscle supplies."""
     return tuple(name for name in BESIDE_THE_LAW if name not in data.facts)
 
 

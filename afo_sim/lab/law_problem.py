@@ -102,14 +102,14 @@ class LawProblem(FitProblem):
         return True
 
     def take(self, keep: np.ndarray) -> "LawProblem":
-        """Some of the points; what an outlier is, they have yet to tell."""
+        """A subset of the points, with outliers yet to be found."""
         masks = np.split(keep, np.cumsum([len(d) for d in self.data])[:-1])
         kept = tuple(take(d, mask) for d, mask in zip(self.data, masks, strict=True) if mask.any())
         return replace(self, data=kept, outlying=OUTLYING)
 
     @property
     def telling(self) -> int:
-        """Readings of a muscle that pulls: a slack one tells next to nothing."""
+        """Readings of a pulling muscle: a slack one is hardly informative."""
         return sum(len(d) - (0 if d.slack is None else int(d.slack.sum())) for d in self.data)
 
     @property
@@ -157,7 +157,7 @@ def take(data: Measured, keep: np.ndarray) -> Measured:
 def pose(
     law_name: str, data: Data, *, free: Sequence[str] = (), fixed: Values | None = None, loss: Loss = "linear"
 ) -> LawProblem:
-    """Decide what of a law is free, from the data and from what the caller says."""
+    """Decide which parameters of a law are free, from the data and the caller's choice."""
     if law_name not in LAWS:
         raise unknown(law_name, [*LAWS, "all"], field="law", problem="is an unknown law")
     law, given = LAWS[law_name], dict(fixed or {})

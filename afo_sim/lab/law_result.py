@@ -287,7 +287,7 @@ def tables(result: StaticFit) -> Tables:
 
 
 def remarks(result: StaticFit) -> list[str]:
-    """Lines to print below the tables: errors, what the data do not tell, what was left out."""
+    """Lines below the tables: errors, what the data do not determine, what was left out."""
     best = result.best
     factor, unit = law_muscle.residual_unit(best)
     line = f"{len(best.residuals)} points: {factor * best.rms:.3g} {unit} RMS, worst "

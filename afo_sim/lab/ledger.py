@@ -1,4 +1,4 @@
-"""The ledger: devices and rigs of others, predicted with a band, beside what was measured.
+"""The ledger: other groups' devices and rigs, predicted with bands, compared with measurements.
 
 Each file of `models/ledger` describes one device: what is published of it, what is not, what was measured.
 What is not published is drawn from a stated range, never chosen. The rules, written before any result:
@@ -157,7 +157,7 @@ Described = TypeVar("Described", bound=BaseModel)
 
 
 def read_checked(kind: type[Described], file: pathlib.Path, *parts: type[BaseModel]) -> Described:
-    """A TOML file as a model, whose parts are further ones; an unknown key is said before a missing one."""
+    """A TOML file as a model with submodels; unknown keys are reported before missing ones."""
     try:
         return kind.model_validate(assets.read_toml(file))
     except ValidationError as error:

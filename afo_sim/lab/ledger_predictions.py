@@ -56,7 +56,7 @@ def force(of: str, at: Table, drawn: Table) -> float:
 
 
 def contracted(at: Table, drawn: Table) -> float:
-    """The contraction ratio at which a force is asked for [-]."""
+    """The contraction ratio of a requested force [-]."""
     return 1.0 - si(at["length"]) / si(drawn["rest_length"]) if "length" in at else si(at["contraction"])
 
 

@@ -80,7 +80,7 @@ class Measured:
 
     @property
     def response(self) -> np.ndarray:
-        """What a law is held against: forces, or under set loads changes of length or contractions."""
+        """What a law is compared with: forces, or under set loads changes of length or contractions."""
         moved = self.change if self.contraction is None else self.contraction
         return self.force if moved is None or not self.loaded else moved
 

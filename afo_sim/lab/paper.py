@@ -1,4 +1,4 @@
-"""A paper, claim by claim: what it says, what the program says, how they agree, and which command shows it.
+"""A paper, claim by claim: its statement, the simulation, their agreement, and the command that shows it.
 
 Each file of `models/papers` is a paper. A `row` is a system, formula, table, experiment, figure or claim:
     says     what stands there
@@ -32,7 +32,7 @@ KINDS = {kind: f"{kind.title()}s" for kind in ("claim", "table", "figure", "form
 
 @dataclass(frozen=True)
 class Claim:
-    """A row of a paper: what it says at a place, what is computed for it, and the command that shows it."""
+    """A row of a paper: its statement and place, what is computed for it, and the command that shows it."""
 
     number: int  # in the paper's list
     kind: str  # such as "formula" or "figure"
@@ -45,7 +45,7 @@ class Claim:
 
     @property
     def numbers(self) -> list[str]:
-        """Each number as it is told; of a table a line for each load, all pressures side by side."""
+        """Each number as text; for a table, a line for each load with all pressures."""
         told = [brief(row, row) for row in self.rows if not row.cell]
         loads: dict[str, list[str]] = {}
         for row in (row for row in self.rows if row.cell):

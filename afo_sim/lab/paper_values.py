@@ -156,7 +156,7 @@ VALUES: dict[str, Callable[[Told], Mixed]] = {
 
 @functools.cache
 def validated() -> tuple[JsonDict, ...]:
-    """What is told in `models/validation`, row by row, in the order of its files."""
+    """The rows of `models/validation`, in the order of its files."""
     return tuple(
         {"part": part} | group | row
         for file in sorted((assets.folder("models") / "validation").glob("*.toml"))
@@ -167,7 +167,7 @@ def validated() -> tuple[JsonDict, ...]:
 
 
 def rows_of(told: Told) -> list[Row]:
-    """The rows of one published number: what is told of it, beside what is computed."""
+    """The rows of one published number, with what is computed for it."""
     if told.get("by") == "validation":
         named = [one for one in validated() if (one["part"], one["source"]) == (told["part"], told["source"])]
         begins = told["quantity"]

@@ -127,7 +127,7 @@ def _compared(plan: ReplayPlan, predicted: Rows) -> dict[str, Comparison]:
 
 
 def muscle_of(log: BenchLog, muscle: Given = None, sets: Laid = None) -> Muscle:
-    """The muscle, with what the log says of it, and with what is laid over that."""
+    """The muscle with the log's facts and further changes."""
     bench = log.bench
     names = ("total_length", "free_contraction", "blocked_force")
     given = {key: f"{bench[key]!r} {BENCH[key]}".strip() for key in names if key in bench}
@@ -151,7 +151,7 @@ def _needed(log: BenchLog, key: str, example: str) -> Mixed:
 
 
 def shortened(log: BenchLog, muscle: Muscle) -> np.ndarray | None:
-    """Contraction over a log [-], by its columns or else as stated; None where neither says it."""
+    """Contraction over a log [-], from its columns or as stated; None if neither has it."""
     known = log.bench | log.columns
     kappa = known.get("contraction")
     if "length" in known:
@@ -285,7 +285,7 @@ class ReplayProblem(FitProblem):
 
 @dataclass(frozen=True, eq=False)
 class ReplayFit(Believed):
-    """Settings that were fitted to logs [SI], with the reasons where a log does not tell them."""
+    """Settings that were fitted to logs [SI], with reasons for those that a log does not determine."""
 
     solution: Solution
     verdict: tuple[Notice, ...]

@@ -250,7 +250,7 @@ class RunSearch(FitProblem):
         return long, np.ones(len(long), dtype=bool)
 
     def held(self, best: OptimizeResult) -> np.ndarray:
-        """None: a run at a bound still tells of the others."""
+        """None: a run at a bound is still informative on the others."""
         return np.zeros(len(self.free), dtype=bool)
 
     def alike(self, errors: np.ndarray) -> float:

@@ -270,7 +270,7 @@ def left_out(problem: FitProblem, masks: Mapping[str, np.ndarray], refit: Refit)
 def held_out(
     problem: FitProblem, kinds: Sequence[str], refit: Refit, report: Progress = lambda text: None
 ) -> dict[str, HeldOut]:
-    """Errors of what is left out in turn, by kind, where there are two parts and enough beside each."""
+    """Errors of what is left out in turn, by kind, if there are two parts and enough data in the rest."""
     found = {}
     for kind in kinds:
         masks = problem.parts(kind)

@@ -1,4 +1,4 @@
-"""What static torques tell of each parameter: an interval, or the reason why there is none; and doubts.
+"""What static torques determine of each parameter: an interval, or why there is none; and doubts.
 
 No interval holds an error that all readings share, or another value of a stiffness that is held: an angle's
 zero that is off moves every reading alike. So the fit is done again with each such error (`shared_errors`).

@@ -1,4 +1,4 @@
-"""The fit of a torque problem, and fits beside it: without each parameter, to each group, over two."""
+"""The fit of a torque problem, and alternative fits: without each parameter, to each group, over two."""
 
 from dataclasses import dataclass, replace
 
@@ -46,7 +46,7 @@ class Alternative:
 def alternatives(
     solution: least.Solution, held: dict[str, least.HeldOut], report: least.Progress = lambda text: None
 ) -> tuple[str, tuple[Alternative, ...]]:
-    """Fits without each parameter that has a neutral value, and the kind of part that judged them."""
+    """Fits without each parameter that has a neutral value, and the kind of held-out part."""
     problem = solution.problem
     kind = next((k for k in KINDS if k in held and len(held[k].errors) >= FOLDS), "")
     seen = np.isfinite(problem.column("cuff")).any()  # torques alone are judged

@@ -1,4 +1,4 @@
-"""Every published number of the four papers, the force laws and valves' flows, against the simulator."""
+"""Every published number of the four papers, the force laws and valves' flows, and the simulated one."""
 
 from collections import Counter
 from collections.abc import Sequence

@@ -33,7 +33,7 @@ TUBE_END, QUICK_EXHAUST = "{}_tube_end", "{}_quick_exhaust"  # where one stands 
 
 @dataclass(frozen=True)
 class AirPath:
-    """What a circuit has beside its chambers."""
+    """A circuit's parts other than chambers."""
 
     volumes: tuple[native.CircuitVolume, ...]
     stores: tuple[native.CircuitStore, ...]
@@ -96,7 +96,7 @@ class AirPath:
         return cls(tuple(volumes), tuple(stores), scaled, gas, feed, upstream)
 
     def node(self, name: str) -> str:
-        """The node that a name in an orthosis stands for."""
+        """The node of a name in an orthosis."""
         return self.feed if name == SUPPLY else name
 
 

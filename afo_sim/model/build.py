@@ -91,7 +91,7 @@ class Built(Shown):
 
     @property
     def body_mass(self) -> float:
-        """Of the person who walks or sits [kg]."""
+        """Body mass of the person [kg]."""
         return self.person.body_mass
 
 

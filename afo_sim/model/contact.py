@@ -95,7 +95,7 @@ def pad_stiffness(ground: Ground, foot: Foot) -> dict[str, float]:
 
 
 def check_sole(foot: Foot, scenario: "Scenario") -> None:
-    """Refuse a sole that the pads cannot stand on."""
+    """Refuse a sole that the pads cannot represent."""
     heel, ball, toe = (foot.points[name][0] for name in BEARING)
     if not heel < 0.0 < ball < toe:
         problem = "the sole's points do not lie heel, ankle, ball, toe from back to front"

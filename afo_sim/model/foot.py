@@ -115,7 +115,7 @@ class Foot:
         return replace(self, mass=0.0, centre=(0.0, 0.0), inertia=0.0, toes=still)
 
     def with_more(self, bare: "Foot", times: float) -> "Foot":
-        """The foot where so many times the bare one's mass is there beside it, in the same places."""
+        """The foot with additional mass as a multiple of the bare one's, in the same places."""
         if times == 0.0:
             return self
         toes, more = self.toes, bare.toes
@@ -176,7 +176,7 @@ def _together(one: Foot | ToeSegment, other: Foot | ToeSegment, times: float) ->
 
 
 def foot_of(model: mujoco.MjModel, leg: Leg, joint: str) -> Foot:
-    """The foot of a compiled model, with all that hangs on it."""
+    """The foot of a compiled model, with all its descendants."""
     data = native.scratch(model)
     mujoco.mj_fwdPosition(model, data)
     foot = model.body(leg.foot).id
@@ -257,7 +257,7 @@ def check_name(name: str, existing: Sequence[Foreign], file: object, field: str)
 
 
 def hinge_toes(spec: mujoco.MjSpec, scenario: Scenario, size: Size) -> None:
-    """Give the toes' hinge its damper; weld it where nobody walks."""
+    """Give the toes' hinge its damper; weld it without walking."""
     toes, file = scenario.leg.toes, scenario.leg.file
     if toes is None:
         return

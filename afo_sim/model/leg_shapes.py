@@ -1,4 +1,4 @@
-"""Shapes of the leg: how deep a muscle's path passes through them, at which angle, and what would mend it."""
+"""Shapes of the leg: how deep a muscle's path passes through them, at which angle, and the remedy."""
 
 import math
 from dataclasses import dataclass, field
@@ -92,7 +92,7 @@ def leg_shapes(built: Built) -> LegShapes:
 
 
 def leg_geoms(model: mujoco.MjModel, built: Built) -> dict[int, str]:
-    """Shapes of shank, foot and what hangs on it, without orthosis and shoe: {geom: "shank", "foot" …}."""
+    """Shapes of shank, foot and its descendants, without orthosis and shoe: {geom: "shank", "foot" …}."""
     leg = built.scenario.leg
     above, below, foot = JOINTS[leg.joint].above, JOINTS[leg.joint].below, model.body(leg.foot).id
     found = {}

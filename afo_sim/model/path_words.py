@@ -114,7 +114,7 @@ def _minus(text: str) -> str:
 
 
 def in_words(spans: tuple[Span, ...], angles: np.ndarray) -> str:
-    """Ranges as people say them: "below −15.5 deg", "above 3 deg", "nowhere", "everywhere"."""
+    """Ranges in words: "below −15.5 deg", "above 3 deg", "nowhere", "everywhere"."""
     if not spans:
         return "nowhere"
     found, (first, last) = [], (float(angles[0]), float(angles[-1]))

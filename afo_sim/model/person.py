@@ -123,7 +123,7 @@ USUAL_GROUND = Ground()  # of who walks, where nothing else is described
 
 
 def in_contact(scenario: Scenario) -> bool:
-    """Whether the foot of who walks meets a floor, rather than the recorded force."""
+    """Whether the foot is on a floor, instead of under the recorded force."""
     ground = scenario.ground
     return scenario.gait is not None and (ground is None or ground.mode == "contact")
 
@@ -162,7 +162,7 @@ def _stepped(stride: GaitCycle, hip: float, knee: float, body_height: float) -> 
 
 
 def signs_of_compensation(scenario: Scenario) -> tuple[Notice, ...]:
-    """What a walk shows of a foot that hangs; where it contradicts whose walk it is, a doubt about that."""
+    """Signs of a drop foot in a walk; if they contradict the stated walker, a doubt about it."""
     gait, own = scenario.gait, walker_of(scenario) == "patient"
     assert gait is not None
     stride = recorded_stride(gait, taller_than_recorded(scenario))
@@ -179,7 +179,7 @@ def signs_of_compensation(scenario: Scenario) -> tuple[Notice, ...]:
 
 
 def doubts_of_trial(scenario: Scenario) -> tuple[Notice, ...]:
-    """What the import of the walk doubted of its trial, as its file says: plates, clock, mass, a foot."""
+    """Doubts of the walk's import about its trial, from its file: plates, clock, mass, a foot."""
     gait = scenario.gait
     assert gait is not None
     said = recorded_stride(gait).notes.get("quality", "")
@@ -189,7 +189,7 @@ def doubts_of_trial(scenario: Scenario) -> tuple[Notice, ...]:
 
 
 def recorded_stride(gait: Gait, taller: float = 1.0) -> GaitCycle:
-    """The recorded stride as a person walks it who is by a factor taller than the recorded walker."""
+    """The recorded stride scaled to a person taller by a factor."""
     try:
         now = os.stat(file := found_gait(gait.cycle))  # noqa: PTH116
     except OSError:  # it has gone since

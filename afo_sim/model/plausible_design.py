@@ -1,4 +1,4 @@
-"""Could this person and device exist? What no person is and nobody sells or wears is named by its field.
+"""Could this person and device exist? Names the fields of implausible values.
 
 Bounds of single keys are wide, since a leg may be a robot's and a muscle a prototype. Here person, leg and
 device are looked at together. A limit without a source is this project's own: it lies beyond all that is

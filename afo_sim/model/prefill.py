@@ -1,4 +1,4 @@
-"""Air in the chambers before the first step: filled while the wearer stands, by pressure or by time.
+"""Air in the chambers before the first step: filled while standing, by pressure or by time.
 
 A chamber that is filled for a time is integrated from ambient air, with mass and σ = p V^γ as its states:
 

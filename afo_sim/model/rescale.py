@@ -46,7 +46,7 @@ RIGID_PARTS = ("cuff", "plate")
 
 @dataclass(frozen=True)
 class Ratio:
-    """How much longer shank and foot are than those that it was made for [-]; `words` say of whom."""
+    """Scale factors of shank and foot from the original leg [-]; `words` for whom."""
 
     shank: float = 1.0
     foot: float = 1.0

@@ -106,7 +106,7 @@ class Pace:
 
     @property
     def stands(self) -> tuple[tuple[float, float], ...]:
-        """Stretches of time in which the walker stands: [from, to] [s]; who stays has no end."""
+        """Intervals in which the walker stands: [from, to] [s]; the last may have no end."""
         begun = (0.0, *(at + self.change for at in self.times))
         ended = (*self.times, np.inf)
         spans = zip(begun, ended, self.factors, strict=True)

@@ -75,7 +75,7 @@ def _row(entry: PathFacts) -> list[str]:
 
 
 def marked(text: str, described: Described, key: str) -> str:
-    """A number with the letter of its source's kind; none where no source is told."""
+    """A number with the letter of its source's kind; none without a source."""
     origin = described.provenance.get(key)
     return text if origin is None else f"{text} ({_KINDS.get(origin.kind, origin.kind)})"
 

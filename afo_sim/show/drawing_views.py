@@ -363,7 +363,7 @@ def _heights(axis: Axes, design: Design, pose: Pose, scale: _Scale, box: Box) ->
 
 
 def knee(design: Design) -> tuple[str, float] | None:
-    """The knee above the ankle [m]: as the leg tells it; else the top of the shank's shapes."""
+    """The knee above the ankle [m]: from the leg; else the top of the shank's shapes."""
     if not design.built.scenario.orthosis.anchored:
         return None
     leg = design.built.scenario.leg

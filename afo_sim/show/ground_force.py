@@ -1,4 +1,4 @@
-"""The ground's force beside a drawn foot."""
+"""The ground force at a drawn foot."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

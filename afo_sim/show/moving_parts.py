@@ -34,7 +34,7 @@ class Carriage:
 
 
 class Mountings:
-    """The cuff and the plate of a model, as far as a recording tells what they give."""
+    """The cuff and the plate of a model, and their displacements from a recording."""
 
     def __init__(
         self, model: mujoco.MjModel, groups: Mapping[str, MuscleGroup], columns: Collection[str]

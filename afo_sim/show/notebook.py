@@ -31,7 +31,7 @@ _Parts = Iterable[str | _Table | _Draw]  # of a page: lines, tables, pictures
 
 
 def html(result: object) -> str | None:
-    """A result as one HTML element that needs nothing outside itself; None where its text says all."""
+    """A result as one self-contained HTML element; None if its text suffices."""
     parts = next((_PAGES[kind.__name__] for kind in type(result).__mro__ if kind.__name__ in _PAGES), None)
     if parts is None:
         return None

@@ -227,7 +227,7 @@ def group_curves(run: RunView, group: str, *quantities: str) -> list[tuple[str, 
 
 
 def shade_stance(axis: Axes, run: RunView, over: Over = "time") -> None:
-    """A band over time wherever the recorded foot stands, behind all else; none where nobody walks."""
+    """A background band over the recorded stance; none without walking."""
     if not run.walks or over != "time":
         return
     stands = np.r_[False, run.stands, False]
@@ -255,7 +255,7 @@ def keys(axes: Iterable[Axes]) -> JsonDict:
 
 
 def share_scale(axes: Sequence[Axes]) -> None:
-    """One scale of the ordinate for panels that stand in figures of their own."""
+    """One ordinate scale for panels in separate figures."""
     limits = [axis.get_ylim() for axis in axes]
     for axis in axes:
         axis.set_ylim(min(low for low, _ in limits), max(high for _, high in limits))
@@ -281,12 +281,12 @@ def volumes(axis: Axes, run: RunView, over: Over) -> None:
 
 
 def has_flow(run: RunView) -> bool:
-    """Whether a run has an air path, and tells the flow into it and out of it."""
+    """Whether a run has an air path with recorded flow."""
     return tells_flow(run) and any(name.startswith(_NETWORK) for name in run.recording.columns)
 
 
 def tells_flow(run: RunView) -> bool:
-    """Whether a run tells the flow from its supply or to the ambient air."""
+    """Whether a run has the flow from its supply or to the ambient air."""
     return any(name in run.recording.columns for name in FLOWS)
 
 

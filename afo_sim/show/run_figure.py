@@ -31,7 +31,7 @@ def plain_numbers(recording: Recording) -> list[str]:
 
 
 def electronics(axis: Axes, runs: Sequence[RunView]) -> None:
-    """What the electronics of a run tell in plain numbers: state, phase, output, activation, switches."""
+    """Numbers from the electronics of a run: state, phase, output, activation, switches."""
     run = runs[0]
     styles = itertools.cycle(zip(COLOURS, itertools.cycle(LINE_STYLES)))
     for name, (colour, style) in zip(plain_numbers(run.recording), styles, strict=False):

@@ -27,7 +27,7 @@ def in_words(scenario: JsonMapping) -> tuple[str, list[str]]:
 
 
 def whom(scenario: JsonMapping) -> str:
-    """Patient, walk, side and device of a walk, and what was set otherwise, as a line for its page."""
+    """Patient, walk, side, device and changed values of a walk, as a line for its page."""
     gait, patient = scenario.get("gait") or {}, scenario.get("patient") or {}
     if not gait:
         return ""

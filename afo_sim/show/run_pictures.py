@@ -18,7 +18,7 @@ Runs = Run | Mapping[object, Run] | Sequence[Run]
 
 @dataclass(frozen=True)
 class Picture:
-    """A figure of a run, which a notebook shows and `save` writes; it is drawn when asked for.
+    """A figure of a run, which a notebook shows and `save` writes; it is drawn on demand.
 
     recording : that it shows
     kind : of figure, such as "angle"

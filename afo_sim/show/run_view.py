@@ -137,7 +137,7 @@ class RunView:
 
     @property
     def source(self) -> str:
-        """Where the columns of its bottle, cartridge or tank stand, "store/source"; "" where it has none."""
+        """Prefix of the columns of its bottle, cartridge or tank, "store/source"; "" without one."""
         kinds = (f"{kind}/{SOURCE}" for kind in ("store", "volume"))
         return next((kind for kind in kinds if f"{kind}/pressure" in self.recording.columns), "")
 
@@ -164,7 +164,7 @@ class RunView:
 
     @cached_property
     def recorded(self) -> str:
-        """Who the recorded walker is that it is drawn beside: a trial, the mean of adults, the patient."""
+        """The recorded walker drawn with it: a trial, the mean of adults, the patient."""
         if self.recording.described["gait"].get("walker") == "patient":
             return _PATIENT
         try:

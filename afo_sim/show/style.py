@@ -92,7 +92,7 @@ def width_of(line: str, size: float, *, bold: bool = True) -> float:
 
 
 def plain(text: str, longest: int | None = _LONGEST) -> str:
-    """A user's text as a figure can show it: no mathematics, no character that the font lacks."""
+    """A user's text for a figure: no mathematics, no character that the font lacks."""
     shown = "".join(c if c.isprintable() and _has_glyph(c) else "?" for c in text)
     if longest is not None and len(shown) > longest:
         shown = shown[: longest - 1] + "…"

@@ -1,4 +1,4 @@
-"""Torque necessary against torque available, drawn: orthosis torque over ankle angle, a curve a pressure."""
+"""Figure of needed and available torque: orthosis torque over ankle angle, one curve per pressure."""
 
 import functools
 import pathlib

@@ -107,7 +107,7 @@ def _number(axis: Axes, at: tuple[float, float], height: float, colour: str, up:
 
 
 def torque(axis: Axes, run: RunView) -> None:
-    """Torque that the patient lacks, where that is known, and the orthosis' torque."""
+    """Torque that the patient lacks, if known, and the orthosis' torque."""
     if NEEDED_MOMENT in run.recording.columns:
         needed = run.cycles(NEEDED_MOMENT).mean(axis=0)
         axis.fill_between(PERCENT, 0.0, needed, color="0.82", lw=0.0, label="needed: what the patient lacks")

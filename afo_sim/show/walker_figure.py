@@ -24,7 +24,7 @@ def look_of(case: Case) -> JsonDict:
 
 
 def draw_response(response: Response, path: pathlib.Path) -> None:
-    """Draw the curves of each case over its cycle beside the healthy norm, and its falls."""
+    """Draw the curves of each case over its cycle with the healthy norm, and its falls."""
     with new_figure(path, _SIZE) as figure:
         grid = figure.add_gridspec(len(_ROWS) + 1, 2)
         axes = [[figure.add_subplot(grid[row, k]) for k in (0, 1)] for row in range(len(_ROWS))]

@@ -159,7 +159,7 @@ class WalkingFigure:
 def wrapped_paths(
     model: mujoco.MjModel, mountings: Mountings, at: Callable[[str], float], ankle: np.ndarray
 ) -> tuple[np.ndarray, ...]:
-    """Each muscle's path beside a drawn ankle, where the values of the columns have it."""
+    """Each muscle's path at a drawn ankle, by the values of the columns."""
     data = mujoco.MjData(model)
     mountings.pose(data, at)
     shift = ankle - data.xanchor[model.joint(ANKLE).id][[0, 2]]

@@ -141,7 +141,7 @@ class Cycle:
 
 
 def cycle_of(recording: Recording) -> Cycle:
-    """The cycle of a recording that stands for all."""
+    """The representative cycle of a recording."""
     if not recording.described.get("gait"):
         return _period_of(recording)
     columns, time = recording.columns, recording["time"]

@@ -127,7 +127,7 @@ class Expectation:
         return dataclasses.replace(self, checks=tuple(sorted(checks, key=lambda check: check.words)))
 
     def check(self) -> Result:
-        """Look, and say what was found."""
+        """Run the check, and return its result."""
         name = ("rate of " if self.is_rate else "") + " + ".join(self.columns)
         if not self.checks:
             raise InputError("no expectation is stated for it", field=name, allowed=", ".join(CHECKS))

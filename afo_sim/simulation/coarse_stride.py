@@ -13,7 +13,7 @@ LEAST = 2.5  # times the asked step, below which longer steps save little
 
 
 def coarse(built: Built, control: np.ndarray) -> tuple[Built, np.ndarray] | None:
-    """The scenario in long steps, and its inputs over two strides; None where only the asked step will do."""
+    """The scenario in long steps, and its inputs over two strides; None if only its own step will do."""
     # Its model is the same one: who steps it sets the time step.
     assert built.walk is not None
     scenario, n = built.scenario, built.walk.steps_of_stride

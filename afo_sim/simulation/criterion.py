@@ -1,4 +1,4 @@
-"""Criteria on samples: limits with units, held against the samples of a window, and the result in words."""
+"""Criteria on samples: limits with units for the samples of a window, and the result in words."""
 
 import dataclasses
 import math
@@ -69,7 +69,7 @@ class Criterion:
 
 @dataclass(frozen=True)
 class Signal:
-    """Samples to be judged [SI], and their times [s] (n,)."""
+    """Samples to be checked [SI], and their times [s] (n,)."""
 
     name: str
     start: float  # [s], from which the person's times count

@@ -50,7 +50,7 @@ FEWEST = 3  # rows that have an energy balance
 
 @dataclass(frozen=True)
 class Examined:
-    """A roll-out of a built scenario, named: its columns at every step, what they say, what to mind."""
+    """A roll-out of a built scenario: columns at every step, metrics and warnings."""
 
     columns: dict[str, np.ndarray]
     found: WalkMetrics
@@ -59,7 +59,7 @@ class Examined:
 
 @dataclass(frozen=True)
 class Asked:
-    """What is asked of a roll-out."""
+    """The request for a roll-out."""
 
     metrics: frozenset[str] | None = None
     doubts: bool = True
@@ -73,7 +73,7 @@ class Asked:
 
     @property
     def reference(self) -> bool:
-        """Whether a comparison with the scenario's reference is asked for, which takes a walk of its own."""
+        """Whether the scenario's reference walk is requested."""
         return self.metrics is not None and not self.metrics.isdisjoint(COMPARISONS)
 
     @property
@@ -119,7 +119,7 @@ def make_recording(built: Built, rollout: Rollout, *, seed: int = 0) -> Recordin
 def recording_of(
     built: Callable[[], Built], scenario: Scenario, status: str = "ok", **found: Mixed
 ) -> Recording:
-    """The Recording of what was found: with the scenario as it was asked for, and the model that ran."""
+    """The Recording of a result, with the requested scenario and the model that ran."""
     later: Mixed = Later  # than now: a field of any kind
     return Recording(
         **found,
@@ -140,7 +140,7 @@ def timing_of(built: Built, steps: int, seconds: float) -> dict[str, float]:
 
 
 def with_limits(built: Built, rollout: Rollout, columns: Columns, found: WalkMetrics) -> Examined:
-    """What `examine` says of a roll-out, with all columns computed and warnings of limits that are passed."""
+    """The result of `examine` with all columns computed and warnings of exceeded limits."""
     limits: tuple[Notice, ...] = ()
     if len(columns["time"]):
         static = None
@@ -153,7 +153,7 @@ def with_limits(built: Built, rollout: Rollout, columns: Columns, found: WalkMet
 def examine(
     built: Built, rollout: Rollout, *, transient: bool = True, solved: bool = False, asked: Asked = EVERYTHING
 ) -> tuple[Columns, WalkMetrics]:
-    """Columns of every step of a roll-out, computed as they are read, and what they say in numbers."""
+    """Columns of every step of a roll-out, computed when read, and their metrics."""
     columns = columns_of(built, rollout)
     if not len(columns["time"]):
         return columns, WalkMetrics({}, {}, ())
@@ -181,7 +181,7 @@ def first_strides(
     built: Built, rollout: Rollout, columns: Columns | None, settled: Mapping[str, Metric] | None,
     asked: Asked = EVERYTHING, near: Rollout | None = None,
 ) -> tuple[dict[str, Metric], tuple[Notice, ...]]:  # fmt: skip
-    """Metrics of the strides after a stop, and warnings of what they do not say."""
+    """Metrics of the strides after a stop, and warnings of missing ones."""
     wanted = NAMES if asked.metrics is None else asked.metrics & NAMES
     if not wanted:
         return {}, ()
@@ -258,7 +258,7 @@ def _metrics(built: Built, columns: Columns, transient: bool, solved: bool, aske
 
 
 def described_cycle(scenario: Scenario) -> float | None:
-    """Time after which the valves' commands repeat of themselves [s]; None where none is described."""
+    """Time after which the valves' commands repeat [s]; None if none is described."""
     if scenario.timer is not None:
         return scenario.timer.period
     return None if scenario.controller is None else scenario.controller.cycle

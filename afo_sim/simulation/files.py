@@ -202,7 +202,7 @@ def read_run(folder: str | os.PathLike[str]) -> JsonDict:
 
 
 def read_undamaged(folder: str | os.PathLike[str]) -> JsonDict:
-    """What is whole of a damaged run, by field of Recording; lost rows are NaN, as a notice says."""
+    """The intact part of a damaged run, by field of Recording; lost rows are NaN, with a notice."""
     import pyarrow as pa
 
     file = open_run(folder, damaged=True)
@@ -259,7 +259,7 @@ def unpacked(text: str) -> bytes:
 
 
 def model_of(run: Run) -> mujoco.MjModel:
-    """The model that ran: as it was kept, or built anew from the scenario if only this gives the same."""
+    """The model that ran: as kept, or rebuilt from the scenario if that gives the same."""
     if run.model_binary[:_HEADER] == _own_header():
         model = mujoco.MjModel.from_binary_path(_NAME, {_NAME: run.model_binary})
         try:  # parameters in other places than this package's callbacks read them at are refused

@@ -1,4 +1,4 @@
-"""A column of a user's own: a function of other columns, row by row, which runs have beside the package's."""
+"""A user's own column: a function of other columns, row by row, added to the package's."""
 
 import warnings
 from collections.abc import Callable, Iterable, Mapping
@@ -27,7 +27,7 @@ class OwnColumn:
         return self.function(columns)
 
     def lacks(self, known: Iterable[str]) -> tuple[str, ...]:
-        """What it reads and a run with these columns does not have, as a trial with ones shows."""
+        """Columns that it reads and a run lacks, found by a trial with ones."""
         tried = _Tried(dict.fromkeys(known, np.ones(2)))
         with np.errstate(all="ignore"), warnings.catch_warnings(action="ignore"):
             try:

@@ -231,7 +231,7 @@ class Recording(Shown, Mapping[str, np.ndarray]):
 
     @property
     def verdict(self) -> tuple[Answer, ...]:
-        """The answers that a walking run opens with, held against the scenario's limits; none of others."""
+        """The answers of a walking run, judged by the scenario's limits; none for others."""
         if not self.described.get("gait"):
             return ()
         limits = limits_of(self)
@@ -307,7 +307,7 @@ class Recording(Shown, Mapping[str, np.ndarray]):
         self, out: str | os.PathLike[str], to: str | None = None, *, rate: float | str | None = None,
         columns: Iterable[str] = (), force: bool = False,
     ) -> tuple[pathlib.Path, ...]:  # fmt: skip
-        """Write the run for another program; what is not as in the run, or as asked for, is a warning.
+        """Write the run for another program, with warnings of what differs from the run or the request.
 
         Parameters
         ----------

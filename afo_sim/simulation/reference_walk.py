@@ -1,4 +1,4 @@
-"""The walk that a walk is compared with: the same patient in the same gait, who wears something else.
+"""The walk that a walk is compared with: the same patient and gait, with something else worn.
 
 What a device lifts depends on what it is compared with. A shoe alone changes the clearance, and an orthosis
 is worn with a sole.
@@ -41,7 +41,7 @@ HALVINGS = 5  # between the last that does not clear and the first that does
 
 
 def reference_of(scenario: Scenario) -> Scenario:
-    """The scenario that a scenario's run is compared with: its patient and gait, in what `reference` says."""
+    """The scenario that a scenario's run is compared with: its patient and gait, wearing its `reference`."""
     kind, gait, orthosis = scenario.reference, scenario.gait, scenario.orthosis
     if kind is None or gait is None:
         allowed = '"barefoot", "shoe" or "orthosis-off", where somebody walks'

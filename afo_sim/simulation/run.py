@@ -344,7 +344,7 @@ class _Parts:
 
     @functools.cached_property
     def before(self) -> Examined:
-        """What the strides from the start say."""
+        """Results of the strides from the start."""
         return with_limits(self.first, self.walked, *examine(self.first, self.walked))
 
     @functools.cached_property
@@ -354,7 +354,7 @@ class _Parts:
 
     @functools.cached_property
     def after(self) -> Examined:
-        """What the settled stride says."""
+        """Results of the settled stride."""
         return with_limits(self.second, self.settled.rollout, *self.examined)
 
     @functools.cached_property
@@ -365,7 +365,7 @@ class _Parts:
 
     @functools.cached_property
     def found(self) -> WalkMetrics:
-        """Totals of the settled stride, with what stands beside them, and the metrics of every stride."""
+        """Totals of the settled stride, further numbers, and the metrics of every stride."""
         first, solved, end = self.first, self.after.found.totals, _end(self.first)
         strides = self.before.found.strides | {end + k: m for k, m in self.after.found.strides.items()}
         totals = solved | emptied(first.scenario.supply.source, solved, end + 2)

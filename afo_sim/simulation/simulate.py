@@ -191,7 +191,7 @@ class Stepped:
         return self.stepper.state(k)
 
     def inputs(self, k: int, steps: int) -> np.ndarray:
-        """The scenario's own inputs of a simulation's next steps (steps, nu); a timer goes on for ever."""
+        """The scenario's own inputs of a simulation's next steps (steps, nu); a timer continues forever."""
         first = int(self.taken[k])
         while first + steps > len(self.schedules[k]):
             scenario = self.builts[k].scenario

@@ -114,7 +114,7 @@ class Simulator(Forkable, native.Closing):
 
     @property
     def controller(self) -> Controller | None:
-        """What commands the chambers, a copy after `restore`; None where whoever steps does."""
+        """What commands the chambers, a copy after `restore`; None if the caller does."""
         return None if self._loop is None else self._loop.controller
 
     @property

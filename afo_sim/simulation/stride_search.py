@@ -107,7 +107,7 @@ def sticks(built: Built) -> bool:
 
 
 def remembers(built: Built, control: np.ndarray) -> bool:
-    """Whether more goes on between strides than chambers' air and ankle, with these inputs (n_step, nu)."""
+    """Whether strides pass on more than chambers' air and ankle, with these inputs (n_step, nu)."""
     driven = any((control[:, drive] != OFF).any() for drive in built.index.drives.values())
     slow = sticks(built) or bool(built.index.frictions)
     return beyond_chambers(built.scenario) or slow or driven

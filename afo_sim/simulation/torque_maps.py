@@ -1,4 +1,4 @@
-"""Torque available over joint angle and pressure, beside the torque that a patient's walk needs."""
+"""Torque available over joint angle and pressure, and the torque that a patient's walk needs."""
 
 import math
 import os

@@ -1,4 +1,4 @@
-"""Cases of a sweep → what they say: spread of a metric, best cases and fronts, effect of each parameter."""
+"""Cases of a sweep → results: spread of a metric, best cases and fronts, effect of each parameter."""
 
 import re
 from collections import Counter

@@ -97,7 +97,7 @@ class Prepared:
 
     @property
     def first_steps(self) -> int:
-        """Steps from the start that are walked beside the search for the settled stride."""
+        """Steps walked from the start, in addition to the search for the settled stride."""
         return 0 if self.first is None else len(self.first.control)
 
 
@@ -193,7 +193,7 @@ def _side_by_side(
 def prepare(
     scenario: JsonMapping | str | Base, number: int, sets: Mapping[str, object], first_strides: int = 0
 ) -> Prepared | Outcome:
-    """Read and compile a case, or say why that cannot be."""
+    """Read and compile a case, or return why that fails."""
     try:
         description = load("scenario", scenario, sets)
         with stride_files_stay():

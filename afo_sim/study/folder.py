@@ -1,4 +1,4 @@
-"""The folder of a study, sweep or search: its manifest, and the rules by which it goes on."""
+"""The folder of a study, sweep or search: its manifest, and the rules for continuing it."""
 
 import hashlib
 import json
@@ -46,7 +46,7 @@ class FolderKind:
     parts: Mapping[str, type]
 
     def part(self, folder: pathlib.Path, number: int) -> pathlib.Path:
-        """The file of a part of the cases, by which the study goes on."""
+        """The file of a part of the cases, for continuing the study."""
         return folder / self.cases / f"{number:0{self.digits}d}.parquet"
 
     def read(self, folder: pathlib.Path) -> JsonDict:
@@ -64,7 +64,7 @@ class FolderKind:
         self, folder: pathlib.Path, changed: Changed, plan: "Plan", now: JsonMapping,
         first: Callable[[JsonDict], JsonMapping], **further: Json,
     ) -> JsonDict:  # fmt: skip
-        """The manifest of the folder once it is this plan's: a new one by `first`, or one that goes on."""
+        """The manifest of the folder for this plan: a new one by `first`, or an existing one."""
         scenario = json.loads(json.dumps(expand("scenario", plan.scenario)))
         known = {"fingerprint": now, "scenario": scenario, f"{self.name}_file": plan.file.name} | further
         check_writable(folder)
@@ -121,7 +121,7 @@ class FolderKind:
         return manifest
 
     def clear(self, folder: pathlib.Path) -> None:
-        """Take away all that is computed; what the folder says of itself stays until it is replaced."""
+        """Delete all results; the manifest stays until it is replaced."""
         with disk(folder, AGAIN):
             for path in (folder / name for name in (self.cases, *self.computed)):
                 if path.is_dir():

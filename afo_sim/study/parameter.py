@@ -92,7 +92,7 @@ class Choice:
 
 
 def deviate(limit: float, centre: float, sd: float, of_logarithm: bool) -> float:
-    """A limit in standard deviations from the centre, of its logarithm where so asked."""
+    """A limit in standard deviations from the centre, of the logarithm on request."""
     if not of_logarithm:
         return (limit - centre) / sd
     if 0.0 < limit < math.inf:

@@ -106,7 +106,7 @@ def unprotected(scheduler: str) -> Notice | None:
 
 @dataclass(frozen=True)
 class Pool:
-    """Threads of this process with processes beside it, or the Dask cluster at an address."""
+    """Threads of this process and further processes, or the Dask cluster at an address."""
 
     threads: int = 1
     scheduler: str = ""
@@ -115,7 +115,7 @@ class Pool:
     def outcomes(
         self, scenario: JsonMapping, jobs: Jobs, due: Iterable[int], asked: Asked = EVERYTHING
     ) -> Generator[tuple[int, list[Outcome]], None, None]:
-        """(chunk, its outcomes), in no particular order; bit for bit the same whoever computes."""
+        """(chunk, its outcomes), in no particular order; identical on every worker."""
         if self.scheduler:
             distributed = optional("distributed")
             try:

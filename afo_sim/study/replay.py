@@ -25,7 +25,7 @@ class Replay:
 
     @property
     def same(self) -> bool:
-        """True where the case ends as its row says."""
+        """True if the case ends as in its row."""
         return not self.different and self.recording.ok == (self.status == OK)
 
 

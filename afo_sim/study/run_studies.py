@@ -20,7 +20,7 @@ def with_studies(
     recording: Recording, scenario: Scenario, *, effects: bool = False, draws: int = 0,
     spreads: str = "usual", report: Report | None = None,
 ) -> Recording:  # fmt: skip
-    """A run of walking together with the studies that are asked for; another run as it is."""
+    """A walking run with the requested studies; other runs unchanged."""
     if not (recording.ok and scenario.walking):
         return recording
     if draws > 0:

@@ -79,7 +79,7 @@ def run(
     store: Store, *, threads: int = 1, workers: int = 0, scheduler: str = "", part: Part = WHOLE,
     report: Callable[[SweepProgress], None] | None = None,
 ) -> SweepProgress:  # fmt: skip
-    """Compute what is left of a sweep; killed at any time, the next call goes on from there."""
+    """Compute what is left of a sweep; after an interruption the next call continues."""
     plan = store.cases.plan
     asked = Asked(frozenset(plan.metrics) or None, walkers=plan.walkers)
     pending = _of_part(store.pending(), part)

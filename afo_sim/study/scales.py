@@ -79,7 +79,7 @@ def _better(metric: str) -> Better:
 
 
 def chosen(results: Results, asked: list[str]) -> dict[str, Better]:
-    """{metric: which end is good} as asked for, or the metrics that matter most."""
+    """{metric: which end is good} as requested, or the most important metrics."""
     if not asked:
         there = [name for name in _DEFAULT if name in results.metrics]
         return {name: _better(name) for name in there or list(results.metrics)[:_HOW_MANY]}

@@ -181,7 +181,7 @@ class Store:
 
 
 def recover(folder: pathlib.Path) -> tuple[int, int]:
-    """Put the whole parts of a sweep's damaged results back as chunks, from which the sweep goes on."""
+    """Restore the intact parts of a sweep's damaged results as chunks, so that it can continue."""
     import pyarrow as pa
 
     chunk, whole = int(SWEEP.read(folder)["chunk"]), 0

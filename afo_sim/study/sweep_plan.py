@@ -101,7 +101,7 @@ class Plan(SweepTable):
         return pathlib.Path(named or "scenario").name
 
     def walked(self) -> "Plan":
-        """The same with settled strides that are walked to, not solved for; where nobody walks, the same."""
+        """The same with strides walked until they settle, not solved for; unchanged without walking."""
         if self.walkers is not None:
             raise InputError("does not go with walkers, who walk every stride", file=self.file, field="plain")
         if not load("scenario", self.scenario, self.set).walking:
@@ -109,7 +109,7 @@ class Plan(SweepTable):
         return self.model_copy(update={"set": self.set | {"gait.settled": "walked"}})
 
     def canonical(self) -> JsonDict:
-        """Everything that decides the results, as JSON-able data, to tell whether two sweeps are the same."""
+        """Everything that decides the results, as JSON data, to compare two sweeps."""
         parameters = []
         for one in self.parameters:
             written = {"name": one.name, "keys": one.keys, "unit": one.unit}
@@ -164,12 +164,12 @@ def read(path: str | os.PathLike[str]) -> Plan:
 
 
 def of_table(file: pathlib.Path, table: JsonMapping) -> Plan:
-    """A sweep that stands in `file` as `table`; returns and raises as `read`."""
+    """A sweep from `table` of `file`; returns and raises as `read`."""
     return planned(file, SweepFile.read(file, table))
 
 
 def planned(file: pathlib.Path, written: SweepFile) -> Plan:
-    """The plan of a sweep that stands in `file`; raises as `read`."""
+    """The plan of a sweep from `file`; raises as `read`."""
     _check_count(file, written)
     scenario = written.scenario
     if isinstance(scenario, str) and scenario not in assets.names("scenario"):
@@ -357,7 +357,7 @@ def parameter_tables(parameters: JsonMapping) -> dict[str, JsonDict]:
 
 
 def column_names(keys: Sequence[str]) -> dict[str, str]:
-    """{dotted key: a name for its column}: the last words of the key, as many as tell it from the others."""
+    """{dotted key: a name for its column}: as many last words of the key as make it unique."""
     words = {key: re.findall(r"\w+", key) for key in keys}
 
     def name(key: str, count: int) -> str:

@@ -1,4 +1,4 @@
-"""The time step of a sweep, judged on a sample of its cases: each again at twice its step, or at half."""
+"""The time step of a sweep, checked on a sample of its cases: each again at twice or half its step."""
 
 import json
 import pathlib
@@ -62,7 +62,7 @@ def longer(scenario: JsonMapping, sets: Mapping[str, object], times: float) -> J
 
 
 def remark(folder: pathlib.Path) -> str:
-    """What the sample says about a sweep's time step; "" where none was taken."""
+    """The sample's result on a sweep's time step; "" if none was taken."""
     told = told_in(folder / STEPS, "to delete it")
     if told is None:
         return ""

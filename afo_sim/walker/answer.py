@@ -1,4 +1,4 @@
-"""What a response says: a table of its cases, and three questions answered in words."""
+"""Results of a response: a table of its cases, and three questions answered in words."""
 
 import math
 from collections.abc import Callable, Iterator
@@ -120,7 +120,7 @@ def in_words(response: Response) -> list[str]:
 
 
 def asked_in_words(response: Response) -> list[str]:
-    """What a response was asked for."""
+    """The settings of a response in words."""
     asked = response.asked
     weak = ", ".join(f"{name} {share:g}" for name, share in asked["strength"].items()) or "full"
     lines = [

@@ -1,4 +1,4 @@
-"""Words of a gait scientist: signs of a gait by rules on its numbers, beside the norm's at its speed."""
+"""Signs of a gait in clinical terms, by rules on its numbers and the norm's at its speed."""
 
 import math
 from collections.abc import Mapping
@@ -32,7 +32,7 @@ SIGNS: dict[str, tuple[tuple[str, int, float, float], ...]] = {
 
 
 def shown(own: Mapping[str, float], norm: Mapping[str, float]) -> list[str]:
-    """Names of the signs that a leg's numbers show beside the norm's; none by a number that is not known."""
+    """Names of the signs that a leg's numbers show against the norm's; unknown numbers give none."""
 
     def beyond(name: str, way: int, bound: float, share: float) -> bool:
         return way * (own.get(name, math.nan) - bound - (share and share * norm.get(name, math.nan))) > 0.0

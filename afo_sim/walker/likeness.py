@@ -63,7 +63,7 @@ TABLE = (
 
 
 def beside_people(walked: Walked, speed: float) -> Iterator[tuple[Held, float, float, float, float]]:
-    """Each row of `TABLE` beside people at a speed: measured, the walk's, centre and half of its bound."""
+    """Each row of `TABLE` for people at a speed: measured, the walk's, centre and half of its bound."""
     people: JsonDict = dict(norm_at(round(speed, 2), walked.body.size.taller)) | emg()
     people |= {"barefoot": people["ankle"], "ankle": people["ankle"] - sole_tilt(walked.body)}
     people |= {"clearance": 13.0, "cost": measured_cost(speed)}

@@ -1,4 +1,4 @@
-"""The walker against measurement: healthy norms, and how wearers responded, on which nothing is fitted."""
+"""The walker compared with measurements: healthy norms and wearers' responses, none of them fitted."""
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -33,7 +33,7 @@ LOADING, SWING, PUSH_OFF, WHOLE = slice(16), slice(65, 96), slice(30, 66), slice
 
 @dataclass(frozen=True)
 class Compared:
-    """A measured number beside the walker's: of many wearers, the median."""
+    """A measured number and the walker's; the median of many wearers."""
 
     quantity: str
     measured: float
@@ -141,13 +141,13 @@ def _walk(gait: Gait) -> Walked:
 
 
 def healthy() -> Iterator[Compared]:
-    """The three shipped gaits against what is measured on adults."""
+    """The three shipped gaits compared with measurements on adults."""
     for name in GAITS:
         yield from held(name, _walk(read_gait(name)))
 
 
 def held(name: str, walked: Walked) -> Iterator[Compared]:
-    """A walk of a gait, the mean of its legs, beside the rows of `TABLE`."""
+    """A walk of a gait, the mean of its legs, compared with the rows of `TABLE`."""
     speed, lasted = numbers(walked)["speed"], walked["time"][-1]
     if walked.fell is not None or not math.isfinite(speed):
         yield Compared(f"{name}: walks {WALKED:g} s", WALKED, lasted, "s", "disagrees", BOVI, "fell", True)

@@ -277,7 +277,7 @@ def rounded(vector: Vector) -> Vector:
 
 
 def packed(vector: Vector) -> list[float]:
-    """A gait's numbers, as they stand in a file."""
+    """A gait's numbers, as in a file."""
     return [float(x) for x in (vector.speed, *vector.offsets, *vector.gains.ravel())]
 
 
@@ -305,7 +305,7 @@ def gaits_table(population: Population) -> str:
 
 
 def read_gaits(file: str | os.PathLike[str], drawn: list[dict[str, float]]) -> Gaits:
-    """The adapted gaits of a file, of patients who are those that are drawn."""
+    """The adapted gaits of a file, for the drawn patients."""
     path = pathlib.Path(file)
     if not path.is_file():
         raise InputError("there is no such file of adapted gaits", file=path, allowed=OWN)

@@ -1,4 +1,4 @@
-"""What a population says: who gains and who loses, and what the recorded walk says beside it."""
+"""Results of a population: who gains and who loses, compared with the recorded walk."""
 
 import math
 from collections.abc import Iterator
@@ -38,7 +38,7 @@ Rows = tuple[list[str], list[list[str]]]  # header and rows of text
 
 @dataclass(frozen=True)
 class Effect:
-    """A number that a device changes: the least change that the model can tell, and which sense is better."""
+    """A number that a device changes: the least change that the model resolves, and which sense is better."""
 
     error: float
     better: int = 0  # 1: more is better, -1: less, 0: neither
@@ -224,7 +224,7 @@ def _others(population: Population) -> Iterator[tuple[str, str, Rows]]:
 
 @dataclass(frozen=True)
 class Recorded:
-    """What the recorded walk says: toe clearance without and with the device [m], air of a stride [kg]."""
+    """Results of the recorded walk: toe clearance without and with the device [m], air per stride [kg]."""
 
     without: float
     worn: float
@@ -233,7 +233,7 @@ class Recorded:
 
 
 def recorded_walk(scenario: Scenario) -> Recorded:
-    """Run a scenario on its recorded walk, whose hip and knee nobody changes."""
+    """Run a scenario on its recorded walk, with unchanged hip and knee."""
     metrics, device = run(scenario, step="fixed").metrics, bool(scenario.orthosis.muscle)
     names = ("reference_toe_clearance" if device else "toe_clearance", "toe_clearance", "air_per_stride")
     without, worn, air = (1e-3 * float(metrics[n]) if n in metrics else math.nan for n in names)
@@ -242,7 +242,7 @@ def recorded_walk(scenario: Scenario) -> Recorded:
 
 
 def replies(population: Population, recorded: Recorded) -> tuple[Reply, ...]:
-    """Who gains and who loses, what they change, what the bottle gives, whom to believe, in plain English."""
+    """Who gains and loses, what changes, how long a bottle lasts, which result to trust, in plain English."""
     condition = population.condition
     ranges = "; ".join(f"{name}: {each.source}" for name, each in condition.ranges.items())
     who = f"Patients are drawn (seed {condition.seed}); none is real. {ranges[:1].upper()}{ranges[1:]}. "

@@ -47,7 +47,7 @@ class Range:
 
 @dataclass(frozen=True)
 class Condition:
-    """A kind of patients: whom they begin as, and the ranges in which they differ."""
+    """A kind of patients: the initial patient, and the ranges in which they differ."""
 
     file: pathlib.Path
     description: str

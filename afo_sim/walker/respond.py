@@ -101,7 +101,7 @@ def strengths_of(
 
 
 def check_limits(**asked: float) -> None:
-    """Raise InputError where what is asked for is out of its limits."""
+    """Raise InputError if a setting is out of range."""
     for name, value in asked.items():
         least, most = LIMITS[name]
         if not least <= value <= most:

@@ -108,7 +108,7 @@ def pushes_at(duration: float, seed: int) -> tuple[Push, ...]:
 
 
 def told_in(file: pathlib.Path, of: dict[str, object]) -> list[dict[str, Json]]:
-    """What the search `of` this was told by generation until it was killed; nothing without a file."""
+    """The stored generations of the interrupted search `of`; nothing without a file."""
     try:
         found = read_json(file)
         before, told = dict(found["of"]), list[dict[str, Json]]()

@@ -85,7 +85,7 @@ def strides_of(walked: Walked, side: str) -> Strides:
 
 
 def contacts(walked: Walked, side: str) -> np.ndarray:
-    """Rows at which a foot comes down to stand: its last touch before its reflexes begin to stand."""
+    """Rows of foot contacts: the last touch before the stance reflexes begin."""
     load, time, phase = walked[f"{side}/load"], walked["time"], walked[f"{side}/phase"]
     stands = np.flatnonzero((phase[1:] == EARLY_STANCE) & (phase[:-1] != EARLY_STANCE)) + 1
     begins: list[int] = []

@@ -54,7 +54,7 @@ def of_muscle(name: str) -> list[int]:
 
 
 def of_path(name: str, alike: bool) -> list[int]:
-    """Colour of a muscle's path beside the muscle's own; alike where one stands for its whole group."""
+    """Colour of a muscle's path; the muscle's own if one represents its group."""
     palette, number = _palette(name)
     return list(palette[1]) if alike else [round(0.6 * part) for part in palette[number % len(palette)]]
 
@@ -66,7 +66,7 @@ def _palette(name: str) -> tuple[tuple[list[int], ...], int]:
 
 
 def in_words(lines: Iterable[tuple[str, list[int]]]) -> str:
-    """Names and colours of lines as a title tells them: "front red (path orange), back blue"."""
+    """Names and colours of lines for a title: "front red (path orange), back blue"."""
     found: dict[str, str] = {}
     for name, colour in lines:
         word = WORDS.get(tuple(colour), "")

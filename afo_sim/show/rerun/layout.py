@@ -176,7 +176,7 @@ def _plots(contents: Contents, origin: str, title: str, tab: str = "") -> View:
 
 
 def time_plot(origin: str, name: str, legend: bool) -> rrb.TimeSeriesView:
-    """A plot whose title tells its lines; only where they are too many, a legend lies on it."""
+    """A plot with its lines in the title, or in a legend if they are too many."""
     return rrb.TimeSeriesView(
         origin=origin,
         name=name,

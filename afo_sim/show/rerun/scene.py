@@ -49,7 +49,7 @@ def _row(block: Columns, k: int) -> Callable[[str], float]:
 
 @dataclass(frozen=True)
 class Stage:
-    """One run's place in space: where its entities stand, and how opaque it is drawn."""
+    """One run's place in space: where its entities are, and how opaque it is drawn."""
 
     model: mujoco.MjModel
     groups: dict[str, MuscleGroup]

@@ -1,4 +1,4 @@
-"""Texts beside the pictures: metrics, warnings, the whole scenario."""
+"""Texts with the pictures: metrics, warnings, the whole scenario."""
 
 from collections.abc import Iterator
 
@@ -18,7 +18,7 @@ _Sources = list[tuple[str, Source]]  # runs by their names
 
 
 def answer(sources: _Sources) -> str:
-    """What the runs are for, answered: verdict, what to change first, bands; "" where nothing is told."""
+    """The answers of the runs: verdict, what to change first, bands; "" without any."""
     found = []
     for label, source in sources:
         parts = [told for part in (verdict, effects, bands) if (told := part.markdown(source.header))]

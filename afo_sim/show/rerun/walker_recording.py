@@ -1,4 +1,4 @@
-"""A response → Rerun: its cases beside one another, each over its own moving floor, and their curves."""
+"""A response → Rerun: its cases side by side, each over its own moving floor, and their curves."""
 
 import pathlib
 

@@ -107,7 +107,7 @@ class Evolution:
         return np.clip(shares, 0.0, 1.0), np.full(len(shares), -1)
 
     def tell(self, columns: Columns) -> None:
-        """Take the ranks of the designs last asked for."""
+        """Take the ranks of the last requested designs."""
         self._strategy.tell(self._asked, self.problem.aim.ranks(columns).astype(np.float64).tolist())
 
 
@@ -117,7 +117,7 @@ METHODS: dict[str, type[Evolution] | type[Surrogate]] = {"surrogate": Surrogate,
 def evolve(
     problem: Problem, folder: pathlib.Path, generations: int, evaluate: Evaluate, report: Report | None = None
 ) -> tuple[Columns, bool, int]:
-    """Designs run with all patients, whether nothing is left to find, and runs; a killed search goes on."""
+    """Designs run with all patients, whether the search has converged, and runs; resumable."""
     starts = [METHODS[problem.method](problem, seed) for seed in problem.seeds]
     done: list[Columns] = []
     most, designs = generations * len(starts), 0

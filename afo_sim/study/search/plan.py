@@ -71,7 +71,7 @@ class SearchPlan(SearchTable):
         return self.model_copy(update={"designs": self.designs.walked()})
 
     def problem(self, aim: Aim, patients: Cases | None) -> Problem:
-        """The problem that is solved, with what tells the patients apart."""
+        """The problem to solve, with what distinguishes the patients."""
         plan = self.designs
         judged = plan.parameters, plan.constraints, aim, plan.seed, self.population, self.starts
         return Problem(*judged, self.proposer, *([_traits(patients)] if patients else []))

@@ -122,7 +122,7 @@ class Surrogate:
         return self._asked, drawn
 
     def tell(self, columns: Columns) -> None:
-        """What came of the designs last asked for."""
+        """Take the results of the last requested designs."""
         whole = columns[PATIENT] < 0
         judged = {name: values[whole] for name, values in columns.items()}
         if self._proposed:

@@ -91,7 +91,7 @@ def steps_between(low: float, high: float) -> list[float]:
 
 
 def exceeded(scenario: Scenario, pressure: float) -> tuple[float, str] | None:
-    """The lowest limit [Pa] that a supply pressure exceeds, and who has it: a muscle, or a valve's maker."""
+    """The lowest limit [Pa] that a supply pressure exceeds, and whose it is: a muscle's or a valve's."""
     orthosis = scenario.orthosis
     highest = highest_pressures(orthosis, pressure)
     found = [

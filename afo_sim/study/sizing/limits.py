@@ -56,7 +56,7 @@ class Requirement:
         return self.margin(value) >= 0.0
 
     def reached(self, value: float) -> str:
-        """A value beside its bound: "toe clearance 5.8 mm (wanted ≥ 10 mm)"."""
+        """A value with its bound: "toe clearance 5.8 mm (target ≥ 10 mm)"."""
         text = self._undefined if math.isnan(value) else shown(value, self.unit)
         return f"{self._name} {text} (target {self.wanted})"
 
@@ -136,7 +136,7 @@ def _read(text: str, chamber: str) -> Requirement:
 
 
 def usual(scenario: Scenario) -> tuple[Requirement, ...]:
-    """What a walk is held against where nobody says: the toe clearance that the scenario's limits want."""
+    """The default limit of a walk: the target toe clearance of the scenario's limits."""
     if not scenario.walking or scenario.gait is None:
         return ()
     limits = scenario.limits or load("limits", USUAL_LIMITS)

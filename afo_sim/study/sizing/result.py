@@ -68,7 +68,7 @@ KINDS = {
 
 @dataclass(frozen=True, repr=False)
 class Sizing(Shown):
-    """Candidates of one kind against limits, and the smallest that meets them.
+    """Candidates of one kind with their limits, and the smallest that meets them.
 
     kind : "valve", "tube", "supply", "muscle" or "pressure"
     scenario : its name
@@ -106,7 +106,7 @@ class Sizing(Shown):
 
     @property
     def holds(self) -> bool:
-        """Whether what was asked for suffices; without such a question, whether anything does."""
+        """Whether the requested candidate suffices; without one, whether any does."""
         return self.best is not None if self.asked is None else self.asked.meets
 
     @property

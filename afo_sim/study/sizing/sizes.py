@@ -75,7 +75,7 @@ def requested(
     kind: str, scenario: str | os.PathLike[str] | Scenario | JsonMapping,
     sets: Mapping[str, object] | None = None, *, limits: str | Sequence[str] | None = None, **options: Given,
 ) -> Request:  # fmt: skip
-    """What `size` is asked for, checked before anything is run; arguments and errors as its own."""
+    """The request of `size`, checked before any run; arguments and errors as there."""
     if kind not in KINDS:
         raise unknown(kind, KINDS, field="kind")
     given = {name: value for name, value in options.items() if value is not None and value is not False}

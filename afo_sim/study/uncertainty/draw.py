@@ -245,7 +245,7 @@ class Group:
 
 @dataclass(frozen=True, eq=False)
 class Draws:
-    """Joint draws; `rejected` counts those that were no muscle and were drawn anew."""
+    """Joint draws; `rejected` counts those that gave no valid muscle and were repeated."""
 
     count: int
     seed: int

@@ -1,4 +1,4 @@
-"""Bands of a run of walking: draws of what is not known, each with its settled stride, and what they say."""
+"""Uncertainty bands of a walking run: draws of the uncertain inputs, each with its settled stride."""
 
 import dataclasses
 from collections import Counter

@@ -107,7 +107,7 @@ class SpreadsFile(StrictTable):
 
 @dataclass(frozen=True)
 class Spreads:
-    """What is not known: [parameters.NAME] tables by name, checked one by one, and the file they stand in."""
+    """Spreads of uncertain inputs: [parameters.NAME] tables by name, each checked, and their file."""
 
     file: pathlib.Path
     tables: dict[str, SpreadTable]

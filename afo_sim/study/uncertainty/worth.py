@@ -1,4 +1,4 @@
-"""What each group of what is not known explains of a metric, and what it would be worth to know it."""
+"""How much of a metric each group of uncertain inputs explains, and what measuring it would gain."""
 
 import itertools
 from collections.abc import Sequence
