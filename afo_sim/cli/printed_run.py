@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 _QUANTITY = re.compile(r"(?<=\d) (?=[^\W\d]{1,3}\b)")  # between a number and its unit
 _STYLES = {"✓": "bold green", "!": "bold yellow", "✗": "bold red", "?": "bold"}
-_LINES = 20  # that a run prints unasked: they fit a terminal of 24 rows
+_LINES = 23  # that a run prints unasked: they fit a terminal of 24 rows
 _WARNING = "warning: "
 _Line = tuple[str, int]  # a text, and by how much its further lines are indented
 _Lines = Sequence[_Line]
