@@ -1,13 +1,16 @@
 """Reference pages of the documentation, made from the code."""
 
+import ast
 import inspect
 import itertools
+import pathlib
 import re
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
 from typer.main import get_command
 
+import afo_sim
 from afo_sim.cli import app
 from afo_sim.description import SETS, fields_of, of_chambers, schema, tables
 from afo_sim.description.schema import KINDS
@@ -16,6 +19,7 @@ from afo_sim.metrics.metric import RENAMED, MetricEntry, load_all
 from afo_sim.metrics.peak import MEANING
 from afo_sim.simulation.columns import DESCRIBED
 
+CODE = re.compile(r"[a-z0-9]{2,}(-[a-z]{2,})+")  # of a notice
 TABLES = {"named": "tables by name: below", "list": "a list of tables: below"}
 SCHULZ = "Schulz 2011"
 PERRY = "phases: Perry & Burnfield 2010"
@@ -52,7 +56,7 @@ BEFORE = {
 
 def pages(tell: Callable[[str], None] = print) -> Iterator[tuple[str, str]]:
     """(name, Markdown) of each page."""
-    for make in (commands, keys, metrics, columns):
+    for make in (commands, keys, metrics, columns, notices):
         tell(f"makes reference/{make.__name__}.md")
         yield make.__name__, make()
 
@@ -204,3 +208,51 @@ def columns() -> str:
         rows = [(code(name), plain(unit) or "–", plain(sign)) for name, (unit, sign) in found]
         lines += [f"## {group}", table(("column", "unit", "sign and meaning"), rows)]
     return "\n\n".join(lines) + "\n"
+
+
+def notices() -> str:
+    """Every code of a notice with its sentence, as the sources have them."""
+    lines = [
+        "# Warnings and notes",
+        "Sentences under a run's numbers, in `run.warnings` and in `summary.json`. A program asks for the "
+        "code, which stays, never for words: `[each.code for each in run.warnings]`. Braces hold what is of "
+        "your case; … are words that depend on it.",
+    ]
+    found: dict[str, str] = {}
+    for path in sorted(pathlib.Path(afo_sim.__file__).parent.rglob("*.py")):
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        known = _texts(tree.body, {})
+        for scope in (*(each for each in ast.walk(tree) if isinstance(each, ast.FunctionDef)), tree):
+            names = known if scope is tree else _texts(ast.walk(scope), known)
+            for call in (each for each in ast.walk(scope) if isinstance(each, ast.Call)):
+                if len(call.args) > 1 and ast.unparse(call.func).rpartition(".")[2] == "Notice":
+                    name, text = (_text(each, names) for each in call.args[:2])
+                    maybe = [each.value for each in ast.walk(tree) if isinstance(each, ast.Constant)]
+                    for each in [name] if "…" not in name else filter(CODE.fullmatch, map(str, maybe)):
+                        found[each] = max(text, found.get(each, ""), key=len)
+    rows = [(code(name), plain(text)) for name, text in sorted(found.items())]
+    return "\n\n".join([*lines, table(("code", "sentence"), rows)])
+
+
+def _texts(nodes: Iterable[ast.AST], known: dict[str, str]) -> dict[str, str]:
+    """{name: text that is assigned to it}, also in parts."""
+    found = dict(known)
+    for node in nodes:
+        if isinstance(node, ast.Assign):
+            found |= {
+                each.id: _text(node.value, found) for each in node.targets if isinstance(each, ast.Name)
+            }
+        elif isinstance(node, ast.AugAssign) and isinstance(node.target, ast.Name):
+            found[node.target.id] = found.get(node.target.id, "") + _text(node.value, found)
+    return found
+
+
+def _text(node: ast.AST, known: dict[str, str]) -> str:
+    """A text as its expression has it; … for what is computed."""
+    if isinstance(node, ast.Constant):
+        return str(node.value)
+    if isinstance(node, ast.JoinedStr):
+        return "".join(_text(each, known) for each in node.values)
+    if isinstance(node, ast.BinOp):
+        return _text(node.left, known) + _text(node.right, known)
+    return known.get(node.id, "…") if isinstance(node, ast.Name) else "…"

@@ -17,6 +17,7 @@ from campaign import nightly
 from documents import PAGES, script
 
 import afo_sim
+from afo_sim.common import errors
 
 ROOT = pathlib.Path(__file__).parents[1]
 NOTEBOOKS = sorted((ROOT / "docs" / "notebooks").glob("*.py"))
@@ -61,6 +62,18 @@ QUESTIONS = {
     "confidence interval of a result": "uncertainty.html",
     "how do I start my first simulation": "notebooks/01_papers.html",
 }
+# As they stand in a terminal; pasted, each is to lead to the page of error messages.
+PASTED = (
+    "SCENARIO = 'seatd': there is no such scenario; allowed: a path to a TOML file, or one of: arm, arm-s1",
+    "there is no run here (recording.parquet is missing)",
+    'supply.pressure = 3: has no unit; write it like "4 bar"',
+    "this needs the library rerun: pip install 'afo-sim[rerun]', or -e '.[rerun]' in a clone",
+    "--out = 'r1': holds a run of 'seated' with other values; allowed: --force, which replaces it",
+    "a velocity is not a number, or is too large",
+    "there is no display here to open the viewer on",
+    "a process was ended (exit code -9; out of memory?)",
+    "this is a bug in afo-sim (ValueError: math domain error)",
+)
 FOUND = 26  # of these at least: that many are to stand among the first three hits
 # Types a question into the search box of the page, as a person would; the addresses of the hits.
 ASK = """(async question => {
@@ -126,6 +139,7 @@ def test_questions_find_their_page_and_no_page_asks_for_anything_outside(
         for page in ("walking", "reference/keys", "notebooks/01_papers", "index"):
             browser.open((site / f"{page}.html").as_uri())
         asked = {question: browser.run(f"{ASK}({json.dumps(question)})") for question in QUESTIONS}
+        pasted = {text: browser.run(f"{ASK}({json.dumps(text)})")[0][:3] for text in PASTED}
         [misspelt], marked = browser.run(f"{ASK}('kompensation')")[0][:1], asked["moment arm"][1]
         browser.open(asked["Gymnasium environment"][0][0])
         browser.wait("document.querySelector('mark')?.textContent.match(/gymnasium|environment/i)")
@@ -137,6 +151,7 @@ def test_questions_find_their_page_and_no_page_asks_for_anything_outside(
     }
     missed = [question for question, page in QUESTIONS.items() if page not in first[question]]
     assert len(missed) <= len(QUESTIONS) - FOUND, {question: first[question] for question in missed}
+    assert all("/errors.html" in " ".join(links) for links in pasted.values()), pasted
     assert "ompensation" in misspelt and {word.lower() for word in marked[:3]} <= {"moment", "arm"}
     assert len(browser.requests) > 10
     assert not [address for address in browser.requests if not address.startswith(site.as_uri())]
@@ -236,6 +251,20 @@ def test_whatever_a_public_name_returns_has_an_entry_that_says_what_it_holds(doc
     assert len(found) > 20 and found <= entries, found - entries
     assert not re.findall(r"^\| `[^|]*\| [^|]*\|\s*\|$", text, re.M)
     assert sorted(docs.docs_python.PUBLIC) == sorted(afo_sim.__all__)
+
+
+def test_every_exit_code_and_every_notice_is_on_a_page(docs: Any) -> None:
+    waiting, exits = [errors.AfoSimError], {0, 1, 70, 130, 143}  # of the command line itself
+    while waiting:
+        exits.add(waiting[-1].exit_code)
+        waiting += waiting.pop().__subclasses__()
+    rows = re.findall(r"^\| ([\d, ]+) \|", PAGES["errors"], re.M)
+    assert {int(code) for row in rows for code in row.split(",")} == exits
+    sources = [path.read_text(encoding="utf-8") for path in (ROOT / "afo_sim").rglob("*.py")]
+    codes = {code for text in sources for code in re.findall(r'Notice\(\s*"([a-z0-9-]+)"', text)}
+    told = dict(re.findall(r"^\| `([^`]+)` \| (.+) \|$", docs.docs_reference.notices(), re.M))
+    assert len(codes) > 200 and codes <= told.keys(), codes - told.keys()
+    assert told["tube-long"].startswith("{subject}")
 
 
 def test_a_folder_that_is_not_a_site_is_not_replaced(docs: Any, tmp_path: pathlib.Path) -> None:
