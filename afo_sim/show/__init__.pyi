@@ -21,10 +21,13 @@ from .numbers import printed as printed
 from .numbers import undefined as undefined
 from .numbers import unseen as unseen
 from .paper_page import write_paper as write_paper
+from .report import headed as headed
+from .report import kept_in_mind as kept_in_mind
 from .report import write_report as write_report
 from .report_figures import WIDTH as WIDTH
 from .rerun.viewer import live_viewer as live_viewer
 from .run_figure import draw_run as draw_run
+from .run_names import whom as whom
 from .run_view import RunView as RunView
 from .search_figure import draw_search as draw_search
 from .size_figure import draw_size as draw_size

@@ -41,6 +41,8 @@ _BRIEF = {
     "cuff-assumed": "the result depends on the assumed cuff stiffness",
     "ankle-derived": "toe clearance is accurate to about 8 mm",
 }
+# of the patient: what an own walk was recorded with, and is not applied again
+NOT_OF_OWN_WALK = ("dorsiflexor_strength", "plantarflexor_strength", "stiffness", "spasticity")
 _STILL = 1e-6  # range of motion below which a joint does not move [deg]
 
 
@@ -209,7 +211,7 @@ def of_walker(scenario: JsonMapping) -> list[Notice]:
         found.append(Notice("walker-mass", words, subject="patient.body_mass", **data))
     found += _of_height(cycle, scenario)
     if own_walk(scenario):
-        patient, whole = scenario["patient"], ("dorsiflexor_strength", "plantarflexor_strength", "stiffness")
+        patient, whole = scenario["patient"], NOT_OF_OWN_WALK[:3]
         keys = [f"patient.{key}" for key in whole if float(patient.get(key, 1.0)) != 1.0]
         if parse_quantity(patient.get("spasticity") or "0 N*m*s/rad", "N*m*s/rad") > 0.0:
             keys.append("patient.spasticity")

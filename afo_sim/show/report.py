@@ -32,7 +32,7 @@ from afo_sim.show.report_walkers import walkers
 from afo_sim.show.run_names import apart, begun, in_words, whom
 from afo_sim.show.run_view import RunView
 from afo_sim.show.style import RUN_STYLES, RUNS
-from afo_sim.simulation import BOTH_JSON, found_step_errors, limits_of, read_recording, step_line
+from afo_sim.simulation import BOTH_JSON, Recording, found_step_errors, limits_of, read_recording, step_line
 
 _COMPARISONS = tuple(row.name for row in REPORTED[reference_metrics])  # of a run and another
 _NORM = (
@@ -233,15 +233,16 @@ def remarks(runs: Sequence[RunView]) -> list[str]:
 
 def _notes(runs: Sequence[RunView]) -> Iterator[tuple[RunView | None, list[tuple[str, str]]]]:
     """What the terminal notes of runs, too: what of their numbers is not to be believed, or is left out."""
-    told = []
-    for recording in (run.recording for run in runs):
-        found = doubts(recording.described, recording.metrics, recording.strides)
-        told.append([note.without_key() for note in (*found, *of_walker(recording.described))])
+    told = [kept_in_mind(run.recording) for run in runs]
     common = [note for note in told[0] if len(runs) > 1 and all(note in others for others in told)]
     own = [[note for note in notes if note not in common] for notes in told]
-    for run, notes in [(None, common), *zip(runs, own, strict=True)]:
-        if notes:
-            yield run, [headed(note) for note in notes]
+    yield from ((run, notes) for run, notes in [(None, common), *zip(runs, own, strict=True)] if notes)
+
+
+def kept_in_mind(recording: Recording) -> list[tuple[str, str]]:
+    """What is to be kept in mind of a run's numbers, each note as `headed` gives it."""
+    found = doubts(recording.described, recording.metrics, recording.strides)
+    return [headed(note.without_key()) for note in (*found, *of_walker(recording.described))]
 
 
 def _title(runs: Sequence[RunView], joined: str) -> str:

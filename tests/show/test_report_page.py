@@ -9,8 +9,8 @@ import pytest
 from colour_vision import contrast
 from pages import Page
 
-from afo_sim.show import STYLE, WIDTH
-from afo_sim.show.report import headed, page, read_runs
+from afo_sim.show import STYLE, WIDTH, headed
+from afo_sim.show.report import page, read_runs
 
 POINT = 96.0 / 72.0  # [CSS pixel]
 NARROW = 400  # width of a telephone's page [CSS pixel]
