@@ -16,6 +16,7 @@ from .answer import Answer as Answer
 from .answer import Feed as Feed
 from .answer import Status as Status
 from .answer import at_most as at_most
+from .answer import passes as passes
 from .beside_strides import COMPARED as COMPARED
 from .beside_strides import LESS as LESS
 from .beside_strides import TOUCHES as TOUCHES

@@ -8,15 +8,15 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from afo_sim.common import InputError, Json, JsonDict, JsonMapping, Keywords, SimulationError
-from afo_sim.description import Scenario
+from afo_sim.common import InputError, Json, JsonDict, JsonMapping, SimulationError
+from afo_sim.description import Limits, Scenario, unchanged
 from afo_sim.gait import norm
-from afo_sim.metrics import closing, words
+from afo_sim.metrics import closing, passes, words
 from afo_sim.metrics.strides import strides
 from afo_sim.model import Built, muscle_names, person_of, persons_stride, two_strides, why_walked
 from afo_sim.model import supply_and_timer as inputs
 from afo_sim.model.build import build
-from afo_sim.show import bands, decisive, effects, in_brief, write_report
+from afo_sim.show import bands, effects, headed, kept_in_mind, whom, write_report
 from afo_sim.show import verdict_texts as verdict
 from afo_sim.show.moving_parts import Mountings
 from afo_sim.show.walking_figure import COLUMNS as POSED
@@ -24,7 +24,7 @@ from afo_sim.show.walking_figure import Limbs, wrapped_paths
 from afo_sim.simulation import Asked, Recording, limits_of, reference_of, run_at_step
 from afo_sim.simulation.examine import examine
 from afo_sim.simulation.settle import settle
-from afo_sim.studio.controls import controls, shown, values
+from afo_sim.studio.controls import controls, idle, shown, values
 from afo_sim.studio.design import Design
 from afo_sim.study import UNCERTAINTY, with_studies
 from afo_sim.study.search.best import best_design
@@ -47,10 +47,7 @@ _DECISIVE = (  # metrics that designs are compared by
     "plate_skin_pressure",
     "orthosis_peak_dorsiflexion_torque",
 )
-_AT_ONCE = Asked(frozenset({"toe_clearance"}), doubts=False)
-_SEARCH: Keywords = {"generations": 9, "starts": 1}
 _ENDS = {"low": 0, "high": 2}  # of a band, in quantiles of 5, 50 and 95 %
-Message = JsonDict
 Report = Callable[..., None]
 
 
@@ -70,11 +67,12 @@ class Settled:
         rollout = settle([built], [inputs.controls(built)], mode=scenario.callback)[0].rollout
         if rollout.failure is not None:
             raise SimulationError(str(rollout.failure))
-        columns, found = examine(built, rollout, solved=True, asked=_AT_ONCE)
+        asked = Asked(frozenset({"toe_clearance"}), doubts=False)
+        columns, found = examine(built, rollout, solved=True, asked=asked)
         clearance = found.totals.get("toe_clearance")
         return cls(scenario, built, columns, math.nan if clearance is None else clearance.value)
 
-    def message(self) -> Message:
+    def message(self) -> JsonDict:
         """Curves and clearance for a page, and the walker over FRAMES [m], by the names in `Pose`."""
         step = float(np.diff(self.columns["time"][:2])[0])
         stride = strides(self.columns, step, self.built.body_mass)[-1]
@@ -98,7 +96,7 @@ class Settled:
             wrapped_paths(model, mountings, lambda name, phase=phase: float(stride.at(name, phase)), place)  # type: ignore[misc]  # `phase` is no argument
             for phase, place in zip(FRAMES, ankle, strict=True)
         ]
-        poses: Message = {
+        poses: JsonDict = {
             **limbs.points(ankle, shank, FRAMES),
             "ankle": ankle,
             "sole": sole,
@@ -109,13 +107,14 @@ class Settled:
             "toe_off": stride.toe_off,
             "stride_time": stride.duration,
             "clearance": None if math.isnan(self.clearance) else self.clearance,
+            "lowest": "not known" if math.isnan(self.clearance) else passes(self.clearance),
             "poses": {name: _rounded(points, 4) for name, points in poses.items()},
         }
 
 
-def compared(slot: str, told: Mapping[str, Message]) -> Message:
+def compared(slot: str, told: Mapping[str, JsonDict]) -> JsonDict:
     """What a variant in a slot is compared by, of the answers of its design by their kinds."""
-    found: Message = {"kind": "variant", "slot": slot, "values": told["state"]["values"]}
+    found: JsonDict = {"kind": "variant", "slot": slot, "values": told["state"]["values"]}
     if "run" not in told:
         return found | {"problem": told["problem"]["text"]}
     return found | {"curves": told["settled"]["curves"], "results": told["run"]["results"]}
@@ -125,63 +124,64 @@ def _rounded(values: Json, digits: int = 3) -> Json:
     """Plain numbers; points of paths may differ in number from frame to frame."""
     if isinstance(values, list):
         return [_rounded(each, digits) for each in values]
-    return np.round(np.where(np.isfinite(values), values, 0.0), digits).tolist()
+    return (np.round(np.where(np.isfinite(values), values, 0.0), digits) + 0.0).tolist()  # no "-0"
 
 
 class Answers:
     """The messages of each stage; references are walked once for each patient and gait."""
 
     def __init__(self) -> None:
-        self._references: dict[str, Message] = {}
+        self._references: dict[str, JsonDict] = {}
         self._run: tuple[Design, Recording] | None = None
         self.folder = pathlib.Path(tempfile.mkdtemp(prefix="afo-sim-studio-"))
 
-    def settled(self, design: Design) -> Message:
+    def settled(self, design: Design) -> JsonDict:
         """The settled stride: curves, poses, clearance; a sentence where strides do not repeat."""
         if why := why_walked(design.scenario):
-            text = f"the strides do not repeat ({why}): curves follow with the whole run"
-            return {"kind": "problem", "text": text}
+            return {"kind": "unsettled", "text": f"The strides do not repeat ({why}): the last one is shown."}
         return {"kind": "settled", **Settled.of(design.scenario).message()}
 
-    def state(self, design: Design) -> Message:
+    def state(self, design: Design) -> JsonDict:
         """Controls, anchors and timing, with the norm's band."""
         healthy = norm.read()
         band = {end: _rounded(np.degrees(healthy.at(f"ankle_{end}", PHASES))) for end in ("low", "high")}
-        phases, anchors = design.scenario.phases, {}  # ends from the ankle, with the foot flat [mm]
-        for name, group in design.scenario.orthosis.muscle.items():
-            for end in ("origin", "insertion"):
-                anchor = getattr(group, end)
-                if anchor is not None:
-                    x, _, z = (round(1e3 * part, 2) for part in anchor.from_joint)
-                    key = f"orthosis.muscle.{name}.{end}.from_joint"
-                    anchors[f"{name} {end}"] = {"key": key, "x": x, "z": z}
+        scenario = design.scenario
+        switched, table = scenario.timer or scenario.phases, "timer" if scenario.timer else "phases"
+        anchors = {  # ends from the ankle, with the foot flat [mm]
+            f"{name} {end}": {"key": f"orthosis.muscle.{name}.{end}.from_joint"}
+            | {axis: round(1e3 * anchor.from_joint[k], 2) for axis, k in (("x", 0), ("z", 2))}
+            for name, group in scenario.orthosis.muscle.items()
+            for end, anchor in (("origin", group.origin), ("insertion", group.insertion))
+            if anchor is not None
+        }
         return {
             "kind": "state",
-            "title": design.scenario.description or design.scenario.name,
+            "title": unchanged(scenario.description)[0] or scenario.name,
             "controls": controls(design),
+            "idle": idle(design),
             "anchors": anchors,
-            "timing": {  # of each chamber the intervals of gait phase in which its valves have current
-                f"phases.{name}.{side}": [list(interval) for interval in getattr(times, side)]
-                for name, times in (phases.chambers.items() if phases is not None else ())
+            "period": scenario.timer.period if scenario.timer else None,  # None: of gait phase
+            "timing": {  # of each chamber the intervals in which its valves have current
+                f"{table}.{name}.{side}": [list(interval) for interval in getattr(times, side)]
+                for name, times in (switched.chambers.items() if switched else ())
                 for side in ("inlet", "outlet")
             },
             "values": values(design),
             "norm": band,
+            "clearance": words("toe_clearance").meaning,
         }
 
-    def reference(self, design: Design) -> Iterator[Message]:
+    def reference(self, design: Design) -> Iterator[JsonDict]:
         """The walk that the design is compared with; none where it names none."""
-        if design.scenario.reference is None:
-            return
-        other = reference_of(design.scenario)
-        if why_walked(other):
+        other = reference_of(design.scenario) if design.scenario.reference else None
+        if other is None or why_walked(other):
             return
         key = other.model_dump_json(exclude={"name", "description", "limits", "supply"})
         if key not in self._references:
             self._references = {key: Settled.of(other).message()}
         yield {"kind": "reference", "compared_with": design.scenario.reference, **self._references[key]}
 
-    def run(self, design: Design, report: Report) -> Iterator[Message]:
+    def run(self, design: Design, report: Report) -> Iterator[JsonDict]:
         """The whole run, from the first stride on, with its verdict; curves where strides do not repeat."""
         recording = run_at_step(design.scenario, halvings=0, report=report)
         if not recording.ok:
@@ -197,19 +197,18 @@ class Answers:
         ]
         found = {name: recording.metrics[name] for name in _DECISIVE if name in recording.metrics}
         results = [(words(name).label, str(value).replace("*", "·"), "") for name, value in found.items()]
-        told = " ".join(closing(recording.verdict, recording.metrics))
-        notes = decisive(recording.described, recording.metrics, recording.strides)
         yield {
             "kind": "run",
             "lead": verdict.lead(recording),
             "verdict": answers,
-            "warnings": [str(warning) for warning in recording.warnings],
-            "device": f"{in_brief(notes)}. {told}" if notes else told,
-            "clearance": recording.metrics["toe_clearance"].value,
+            "whom": whom(recording.described),
+            "notes": kept_in_mind(recording),
+            "warnings": [headed(warning) for warning in recording.warnings],
+            "device": closing(recording.verdict, recording.metrics),
             "results": results + [(one["question"], one["mark"], one["status"]) for one in answers],
         }
 
-    def variant(self, slot: str, design: Design, report: Report) -> Iterator[Message]:
+    def variant(self, slot: str, design: Design, report: Report) -> Iterator[JsonDict]:
         """What a kept design is compared by; the run of the present design stays what it is."""
         present, told = self._run, {"state": self.state(design)}
         try:
@@ -220,7 +219,7 @@ class Answers:
             self._run = present
         yield compared(slot, told) | {"design": design}
 
-    def effects(self, design: Design, report: Report) -> Message:
+    def effects(self, design: Design, report: Report) -> JsonDict:
         """What to change first, each step with the values that try it."""
         recording = with_studies(
             self._recording(design, report), design.scenario, effects=True, report=report
@@ -230,12 +229,11 @@ class Answers:
         steps = [{"text": text, "sets": effect.sets} for effect, text in helping]
         return {"kind": "effects", "lines": effects.lines(recording)[:1], "steps": steps}
 
-    def further(self, design: Design, what: str, options: JsonMapping, report: Report) -> Iterator[Message]:
-        """What is made on demand: "bands", "report" or "search"."""
-        if what == "search":
-            yield self._search(design, options, report)
-            return
+    def further(self, design: Design, what: str, options: JsonMapping, report: Report) -> Iterator[JsonDict]:
+        """What is made on demand: "bands", "report" or "search" (the lowest objective within the limits)."""
         recording = self._recording(design, report)
+        if what == "search":
+            yield self._search(design, limits_of(recording), options, report)
         if what == "bands":
             told = with_studies(recording, design.scenario, draws=200, report=report)
             drawn = told.studies[UNCERTAINTY]["curves"]
@@ -251,21 +249,16 @@ class Answers:
             write_report([self.folder / "run"], self.folder / "report.html")
             yield {"kind": "report", "file": "report.html"}
 
-    def _search(self, design: Design, options: JsonMapping, report: Report) -> Message:
+    def _search(self, design: Design, limits: Limits, options: JsonMapping, report: Report) -> JsonDict:
         """The design with the lowest objective within the limits of the verdict."""
         scenario, metric = design.scenario, str(options.get("objective", "air_per_stride"))
-        limits = limits_of(self._recording(design, report))
         kept = [
             f"toe_clearance >= {1e3 * limits.toe_clearance[0]:g} mm",
             f"torque_against_push_off_per_mass <= {limits.torque_against_push_off[1]:g} N*m/kg",
         ]
-        plan = search_of(scenario, options["over"], lowest=metric, limits=kept, **_SEARCH)
-
-        def told(done: int, most: int, _: str) -> None:
-            report(done, most, "searching the best design")
-
+        plan = search_of(scenario, options["over"], lowest=metric, limits=kept, generations=9, starts=1)
         with tempfile.TemporaryDirectory() as folder:
-            found = best_design(plan, optimise(plan, pathlib.Path(folder), threads=1, report=told))
+            found = best_design(plan, optimise(plan, pathlib.Path(folder), threads=1, report=report))
         kept_all = "all limits are kept" if found.feasible else "no design was found that keeps all limits"
         numbers = ", ".join(f"{words(name).label} {value}" for name, value in found.metrics.items())
         return {
@@ -276,7 +269,6 @@ class Answers:
 
     def _recording(self, design: Design, report: Report) -> Recording:
         if self._run is None or self._run[0] != design:
-            for _ in self.run(design, report):
-                pass
+            list(self.run(design, report))
         assert self._run is not None
         return self._run[1]

@@ -5,16 +5,13 @@ import math
 import re
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass, replace
-from typing import Literal
 
 from afo_sim.common import InputError, Json, JsonDict, assets, in_unit, parse_quantity
 from afo_sim.description import load
 from afo_sim.description.keys import Key
+from afo_sim.model import walker_of
+from afo_sim.show.numbers import NOT_OF_OWN_WALK
 from afo_sim.studio.design import Design
-
-Group = Literal["patient", "device", "air", "timing"]
-_NUMBER = re.compile(r"\s*(-?\d+(?:[.,]\d+)?)\s*")
-_SOURCES = ("published", "measured", "fitted", "derived", "assumed")
 
 
 @dataclass(frozen=True)
@@ -35,10 +32,10 @@ _PATIENT = (
     _Row("patient", "patient", choices="patient"),
     _Row("patient.body_mass", "body mass", "kg", 30.0, 130.0, 1.0),
     _Row("patient.body_height", "body height", "m", 1.1, 2.1, 0.01),
-    _Row("patient.dorsiflexor_strength", "dorsiflexor strength left"),
+    _Row("patient.dorsiflexor_strength", "remaining dorsiflexor strength, healthy = 1"),
     _Row("patient.passive_scale", "stiffness of the ankle's tissue, healthy = 1", "", 0.1, 3.0, 0.05),
     _Row("patient.spasticity", "spasticity", "N*m*s/rad", 0.0, 5.0, 0.1),
-    _Row("patient.plantarflexor_strength", "plantarflexor strength left", more=True),
+    _Row("patient.plantarflexor_strength", "remaining plantarflexor strength, healthy = 1", more=True),
     _Row("patient.passive_offset", "angle at which the tissue is slack", "deg", -20.0, 20.0, 0.5, more=True),
     _Row("shoe", "shoe without the device", choices="shoe", more=True),
 )
@@ -59,25 +56,48 @@ _AIR = (
     _Row("orthosis.chamber.{chamber}.tube_length", "tube length", "m", 0.05, 3.0, 0.05, more=True),
     _Row("start.{chamber}.fill_time", "filled before the first step for", "s", 0.0, 10.0, 0.1, more=True),
 )
-_ROWS: dict[Group, tuple[_Row, ...]] = {"patient": _PATIENT, "device": _DEVICE, "air": _AIR}
+_ROWS: dict[str, tuple[_Row, ...]] = {"patient": _PATIENT, "device": _DEVICE, "air": _AIR}
+_ROWS["timing"] = (_Row("timer.period", "the timer's period", "s", 0.5, 20.0, 0.05),)
+
+
+def idle(design: Design) -> dict[str, str]:
+    """Why a key, or a whole group of them, changes no number of a design."""
+    scenario, orthosis = design.scenario, design.scenario.orthosis
+    own = [f"patient.{key}" for key in NOT_OF_OWN_WALK]
+    switched, begun = scenario.timer or scenario.phases, scenario.start.chambers if scenario.start else {}
+    chambers = switched.chambers if switched else {}
+    closed = [
+        f"orthosis.chamber.{name}.{side}"
+        for name in (orthosis.chamber if switched else ())
+        for side in ("inlet", "outlet")
+        if not getattr(chambers.get(name), side, ()) and (side == "outlet" or name not in begun)
+    ]
+    rules = (
+        (not orthosis.muscle, ["device"], "Nothing is worn: open a scenario with a device."),
+        (not orthosis.chamber, ["air", "timing"], "Nothing takes air."),
+        (orthosis.chamber and not switched, ["timing"], "A controller switches the valves."),
+        (walker_of(scenario) == "patient", own, "not applied: the walk is the patient's own, as recorded"),
+        (orthosis.outsole and scenario.reference != "shoe", ["shoe"], "the device has a sole of its own"),
+        (True, closed, "never opened (Timing)"),
+    )
+    return {key: why for holds, keys, why in rules if holds for key in keys}
 
 
 def controls(design: Design) -> list[JsonDict]:
     """The controls of a design as a page draws them, in its order."""
-    found = []
+    found, reasons = [], idle(design)
     for group, row in ((group, row) for group, row in _rows(design) if row.key in design.keys):
         key = design.keys[row.key]
+        if not key.value and ".tube" in key.key:  # goes with its length, both in the orthosis' file
+            continue
         own = {
             "group": group,
-            "key": key.key,
             "value": round(_number(key, row.unit), 6) if not row.choices and key.value else key.value or None,
             "choices": _choices(row.choices) if row.choices else (),
-            "source": "set here" if key.source == "set" else key.kind if key.kind in _SOURCES else "",
             "reference": key.reference or key.source,
-            "allowed": key.allowed,
-            "meaning": key.meaning,
+            "idle": reasons.get(row.key, ""),
         }
-        found.append(asdict(row) | own)
+        found.append(asdict(key) | asdict(row) | own)
     return found
 
 
@@ -95,15 +115,15 @@ def _label(name: str) -> str:
     """A key in words where it is an anchor's or a time of a valve, else as it is."""
     if place := re.fullmatch(r"orthosis\.muscle\.([\w-]+)\.(\w+)\.from_joint\[(\d)\]", name):
         return f"{place[1]} {place[2]}, {('forward', 'sideways', 'up')[int(place[3])]}"
-    if time := re.fullmatch(r"phases\.([\w-]+)\.(\w+)\[(\d+)\]\[([01])\]", name):
+    if time := re.fullmatch(r"(?:phases|timer)\.([\w-]+)\.(\w+)\[(\d+)\]\[([01])\]", name):
         return f"{time[1]} {time[2]}, bar {int(time[3]) + 1} {('opens', 'shuts')[int(time[4])]}"
     return name
 
 
 def _in_words(key: Key) -> str:
     """A value with its unit, so that equal values read alike."""
-    if not (key.value and key.unit):
-        return key.value
+    if key.value in ("", "[]") or not key.unit:
+        return key.value.replace("[]", "") or "none"
     unit = _unit_of(key.key) or key.unit
     return f"{_number(key, unit):.6g} {unit}".replace("*", "·")
 
@@ -112,7 +132,7 @@ def _number(key: Key, unit: str) -> float:
     return in_unit(parse_quantity(key.value, key.unit), key.unit, unit) if key.unit else float(key.value)
 
 
-def _rows(design: Design) -> Iterator[tuple[Group, _Row]]:
+def _rows(design: Design) -> Iterator[tuple[str, _Row]]:
     """The rows with their group, once for each muscle group or chamber, whose name the label begins with."""
     orthosis = design.scenario.orthosis
     names = {"{group}": list(orthosis.muscle), "{chamber}": list(orthosis.chamber)}
@@ -136,6 +156,7 @@ _UNITS = {  # in which the page shows a number, by its key
         for row in rows
     },
     r"phases\.[\w-]+\.(inlet|outlet)(\[\d+\]\[[01]\])?": "",
+    r"timer\.[\w-]+\.(inlet|outlet)(\[\d+\]\[[01]\])?": "s",
     r"orthosis\.muscle\.[\w-]+\.(origin|insertion)\.from_joint\[[012]\]": "mm",
 }
 
@@ -155,12 +176,12 @@ def shown(key: str, value: Json) -> Json:
 def read(key: str, value: Json) -> Json:
     """A page's value as `--set` takes it: a number with the unit in which the page shows it."""
     unit = _unit_of(key)
-    if unit is None and not key.startswith(("orthosis.", "supply.", "phases.", "start.")):
+    if unit is None and not key.startswith(("orthosis.", "supply.", "phases.", "timer.", "start.")):
         raise InputError("is not changed by this page", field=key, value=value)
     if isinstance(value, bool) or not isinstance(value, int | float | str | list | None):
         raise InputError("is not a valid value", field=key, value=value, allowed="a number or a text")
     if isinstance(value, float) and not math.isfinite(value):
         raise InputError("is not a valid number", field=key, value=value)
-    if isinstance(value, str) and (number := _NUMBER.fullmatch(value)) and unit:
-        value = float(number[1].replace(",", "."))
+    if isinstance(value, list) and unit:
+        return [read(key, each) for each in value]
     return f"{value:.9g} {unit}" if unit and isinstance(value, int | float) else value

@@ -2,7 +2,6 @@
 
 import atexit
 import dataclasses
-import functools
 import os
 import pathlib
 import shutil
@@ -15,19 +14,14 @@ from afo_sim.common import InputError, check_text, read_text, together, unknown,
 from afo_sim.description import Scenario, load, toml_text
 from afo_sim.description.keys import Key, keys
 from afo_sim.description.portable import FILES, portable
-from afo_sim.model import mean_length
+from afo_sim.model import mean_length, two_strides, with_person
+from afo_sim.model.build import build
 
 VARIANTS = ("A", "B", "C")
 SCENARIO, _VARIANT = "scenario.toml", "variant_{}.toml"  # in a saved folder
 _MARK = "# saved by afo-sim studio"  # first line of what may be replaced
 _NAMED, _LONGEST = "# variant ", 40  # second line of a variant, and letters of its name
 _STEPS = 500  # of the way back that are kept
-_ORIGIN, _INSERTION = ".origin.from_joint[", ".insertion.from_joint["
-
-
-@functools.cache
-def _described(base: str) -> str:
-    return str(load("scenario", base).description)
 
 
 @dataclass(frozen=True)
@@ -39,20 +33,29 @@ class Design:
 
     @cached_property
     def scenario(self) -> Scenario:
-        """The description that is simulated."""
-        found: Scenario = load("scenario", self.base, dict(self.sets))
-        words = self.sets.get("description", _described(self.base))
-        return found.with_values(description=words)  # without a list of all that was set
+        """The description that is simulated; in words it begins with all that was set."""
+        own = {key: self.sets[key] for key in ("description",) if key in self.sets}
+        found: Scenario = load("scenario", self.base, {**own, **self.sets})
+        return found
 
     @cached_property
     def keys(self) -> dict[str, Key]:
-        """All keys that can be set, with the values of this design."""
-        return {key.key: key for key in keys(self.base, sets=dict(self.sets))}
+        """All keys that can be set, with the values of this design; mass and height are those in use."""
+        found = {key.key: key for key in keys(self.base, sets=dict(self.sets))}
+        patient = with_person(self.scenario).patient
+        assert patient is not None  # all of them walk
+        for part in ("body_mass", "body_height"):
+            key = found[f"patient.{part}"]
+            if not key.value:
+                told, origin = f"{getattr(patient, part):g} {key.unit}", patient.provenance[part]
+                told_by = {"kind": origin.kind, "reference": origin.source}
+                found[key.key] = dataclasses.replace(key, value=told, **told_by)
+        return found
 
     def changed(self, sets: Mapping[str, object], *, follow: bool = True) -> "Design":
         """The same design with other values, None for those taken back; links `follow` moved anchors."""
         values = {key: value for key, value in {**self.sets, **sets}.items() if value is not None}
-        moved = {key.split(".")[2] for key in sets if _ORIGIN in key or _INSERTION in key}
+        moved = {key.split(".")[2] for key in sets if ".from_joint[" in key}
         design = dataclasses.replace(self, sets=values)
         if follow and moved:
             before, after = self.scenario.orthosis.muscle, design.scenario.orthosis.muscle
@@ -172,8 +175,7 @@ def save(document: Document, folder: str | os.PathLike[str]) -> pathlib.Path:
 
 def opened(source: str) -> Document:
     """The document of a shipped scenario, a TOML file or a saved folder."""
-    folder = pathlib.Path(source)
-    base = source
+    folder, base = pathlib.Path(source), source
     if (folder / SCENARIO).is_file():
         # a copy for this session: what is saved over a folder must not change what is gone back to
         saved, folder = folder, pathlib.Path(tempfile.mkdtemp(prefix="afo-sim-studio-"))
@@ -186,8 +188,9 @@ def opened(source: str) -> Document:
         base = str(folder / SCENARIO)
     document = Document(Design(base))
     if not document.design.scenario.walking:
-        allowed = "such as walk-dropfoot-afo"
-        raise InputError("sits: the studio is for walking", field="scenario", value=source, allowed=allowed)
+        problem = "does not walk, and the studio shows a walk: use `afo-sim run` and `afo-sim report`"
+        raise InputError(problem, field="scenario", value=source, allowed="such as walk-dropfoot-afo")
+    build(two_strides(document.design.scenario))  # or the refusal of what cannot be simulated
     for slot in VARIANTS:
         if base != source and (file := folder / _VARIANT.format(slot)).is_file():
             name = check_text(read_text(file), file).partition(f"{_MARK}\n{_NAMED}")[2].partition("\n")[0]

@@ -1,7 +1,6 @@
 """Answers to the newest design, in a thread of its own: what is no longer wanted is given up."""
 
 import functools
-import pathlib
 import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
@@ -33,16 +32,12 @@ class Engine:
 
     def __init__(self, tell: Callable[[JsonDict], None]) -> None:
         self._tell, self._answers = tell, Answers()
+        self.folder = self._answers.folder  # for files of this session
         self._wish: Wish | None = None
         self._changed, self._ended = threading.Condition(), False
         self._told: tuple[int, set[str]] = (0, set())  # a serial number, and the stages that are answered
         self._thread = threading.Thread(target=self._work, name="studio", daemon=True)
         self._thread.start()
-
-    @property
-    def folder(self) -> pathlib.Path:
-        """For files of this session."""
-        return self._answers.folder
 
     def want(self, wish: Wish) -> None:
         """Answer this from now on, and nothing else."""

@@ -13,7 +13,7 @@ from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
 
 import uvicorn
 from starlette.applications import Starlette
-from starlette.datastructures import MutableHeaders
+from starlette.datastructures import Headers, MutableHeaders
 from starlette.requests import Request
 from starlette.responses import FileResponse, JSONResponse, PlainTextResponse, Response
 from starlette.routing import Mount, Route, WebSocketRoute
@@ -52,23 +52,19 @@ class Studio:
         self.token = secrets.token_urlsafe(24)
         self.serial = 0
         self._tabs: dict[WebSocket, asyncio.Queue[JsonDict]] = {}
-        self._last: dict[str, JsonDict] = {}  # by kind: what a new tab is told
+        self.last: dict[str, JsonDict] = {}  # by kind: what a new tab is told
         self._kept: dict[str, JsonDict] = {}  # by slot: answers of the variants
         self._loop: asyncio.AbstractEventLoop | None = None
         self.engine = Engine(self._from_thread)
-
-    @property
-    def app(self) -> Starlette:
-        """The application: all of it below the token."""
         inside = [
             Route("/", self._file),
             Route("/files/{name}", self._upload, methods=["PUT"]),
             Route("/{name:path}", self._file, methods=["GET"]),
             WebSocketRoute("/socket", self._socket),
         ]
-        app = Starlette(routes=[Mount(f"/{self.token}", routes=inside)], lifespan=self._lifespan)
-        app.add_middleware(Guard)
-        return app
+        routes = [Mount(f"/{self.token}", routes=inside)]  # all of it below the token
+        self.app = Starlette(routes=routes, lifespan=self._lifespan)
+        self.app.add_middleware(Guard)
 
     @contextlib.asynccontextmanager
     async def _lifespan(self, app: Starlette) -> AsyncIterator[None]:
@@ -111,7 +107,7 @@ class Studio:
         await tab.accept()
         queue: asyncio.Queue[JsonDict] = asyncio.Queue()
         self._tabs[tab] = queue
-        for message in (self._document(), *self._kept.values(), *self._last.values()):
+        for message in (self._document(), *self._kept.values(), *self.last.values()):
             queue.put_nowait(message)
         sender = asyncio.create_task(_send(tab, queue))
         try:
@@ -173,8 +169,6 @@ class Studio:
     async def _import(self, asked: JsonDict) -> None:
         files = [self.engine.folder / "trial" / pathlib.PurePath(str(name)).name for name in asked["files"]]
         walker = str(asked.get("walker"))
-        if walker not in _WHOSE:
-            raise InputError("is missing: whose walk it is", field="walker", allowed=" or ".join(_WHOSE))
         where = str(asked.get("side", "right")), self.engine.folder
         found = await asyncio.to_thread(imported, files, walker, *where)
         self.document.change(found.pop("sets"))
@@ -182,8 +176,6 @@ class Studio:
 
     def _search(self, asked: JsonDict) -> None:
         over = {str(key): tuple(read(str(key), end) for end in ends) for key, ends in asked["keys"].items()}
-        if not over:
-            raise InputError("is empty: what may vary", field="keys", allowed="a key or more")
         self._want("search", {"over": over, "objective": asked.get("objective", "air_per_stride")})
 
     def _want(self, what: str, options: JsonDict | None = None) -> None:
@@ -195,7 +187,7 @@ class Studio:
         """A variant that is the present design has its answers, as soon as they are there."""
         variants, design = self.document.variants, self.document.design
         self._kept = {slot: answer for slot, answer in self._kept.items() if slot in variants}
-        told = {kind: each for kind, each in self._last.items() if each.get("serial") == self.serial}
+        told = {kind: each for kind, each in self.last.items() if each.get("serial") == self.serial}
         for slot, kept in variants.items():
             there = kept.design == design and told.keys() >= {"state", "settled", "run"}
             if there and slot not in self._kept:
@@ -205,8 +197,8 @@ class Studio:
     def _ask(self) -> None:
         """Answer the design as it is now."""
         self.serial += 1
-        self._last = {
-            kind: told for kind, told in self._last.items() if kind in ("state", "reference", "trial")
+        self.last = {
+            kind: told for kind, told in self.last.items() if kind in ("state", "reference", "trial")
         }
         self._tell(self._document())
         self._want("")
@@ -240,13 +232,9 @@ class Studio:
         if message["serial"] != self.serial:
             return
         if message["kind"] != "progress":
-            self._last[message["kind"]] = message
+            self.last[message["kind"]] = message
         self._tell(message)
         self._compare()
-
-    def remember(self, message: JsonDict) -> None:
-        """What every tab is told that opens."""
-        self._last[message["kind"]] = message
 
     def _tell(self, message: JsonDict) -> None:
         for queue in self._tabs.values():
@@ -279,9 +267,7 @@ class Guard:
         if scope["type"] not in ("http", "websocket"):
             await self.app(scope, receive, send)
             return
-        headers = {
-            name.decode("latin-1").lower(): value.decode("latin-1") for name, value in scope["headers"]
-        }
+        headers = Headers(scope=scope)
         host, origin = headers.get("host", ""), headers.get("origin")
         if not _LOOPBACK.fullmatch(host) or origin not in (None, f"http://{host}"):
             if scope["type"] == "websocket":
@@ -329,7 +315,7 @@ def serve(
     if trial:
         found = imported(trial, "patient", side, studio.engine.folder)
         studio.document.change(found.pop("sets"))
-        studio.remember({"kind": "trial", **found})
+        studio.last["trial"] = {"kind": "trial", **found}
     if not 0 <= port <= 65535:
         raise InputError("is not a valid port", field="port", value=port, allowed="0 to 65535")
     try:

@@ -5,6 +5,7 @@ const GROUPS = ["patient", "device", "air", "timing"];
 const SIGNS = { "N*m*s/rad": "N·m·s/rad", deg: "°" };
 const read = text => { const plain = text.trim().replace("−", "-").replace(",", "."); return plain !== "" && Number.isFinite(Number(plain)) ? Number(plain) : text.trim() || null; };
 const sign = unit => SIGNS[unit] ?? unit.replaceAll("*", "·");
+const round = value => Math.round(100 * value) / 100;
 const place = text => text.replace(/\W+/g, "-");
 
 /** A text field that keeps what was typed until it is taken; what is wrong with it stands in its own words below. */
@@ -45,11 +46,12 @@ class Row {
   constructor(control, studio) {
     const { key, label, unit } = control, id = place(`row-${key}`), title = dom("label", { for: control.choices.length ? id : place(`field-${key}`) }, label);
     this.source = dom("details", { class: "source" }, dom("summary"), dom("p"), dom("p"), dom("p"));
+    this.why = dom("p", { class: "meaning" });
     this.field = new Field(key, null, value => studio.change({ [key]: value }, { fresh: true }));
     if (control.choices.length) {
       this.select = dom("select", { id, "data-key": key, "aria-describedby": this.field.problem.id });
       this.select.addEventListener("change", () => studio.change({ [key]: this.select.value || null }, { fresh: true }));
-      this.element = dom("div", { class: "row" }, title, this.source, this.select, this.field.problem);
+      this.element = dom("div", { class: "row" }, title, this.source, this.select, this.field.problem, this.why);
     } else {
       const { low, high, step } = control;
       this.slider = dom("input", { type: "range", min: low, max: high, step, "aria-label": `${label}, slider`, "data-key": key });
@@ -59,31 +61,33 @@ class Row {
         this.slider.removeAttribute("aria-valuetext");
         studio.change({ [key]: Number(this.slider.value) }, { time: event.timeStamp });
       });
-      this.element = dom("div", { class: "row" }, title, this.source, this.slider, this.field.input, dom("span", { class: "unit" }, sign(unit)), this.field.problem);
+      this.element = dom("div", { class: "row" }, title, this.source, this.slider, this.field.input, dom("span", { class: "unit" }, sign(unit)), this.field.problem, this.why);
     }
     this.element.addEventListener("pointerdown", event => { if (event.target === this.slider) studio.hold(key); });
   }
 
   write(control, held) {
-    const [mark, ...texts] = this.source.children, word = control.source || (control.reference === "default" ? "default" : "from file");
+    const [mark, ...texts] = this.source.children, word = { set: "set here" }[control.source] ?? (control.kind || (control.source === "default" ? "not stated" : "from file"));
     mark.textContent = word;
     mark.title = control.reference;
     mark.setAttribute("aria-label", `${word}: source of ${control.label}`);
+    this.why.textContent = control.idle;
+    for (const each of [this.slider, this.select, this.field.input]) if (each) each.disabled = control.idle !== "";
     [`Source: ${control.reference}`, `Allowed: ${control.allowed}`, control.meaning].forEach((text, k) => (texts[k].textContent = text));
     if (held) return;
     if (this.select) this.choose(control);
     else {
       this.field.write(control.value);
-      this.field.input.placeholder = "default";
+      this.field.input.placeholder = "none";
       this.slider.value = control.value ?? (control.low + control.high) / 2;
-      if (control.value === null) this.slider.setAttribute("aria-valuetext", "default");
+      if (control.value === null) this.slider.setAttribute("aria-valuetext", "none");
     }
   }
 
   choose(control) {
     const names = [...control.choices], value = control.value ?? "";
     if (value && !names.some(([name]) => name === value)) names.unshift([value, value]);
-    if (!value || control.source === "set here") names.unshift(["", value ? "as before it was set here" : "none"]);
+    if (!value || control.source === "set") names.unshift(["", value ? "as before it was set here" : "none"]);
     const listed = JSON.stringify(names);
     if (listed !== this.listed) this.select.replaceChildren(...names.map(([name, words]) => dom("option", { value: name }, words || name)));
     this.listed = listed;
@@ -182,19 +186,22 @@ class SideView {
   }
 }
 
-/** The valves' times: bars over the gait cycle whose ends are dragged. A bar may run over heel strike. */
+/** The valves' times: bars over the gait cycle, or a timer's period [s], whose ends are dragged. A bar may run over heel strike. */
 class Timing {
   constructor(box, studio) {
-    Object.assign(this, { box, studio, rows: {} });
+    Object.assign(this, { box, studio, rows: {}, length: 1 });
+    this.word = value => (this.period ? `${value.toFixed(2)} s` : `${Math.round(100 * value)} %`);
   }
 
-  write(timing, toe_off, held) {
-    if (Object.keys(timing).join() !== Object.keys(this.rows).join()) {
+  write({ timing, period }, toe_off, held) {
+    if (Object.keys(timing).join() !== Object.keys(this.rows).join() || period !== this.period) {
+      [this.period, this.length] = [period, period ?? 1];
+      document.querySelector("#when").textContent = `When each valve is open, over the ${period ? "timer’s period" : "gait cycle"}. Drag an end, or move it with the arrow keys by 1 % of that, with Shift by 5 %.${period ? "" : " Swing is shaded."}`;
       this.rows = Object.fromEntries(Object.keys(timing).map(key => [key, this.row(key)]));
-      this.box.replaceChildren(...Object.values(this.rows).map(row => row.element), dom("div", { class: "scale", "aria-hidden": "true" }, ...["0", "25", "50", "75", "100 %"].map(text => dom("span", {}, text))));
+      this.box.replaceChildren(...Object.values(this.rows).map(row => row.element), dom("div", { class: "scale", "aria-hidden": "true" }, ...[0, 0.25, 0.5, 0.75, 1].map(share => dom("span", {}, this.word(share * this.length)))));
     }
     for (const [key, intervals] of Object.entries(timing)) {
-      this.rows[key].swing.style.width = `${100 * (1 - toe_off)}%`;
+      this.rows[key].swing.style.width = period ? 0 : `${100 * (1 - toe_off)}%`;
       if (!held(key)) this.draw(key, intervals.map(each => [...each]));
     }
   }
@@ -209,15 +216,15 @@ class Timing {
     const row = this.rows[key], same = row.intervals?.length === intervals.length;
     row.intervals = intervals;
     if (!same) this.build(key);
-    row.words.textContent = `${row.name}: ${intervals.map(([a, b]) => `${Math.round(100 * a)}–${Math.round(100 * b)} %`).join(", ") || "shut"}`;
-    intervals.forEach(([from, to], k) => {
-      const bars = row.bars[k], parts = from <= to ? [[from, to], [0, 0]] : [[from, 1], [0, to]];
+    row.words.textContent = `${row.name}: ${intervals.map(([a, b]) => `${this.word(a).split(" ")[0]}–${this.word(b)}`).join(", ") || "shut"}`;
+    intervals.forEach((times, k) => {
+      const [from, to] = times.map(value => value / this.length), bars = row.bars[k], parts = from <= to ? [[from, to], [0, 0]] : [[from, 1], [0, to]];
       parts.forEach(([a, b], n) => { bars.pieces[n].style.left = `${100 * a}%`; bars.pieces[n].style.width = `${100 * (b - a)}%`; });
       [from, to].forEach((value, end) => {
         const grip = bars.grips[end];
         grip.style.left = `${100 * value}%`;
         grip.setAttribute("aria-valuenow", Math.round(100 * value));
-        grip.setAttribute("aria-valuetext", `${Math.round(100 * value)} % of the gait cycle`);
+        grip.setAttribute("aria-valuetext", `${this.word(times[end])} of the ${this.period ? "timer’s period" : "gait cycle"}`);
       });
     });
   }
@@ -228,7 +235,7 @@ class Timing {
     row.track.replaceChildren(row.swing, ...row.bars.flatMap(bar => bar.pieces), ...row.bars.flatMap(bar => bar.grips));
     const change = intervals => { this.draw(key, intervals); this.studio.change({ [key]: intervals }, { fresh: true }); };
     row.tools.replaceChildren(
-      dom("button", { type: "button", "aria-label": `${row.name}: add a bar`, onclick: () => change([...row.intervals, this.gap(row.intervals)]) }, "+"), " ",
+      dom("button", { type: "button", "aria-label": `${row.name}: add a bar`, onclick: () => change([...row.intervals, this.gap(row.intervals.map(each => each.map(value => value / this.length))).map(share => round(share * this.length))]) }, "+"), " ",
       dom("button", { type: "button", "aria-label": `${row.name}: remove the last bar`, disabled: !row.intervals.length, onclick: () => change(row.intervals.slice(0, -1)) }, "−"));
     if (held) this.box.querySelector(`[data-grip="${CSS.escape(held)}"]`)?.focus();
   }
@@ -244,7 +251,7 @@ class Timing {
     const grip = dom("div", { class: "grip", role: "slider", tabindex: 0, "aria-label": label, "aria-valuemin": 0, "aria-valuemax": 100, "data-grip": `${key} ${k} ${end}` });
     const move = (value, time) => {
       const row = this.rows[key], intervals = row.intervals.map(each => [...each]);
-      intervals[k][end] = Math.min(1, Math.max(0, Math.round(100 * value) / 100));
+      intervals[k][end] = Math.min(this.length, Math.max(0, round(value)));
       if (intervals[k][0] === intervals[k][1] || intervals[k][end] === row.intervals[k][end]) return;
       this.draw(key, intervals);
       this.studio.change({ [key]: intervals }, { time });
@@ -252,13 +259,13 @@ class Timing {
     grip.addEventListener("pointerdown", event => { grip.setPointerCapture(event.pointerId); grip.focus(); this.studio.hold(key); event.preventDefault(); });
     grip.addEventListener("pointermove", event => {
       const box = this.rows[key].track.getBoundingClientRect();
-      if (grip.hasPointerCapture(event.pointerId)) move((event.clientX - box.left) / box.width, event.timeStamp);
+      if (grip.hasPointerCapture(event.pointerId)) move((event.clientX - box.left) / box.width * this.length, event.timeStamp);
     });
     grip.addEventListener("keydown", event => {
       const by = { ArrowRight: 1, ArrowUp: 1, ArrowLeft: -1, ArrowDown: -1 }[event.key];
       if (!by) return;
       event.preventDefault();
-      move(this.rows[key].intervals[k][end] + by * (event.shiftKey ? 0.05 : 0.01), event.timeStamp);
+      move(this.rows[key].intervals[k][end] + by * Math.max(0.01, (event.shiftKey ? 0.05 : 0.01) * this.length), event.timeStamp);
     });
     return grip;
   }
@@ -288,7 +295,12 @@ export class Controls {
     for (const control of state.controls) this.rows[control.key].write(control, held(control.key));
     const links = Object.fromEntries(state.controls.filter(c => c.key.endsWith(".link_length")).map(c => [c.key.split(".")[2], c.value]));
     this.side.write(state.anchors, links, held);
-    this.timing.write(state.timing, toe_off, held);
+    this.timing.write(state, toe_off, held);
+    for (const group of GROUPS) {
+      const box = document.getElementById(group), why = state.idle[group] ?? "";
+      box.classList.toggle("idle", why !== "");
+      box.querySelector(".why").textContent = why;
+    }
   }
 
   build(controls) {

@@ -86,8 +86,8 @@ export class Walker {
     this.lens.setAttribute("viewBox", `${(pose.ankle[0] - 0.12).toFixed(4)} -0.32 0.38 0.38`);
     this.parts.drop.classList.toggle("below", below);
     this.toe.classList.toggle("below", below);
-    this.toe.textContent = swing ? `toe ${number(Math.abs(height), 0)} mm ${below ? "BELOW" : "above"} the floor` : "stance";
-    this.lowest.textContent = `lowest in swing: ${message.clearance === null ? "not known" : `${number(message.clearance, 1)} mm`}`;
+    this.toe.textContent = swing ? `toe ${number(Math.abs(height), 0)} mm ${below ? "below" : "above"} the floor` : "stance";
+    this.lowest.textContent = `lowest in swing: ${message.lowest}`;
   }
 }
 

@@ -80,7 +80,7 @@ const answers = {
       Object.assign(shown, { serial: message.serial, fresh: { settled: false, run: false }, failed: false });
       $("verdict").setAttribute("aria-busy", "true");
       setTimeout(mark, PATIENCE);
-      for (const id of ["wrong", "found", "open-report", "work"]) $(id).hidden = true;
+      for (const id of ["wrong", "found", "open-report", "work", "unsettled"]) $(id).hidden = true;
       $("bands-lines").replaceChildren();
       shown.bands = {};
       $("saved").textContent = "";
@@ -103,12 +103,16 @@ const answers = {
     shown.fresh.settled = true;
     const time = taken();
     draw();
-    $("glance").textContent = document.querySelector("#with .lowest").textContent.replace("lowest", "Toe, lowest");
+    glance();
     mark();
     if (time !== undefined) requestAnimationFrame(() => {
       performance.mark("studio-drawn");
       window.studioLatency.push(performance.now() - time);
     });
+  },
+  unsettled(message) {
+    say("unsettled", message.text);
+    taken();
   },
   variant(message) {
     shown.kept[message.slot] = message;
@@ -123,6 +127,7 @@ const answers = {
     const first = !shown.state;
     shown.state = message;
     $("title").textContent = $("title").title = message.title;
+    $("clearance").textContent = `Toe clearance: ${message.clearance}.`;
     writeState();
     if (first) draw();
   },
@@ -132,14 +137,17 @@ const answers = {
     mark();
     $("verdict").setAttribute("aria-busy", "false");
     $("lead").textContent = message.lead;
-    $("no-device").textContent = message.device;
+    $("no-device").textContent = message.device.join(" ");
+    $("whom").textContent = message.whom;
+    $("mind").hidden = false;
+    const told = ([head, rest]) => dom("li", {}, dom("strong", {}, head), rest);
+    $("notes").replaceChildren(...message.notes.map(told));
+    $("warnings").replaceChildren(...message.warnings.map(told));
+    glance();
     const open = new Set([...$("answers").querySelectorAll("details[open]")].map(each => each.dataset.name));
     $("answers").replaceChildren(...message.verdict.map(answer => dom("div", { class: `answer ${answer.status}` },
       dom("p", {}, dom("strong", {}, answer.mark), " ", dom("b", {}, answer.question)), dom("p", {}, answer.brief || answer.text),
       dom("details", { "data-name": answer.name, open: open.has(answer.name) }, dom("summary", { "aria-label": `In full: ${answer.question}` }, "in full"), dom("p", {}, answer.text), dom("p", {}, answer.limit ? `Limit: ${answer.limit}` : "")))));
-    $("warnings").hidden = !message.warnings.length;
-    $("warnings").firstChild.textContent = `${message.warnings.length} warning${message.warnings.length === 1 ? "" : "s"}`;
-    $("warnings").lastChild.replaceChildren(...message.warnings.map(text => dom("li", {}, text)));
   },
   effects(message) {
     $("effects-lead").textContent = message.lines.join(" ");
@@ -226,6 +234,12 @@ function writeState() {
   offer();
 }
 
+/** On a small screen, below all: the answer, while something else is in view. */
+function glance() {
+  const marks = shown.fresh.run ? shown.run.verdict.map(answer => answer.mark[0]).join(" ") : "…";
+  $("glance").textContent = `Toe ${shown.settled?.lowest ?? "…"}  ${marks}`;
+}
+
 /** Mark what is still computed. */
 function mark() {
   const { settled, run } = shown.fresh, { failed } = shown, put = (id, text) => { if ($(id).textContent !== text) $(id).textContent = text; };
@@ -285,7 +299,7 @@ function compare() {
   const labels = [...new Set(all.flatMap(each => (each.results ?? []).map(([label]) => label)))], waits = (each, n) => [each.problem ? (n ? "–" : each.problem) : shown.failed && each === all[0] ? "not computed" : "computing …"];
   document.querySelector("#compare tbody").replaceChildren(
     ...labels.map((label, n) => row(label, all.map(each => each.results ? (each.results.find(one => one[0] === label)?.slice(1) ?? ["–"]) : waits(each, n)))),
-    ...differing.filter(key => !above(key) || told.some(each => each.values[key]?.[2])).map(key => row(told.map(each => each.values[key]?.[0]).find(Boolean), all.map(each => each.values ? [value(each, key) || "default"] : waits(each)), key)));
+    ...differing.filter(key => !above(key) || told.some(each => each.values[key]?.[2])).map(key => row(told.map(each => each.values[key]?.[0]).find(Boolean), all.map(each => each.values ? [value(each, key) || "–"] : waits(each)), key)));
 }
 
 function point() {
@@ -358,8 +372,8 @@ function done() {
 /** What the search may vary, with its limits, from the state. */
 function offer() {
   const { controls: all, timing } = shown.state, range = (ending, limits) => Object.fromEntries(all.filter(c => c.key.endsWith(ending) && typeof c.value === "number").map(c => [c.key, limits(c)]));
-  const round = value => Math.round(100 * value) / 100, near = value => [round(Math.max(0, value - 0.1)), round(Math.min(1, value + 0.1))];
-  const times = Object.entries(timing).flatMap(([key, all]) => all.flatMap((each, k) => each.map((value, end) => [`${key}[${k}][${end}]`, near(value)]))).filter(([, [low, high]]) => low > 0 && high < 1);
+  const round = value => Math.round(100 * value) / 100, length = shown.state.period ?? 1, near = value => [round(Math.max(0, value - 0.1 * length)), round(Math.min(length, value + 0.1 * length))];
+  const times = Object.entries(timing).flatMap(([key, all]) => all.flatMap((each, k) => each.map((value, end) => [`${key}[${k}][${end}]`, near(value)]))).filter(([, [low, high]]) => low > 0 && high < length);
   const offers = { pressure: range("supply.pressure", c => [c.low, c.high]), "length of the links": range(".link_length", c => [Math.max(1, c.value - 20), c.value + 20]),
     timing: Object.fromEntries(times), "number of muscles": range(".count", c => [c.low, c.high]) };
   const words = { pressure: c => Object.values(c).map(([low, high]) => `${low} to ${high} bar`).join(), "length of the links": () => "20 mm up and down", timing: () => "each time by a tenth of the cycle", "number of muscles": c => Object.values(c)[0]?.join(" to ") };
@@ -463,6 +477,10 @@ addEventListener("drop", event => { // anywhere on the page
 });
 $("import").onclick = read;
 $("trial-back").onclick = () => { $("imported").hidden = true; act("undo"); };
+addEventListener("beforeprint", () => { // as the report stands: where the toe is lowest in swing
+  const { curves: { toe }, toe_off } = shown.settled ?? { curves: { toe: [] }, toe_off: 1 }, swing = Math.ceil((toe_off + 0.1) * 100);
+  if (toe.length) { play(false); phase = (swing + toe.slice(swing, 95).reduce((best, height, k, all) => (height < all[best] ? k : best), 0)) / 100; point(); }
+});
 addEventListener("pointerup", () => studio.release());
 addEventListener("pointercancel", () => studio.release());
 addEventListener("keydown", event => {
