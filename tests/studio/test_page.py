@@ -1,8 +1,10 @@
 """The studio's page as somebody uses it: a browser drags, types and presses keys."""
 
+import base64
 import importlib.util
 import json
 import pathlib
+import re
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -75,6 +77,7 @@ def page(browsed: Browser, served: Served) -> Iterator[Browser]:
     browsed.wait(RESTS, 120.0)
     browsed.run("document.querySelectorAll('details').forEach(one => one.open = true)")
     yield browsed
+    browsed.ask("Emulation.setEmulatedMedia", media="", features=[])
     while not browsed.run("document.getElementById('undo').disabled"):
         click(browsed, "#undo")
         browsed.wait(RESTS)
@@ -221,9 +224,14 @@ def test_keys_alone_reach_all_and_move_a_slider(page: Browser) -> None:
     )
 
 
+@pytest.mark.parametrize("scheme", ["light", "dark"])
 @pytest.mark.parametrize("width", [400, 1280])
-def test_nothing_bars_a_reader(page: Browser, width: int) -> None:
+def test_nothing_bars_a_reader(page: Browser, width: int, scheme: str) -> None:
     page.resize(width)
+    feature = {"name": "prefers-color-scheme", "value": scheme}
+    page.ask("Emulation.setEmulatedMedia", features=[feature])
+    paper = page.run("getComputedStyle(document.body).backgroundColor")
+    assert (sum(map(int, re.findall(r"\d+", paper))) < 300) is (scheme == "dark")
     click(page, "#keep")
     page.wait("document.querySelectorAll('.curve.A').length > 3")
     assert page.run("document.documentElement.scrollWidth") <= width
@@ -232,6 +240,28 @@ def test_nothing_bars_a_reader(page: Browser, width: int) -> None:
     page.run((pathlib.Path(AXE.origin).parent / "axe.min.js").read_text(encoding="utf-8") + "; 0")
     found = page.run("axe.run(document, {resultTypes: ['violations']})")["violations"]
     assert [(each["id"], each["nodes"][0]["html"]) for each in found] == []
+
+
+@pytest.mark.parametrize("width", [400, 1280])
+def test_the_verdict_stands_in_the_first_screen(page: Browser, width: int) -> None:
+    page.resize(width, 800)
+    page.open(page.run("location.href"))
+    page.wait(RESTS)
+    boxes = "['#lead', '#answers', '#design'].map(one => document.querySelector(one).getBoundingClientRect())"
+    lead, answers, design = page.run(f"{boxes}.map(box => [box.top + scrollY, box.bottom + scrollY])")
+    assert lead[0] < answers[0] < 400 and lead[1] > lead[0] + 15
+    assert width > 900 or design[0] > answers[1]  # of one column the controls come after it
+
+
+def test_it_prints_on_two_pages_with_nothing_that_is_for_the_screen_alone(page: Browser) -> None:
+    page.run("document.querySelectorAll('details').forEach(one => one.open = false)")
+    pdf = base64.b64decode(page.ask("Page.printToPDF", paperWidth=8.27, paperHeight=11.69)["data"])
+    assert len(re.findall(rb"/Type\s*/Page\b", pdf)) == 2
+    page.ask("Emulation.setEmulatedMedia", media="print")
+    shown = "['#design', '#further', '#saving', '#undo', '#play', '#answers', '#notes', '#plots']"
+    seen = page.run(f"{shown}.filter(one => document.querySelector(one).checkVisibility())")
+    page.ask("Emulation.setEmulatedMedia", media="")
+    assert seen == ["#answers", "#notes", "#plots"]
 
 
 def test_variants_are_drawn_and_compared_and_gone_back_to(page: Browser) -> None:
