@@ -60,10 +60,11 @@ def _numbers(base: str, sets: tuple[tuple[str, str], ...], *, whole: bool) -> st
         if not whole:
             settled = answers.settled(design)
             return json.dumps([settled["curves"], settled["poses"]]) if "curves" in settled else ""
-        *_, run = answers.run(design, silent)
+        *walked, run = answers.run(design, silent)
     except SimulationError as error:
         return str(error)
-    return json.dumps([run["lead"], [answer["text"] for answer in run["verdict"]], run["results"]])
+    texts = [run["lead"], *(answer["text"] for answer in run["verdict"])]
+    return json.dumps([[each["curves"] for each in walked], texts, run["results"]])
 
 
 def moves(walk: Design, key: str) -> Iterator[Design]:

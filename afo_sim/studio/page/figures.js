@@ -22,7 +22,7 @@ function filled(element, attributes, children) {
   return element;
 }
 
-export const number = (value, digits) => value.toFixed(digits).replace("-", "−");
+export const number = (value, digits) => (Number(value.toFixed(digits)) + 0).toFixed(digits).replace("-", "−"); // no "−0"
 const path = points => points.map(([x, y], k) => `${k ? "L" : "M"}${x.toFixed(4)} ${y.toFixed(4)}`).join("");
 
 /** The value of 101 equally spaced ones at a share of the cycle. */
