@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 import afo_sim as afo
+from afo_sim.common import with_code
 from afo_sim.description import load
 from afo_sim.model import fits
 from afo_sim.study import Requirement
@@ -43,6 +44,29 @@ def test_whether_a_pressure_suffices_is_one_sentence() -> None:
     little = size("pressure", "seated", SHORT, limits=[f"{ANGLE} >= 2 deg"], at="1.5 bar")
     assert not little.holds and "1.5 bar does not suffice" in little.answer
     assert little.best is not None and f"the lowest that suffices is {little.best.name}" in little.answer
+
+
+@pytest.mark.slow
+def test_a_pressure_suffices_where_its_run_says_good() -> None:
+    """By runs of their own: the least pressure lifts well, the next lower one does not; what else is told."""
+    found = size("pressure", "walk-dropfoot-afo", at="4.2 bar")
+    assert found.interval is not None and found.asked is not None and found.asked.said is not None
+    runs = [afo.run("walk-dropfoot-afo", {"supply.pressure": f"{p} Pa"}) for p in (*found.interval, 4.2e5)]
+    lifts = [{answer.name: answer for answer in run.verdict}["lift"].status for run in runs]
+    assert lifts == ["doubtful", "good", "good"]
+    worse = {answer.name for answer in runs[-1].verdict if answer.status != "good"}
+    assert "push_off" in worse and found.asked.said.keys() == worse
+
+
+def test_a_pressure_beyond_a_laws_range_does_not_suffice() -> None:
+    law = "orthosis.muscle.dorsiflexor.type.laws.tondu_lopez_2000_bladder.pressure_range"
+    sets: dict[str, Any] = {law: ["1.2 bar", "3.6 bar"]}
+    found = size("pressure", "walk-dropfoot-afo", sets, limits=["toe_clearance >= 10 mm"], at="4 bar")
+    run = afo.run("walk-dropfoot-afo", {**sets, "supply.pressure": "4 bar"})
+    assert with_code(run.warnings, "law-outside-its-pressure")
+    assert found.asked is not None and not found.holds
+    assert all(requirement.met(found.asked.values["toe_clearance"]) for requirement in found.requirements)
+    assert found.best is not None and found.best.size <= 3.65e5
 
 
 @pytest.mark.slow

@@ -43,6 +43,7 @@ class Candidate:
     status: Status = "run"  # "run", or why not: "excluded", "refused", "failed"
     values: Mapping[str, float] = field(default_factory=dict)  # metrics of the run
     short: Mapping[str, str] = field(default_factory=dict)  # {limit: why it is not met}
+    said: Mapping[str, str] | None = None  # {answer: word} of its verdict beside the limits, where not good
 
     @property
     def meets(self) -> bool:

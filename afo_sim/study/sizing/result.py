@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 Draw = Callable[["Sizing", pathlib.Path], None]
 Table = tuple[str, list[str], list[list[str]]]  # title, header, rows
 ALLOWED = "allowed pressure"  # what a pressure beyond it fails
+VERDICT = "verdict"  # of a run that meets all limits, and is doubted or misses what they do not hold
 _C = "C: sonic conductance [dm³/(s·bar)]; b: critical pressure ratio"
 
 
@@ -168,7 +169,10 @@ class Sizing(Shown):
         return max((math.inf if math.isnan(m) else max(-m, 0.0) / of for m, of in margins), default=0.0)
 
     def _reached(self, each: Candidate) -> str:
-        return ", ".join(r.reached(each.values.get(r.metric, math.nan)) for r in self.requirements)
+        found = [r.reached(each.values.get(r.metric, math.nan)) for r in self.requirements]
+        found += [each.short[VERDICT]] if VERDICT in each.short else []
+        found += [f"{name.replace('_', '-')} {word}" for name, word in (each.said or {}).items()]
+        return ", ".join(found)
 
     def worse(self) -> list[str]:
         """That larger candidates fail what a smaller one meets."""

@@ -9,17 +9,18 @@ from dataclasses import dataclass
 
 from afo_sim.common import InputError, JsonDict, JsonMapping, Keywords, Mixed, with_code
 from afo_sim.description import USUAL_LIMITS, Scenario, load
-from afo_sim.metrics import NEED, is_filling, words
+from afo_sim.metrics import LIFT, NEED, is_filling, words
+from afo_sim.metrics.validity import CAPS, FORCE
 from afo_sim.model import check_air
 from afo_sim.physics import AIR
-from afo_sim.simulation import Asked
+from afo_sim.simulation import Asked, run_scenario
 from afo_sim.study.effects import SHARES, beyond_limit
 from afo_sim.study.engine import INFEASIBLE, OK, UNSETTLED, Outcome
 from afo_sim.study.pool import Pool, Report, pool
 from afo_sim.study.sizing import candidates as tries
 from afo_sim.study.sizing.candidates import Candidate, bar
-from afo_sim.study.sizing.limits import Requirement, shown
-from afo_sim.study.sizing.result import ALLOWED, KINDS, Sizing
+from afo_sim.study.sizing.limits import Requirement, shown, usual
+from afo_sim.study.sizing.result import ALLOWED, KINDS, VERDICT, Sizing
 
 HOURS, STRIDES = "hours_of_source", "strides_of_source"
 _SUPPLY = frozenset({"mean_flow", "peak_flow", "supply_sag", "source_empty_after", "stride_time"})
@@ -88,14 +89,15 @@ class Trials:
         """A scan of the allowed range, then every step between two of it where what is met may change."""
         at, between = (self.request.options.get(name) for name in ("at", "between"))
         scan = tries.scanned(self.scenario, between)
-        tried = self._pressures(scan if at is None else sorted({*scan, at}))
+        tried = self._confirmed(self._pressures(scan if at is None else sorted({*scan, at})), at)
         inner = [
             p
             for a, b in itertools.pairwise(tried)
             if b.size <= scan[-1] and not (a.meets and b.meets) and not _lacks(a) & _lacks(b)
             for p in tries.steps_between(a.size, b.size)
         ]
-        tried = sorted(tried + self._pressures(inner, beyond=len(tried)), key=lambda each: each.size)
+        tried += self._confirmed(self._pressures(inner, beyond=len(tried)))
+        tried.sort(key=lambda each: each.size)
         first = next((k for k, each in enumerate(tried) if each.meets), None)
         interval = None
         if first is not None:
@@ -245,11 +247,35 @@ class Trials:
         notes = (*candidate.notes, *beyond.values(), *with_code(outcome.warnings, UNSETTLED))
         return dataclasses.replace(candidate, values=values, short=short, notes=notes)
 
+    def _confirmed(self, tried: Sequence[Candidate], at: float | None = None) -> list[Candidate]:
+        """The same, where the smallest that meets all, and the one at a size, do so by their own verdicts."""
+        found, sure = [*tried], False
+        for k in sorted(range(len(found)), key=lambda k: bool(found[k].doubt)):
+            if found[k].meets and (not sure or found[k].size == at):
+                found[k] = self._by_its_verdict(found[k])
+                sure = sure or found[k].meets
+        return found
+
+    def _by_its_verdict(self, each: Candidate) -> Candidate:
+        """A candidate after a run of its own, whose verdict may doubt that the limits are met."""
+        if each.said is not None:
+            return each
+        run = run_scenario(self.scenario.set(each.sets))
+        told = {answer.name: answer for answer in run.verdict if answer.status != "good"}
+        if self.request.requirements == usual(self.scenario):
+            why = [f"{a.word}: {a.brief or a.text}" for name, a in told.items() if name == LIFT]
+        else:
+            codes = {code: cap for code, (cap, columns) in CAPS.items() if FORCE in columns}
+            why = [f"{codes[w.code].upper()}: {w}" for w in run.warnings if getattr(w, "code", "") in codes]
+        short = {VERDICT: f"its own run is {why[0]}"} if why else {}
+        said = {name: answer.word for name, answer in told.items() if name != LIFT}
+        return dataclasses.replace(each, short=each.short | short, said=said)
+
     def _sizing(
         self, tried: Sequence[Candidate], more: tuple[Requirement, ...] = (), notes: Sequence[str] = (),
         **found: Mixed,
     ) -> Sizing:  # fmt: skip
-        requirements = (*self.request.requirements, *more)
+        requirements, tried = (*self.request.requirements, *more), self._confirmed(tried)
         told: Keywords = {"air": self.air, "request": self.request.to_json()} | found
         answer = Sizing(self.request.kind, self.scenario.name, requirements, tuple(tried), **told)
         return dataclasses.replace(answer, notes=(*KINDS[self.request.kind].notes, *notes, *answer.worse()))
