@@ -54,6 +54,12 @@ def own_walk(scenario: _Scenario) -> bool:
     return (scenario.get("gait") or {}).get("walker") == "patient"
 
 
+def not_applied(description: str) -> list[str]:
+    """Keys that a scenario's description says were set, and that a patient's own walk leaves no room for."""
+    names = ("dorsiflexor_strength", "plantarflexor_strength", "stiffness", "spasticity")
+    return [key for key in (f"patient.{name}" for name in names) if f"set {key}=" in description]
+
+
 def facts(scenario: _Scenario) -> list[tuple[str, str]]:
     """Facts of a resolved scenario for a table: (what, in words)."""
     return [*_who(scenario), *_walking(scenario), *_device(scenario)]

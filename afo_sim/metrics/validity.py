@@ -49,8 +49,9 @@ CAPPED: tuple[tuple[Status, tuple[str, ...], str], ...] = (
 )
 CAPS = {code: (cap, columns) for cap, columns, codes in CAPPED for code in codes.split()}
 
-# Told by help, in numbers.
+# Told by help, in numbers; that what was set is not simulated.
 _TOLD = {"steppage", "hip-rises-in-swing", "ankle-low-in-swing", "compensation-unknown"}
+_TOLD |= {"strength-not-applied"}
 IF_SO = "enough, if these numbers hold"
 LITTLE = 0.02  # of a limit, by which a muscle may pass it and survive; assumed [-]
 

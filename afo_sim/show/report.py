@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 
 from afo_sim.common import InputError, JsonDict, JsonMapping, assets, check_writable, read_json, write_text
 from afo_sim.description import facts, unchanged, worn
-from afo_sim.description.scenario_text import reference
+from afo_sim.description.scenario_text import own_walk, reference
 from afo_sim.gait import TwoSides
 from afo_sim.gait import file as gait
 from afo_sim.gait import norm as gait_norm
@@ -250,6 +250,7 @@ def _title(runs: Sequence[RunView], joined: str) -> str:
     first, *others = (run.label for run in runs)
     if not others:
         words, changed = in_words(runs[0].recording.described)
+        words = f"the patient's own walk, {words}" if own_walk(runs[0].recording.described) else words
         return (words or first) + (f" ({len(changed)} changed)" if changed else "")
     begin, names = apart([run.recording.described for run in runs])
     if begin and names == [first, *others]:

@@ -6,7 +6,8 @@ import re
 from collections.abc import Sequence
 
 from afo_sim.common import JsonMapping
-from afo_sim.description import unchanged
+from afo_sim.description import not_applied, unchanged
+from afo_sim.description.scenario_text import own_walk
 from afo_sim.show.style import plain
 
 _LONGEST = 60  # letters of a name
@@ -23,7 +24,9 @@ def in_words(scenario: JsonMapping) -> tuple[str, list[str]]:
     whole = scenario.get("description") or ""
     words, _ = unchanged(whole)
     keys = (part.removeprefix("set ").partition("=") for part in whole.split("; ") if part.startswith("set "))
-    return words, [f"{re.sub(r'[._]', ' ', key)} {value}".rstrip() for key, _, value in keys]
+    idle = not_applied(whole) if own_walk(scenario) else []
+    told = [(re.sub(r"[._]", " ", key), value, " (not applied)" * (key in idle)) for key, _, value in keys]
+    return words, [f"{key} {value}".rstrip() + idly for key, value, idly in told]
 
 
 def whom(scenario: JsonMapping) -> str:

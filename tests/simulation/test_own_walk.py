@@ -11,12 +11,13 @@ from afo_sim.common import InputError, assets, with_code
 from afo_sim.gait import GaitCycle, at_speed, stance, write
 from afo_sim.gait import file as gait
 from afo_sim.gait_lab.trial.plausibility import walker_doubts
-from afo_sim.metrics import Answer, capped
+from afo_sim.metrics import Answer, capped, decides
 from afo_sim.metrics.verdict import ENOUGH
-from afo_sim.model import own_tissue
+from afo_sim.model import own_tissue, with_person
 from afo_sim.model.build import build
 from afo_sim.physics import passive_moments
 from afo_sim.show import of_walker
+from afo_sim.show.run_names import in_words
 
 SETS: dict[str, object] = {"timestep": "1 ms", "duration": "4.6 s"}
 
@@ -212,3 +213,19 @@ def test_a_patients_walk_is_not_taken_for_a_healthy_one(drop: float, tmp_path: p
         write(tmp_path / "own.csv", dataclasses.replace(cycle, ankle_angle=angle, walker="patient"))
         warned = build("walk-dropfoot-afo", {**SETS, "gait.cycle": str(tmp_path / "own.csv")}).warnings
         assert not with_code(warned, "looks-healthy"), walk
+
+
+@pytest.mark.parametrize(("walker", "idle"), [("patient", True), ("healthy", False)])
+def test_a_strength_that_is_not_applied_is_told_as_a_warning_and_in_the_report(
+    walker: str, idle: bool, own: dict[str, object]
+) -> None:
+    """Whoever sets it believes it simulated; what a preset says of strength is nobody's wish."""
+    sets = own | {"gait.walker": walker, "patient.dorsiflexor_strength": 0.3, "patient.body_mass": "72 kg"}
+    built = build("walk-dropfoot-afo", sets)
+    told = with_code(built.warnings, "strength-not-applied")
+    assert [each.subject for each in told] == ["patient.dorsiflexor_strength"] * idle
+    assert all(map(decides, told))  # however short the terminal is
+    changed = in_words(with_person(built.scenario).resolved())[1]
+    assert [each.endswith("(not applied)") for each in changed if "strength" in each] == [idle]
+    assert not any("not applied" in each for each in changed if "strength" not in each)
+    assert not with_code(build("walk-dropfoot-afo", own).warnings, "strength-not-applied")
