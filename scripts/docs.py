@@ -157,6 +157,7 @@ def notebook(file: pathlib.Path, folder: pathlib.Path) -> str:
             cells,
             config=Config(KernelManager={"transport": "ipc", "ip": f"{scratch}/kernel"}),  # no port is opened
             timeout=300,
+            coalesce_streams=True,  # a cell that prints for a while prints one text
             extra_arguments=["--InlineBackend.figure_formats=retina"],
             resources={"metadata": {"path": scratch}},
         )
