@@ -368,7 +368,7 @@ def test_the_short_sentences_say_what_the_metrics_say() -> None:
 def test_the_short_sentences_do_not_praise_what_covers_the_need_and_hinders_push_off() -> None:
     """The torque covered is told as a share of the need, and as nothing else."""
     said = " ".join(in_short({"torque_covered": Metric(100.0, "percent")}))
-    assert "covers 100 % of the torque that this patient lacks" in said and "gives" not in said
+    assert "provides 100 % of the torque that this patient lacks" in said and "gives" not in said
     assert "does not show what it hinders" in said
 
 
@@ -402,7 +402,7 @@ def test_the_command_writes_beside_the_first_run(
     assert code == 0
     assert str(copy / "report.html") in out
     words = (
-        "<title>Seated, foot free in the air: dorsiflexors filled for 4 s, vented for 4 s (S1, Fig. 6) (2 set"
+        "<title>Seated, foot free in the air: dorsiflexors filled for 4 s, vented for 4 s (S1, Fig. 6) (2 changed"
     )
     assert words in (copy / "report.html").read_text(encoding="utf-8")
 
@@ -489,7 +489,7 @@ def test_walking_beside_sitting_is_told_once(
     )  # in short and in full
     assert "More over time" in shown and "More over the gait cycle" in shown
     said = call(capsys, "report", folders["bare"], folders["worn"], "--out", out)[2]
-    note = "note: the runs wear different things"
+    note = "note: the runs wear different footwear"
     assert [note in line for line in said.splitlines() if "note:" in line] == [True]
 
 
@@ -502,4 +502,4 @@ def test_a_recording_of_another_making_is_refused(
 
 
 def test_what_the_runs_wear_differently_is_said_before_their_curves(compared: str) -> None:
-    assert 0 < compared.index("wear different things") < compared.index('class="panels"')
+    assert 0 < compared.index("wear different footwear") < compared.index('class="panels"')

@@ -41,7 +41,7 @@ WALKS = {
 }
 FELL = dict.fromkeys(WALKS, NAN) | {"fell": 1.0}
 Case = Sequence[tuple[dict[str, float], int]]  # numbers that differ from a whole walk, starts that fall
-UNTOLD = "cannot tell, too few walk in both"
+UNTOLD = "cannot tell, too few walk in both cases"
 
 
 @pytest.fixture(scope="module")
@@ -128,7 +128,7 @@ def test_gain_and_loss_are_those_counted_by_hand(made: Callable[..., Population]
     of = len(patients)
     assert rows["patients who gain"] == [f"{counts[1]} of {of}"]
     assert rows["who lose"] == [f"{counts[-1]} of {of}"]
-    assert rows["of whom the model cannot tell"] == [f"{counts[0]} of {of}"]
+    assert rows["for whom the model cannot tell"] == [f"{counts[0]} of {of}"]
     line = in_lines(population)[1]
     assert (line["gain"], line["lose"]) == (str(counts[1]), str(counts[-1]))
     assert in_lines(population)[0]["gain"] == "–"
