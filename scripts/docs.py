@@ -38,17 +38,19 @@ LINK = re.compile(r"(\]\()([^)\s#:]+)(#[^)\s]*)?(\))")
 FENCED = re.compile(r"^( *```.*?^ *```)$", re.S | re.M)
 TERM = re.compile(r"^- \*\*([^*]+)\*\*(.*)$", re.M)
 TABLE = re.compile(r"^(?!\|)(.*\S.*)\n(?=\|.*\|\n\|[-|: ]+\|$)", re.M)
+EMPTY = re.compile(r"<th(?: [^>]*)?></th>")
 FETCHED = {"img": "src", "script": "src", "link": "href", "iframe": "src", "source": "src", "video": "src"}
 STYLE = """.md-typeset table:not([class]) { font-size: 0.65rem; }
 .md-typeset table:not([class]) :is(td, th) { min-width: 0; padding: 0.5em 0.8em; }
 .md-typeset table:not([class]) td:first-child { min-width: 6em; overflow-wrap: anywhere; }
 .md-typeset table:not([class]) td:first-child:has(code) { min-width: 9em; }
-.md-typeset thead:not(:has(th:not(:empty))) { display: none; }
+.md-typeset thead:not(:has(th)) { display: none; }
 .md-typeset img { background: white; }
+.md-nav__link--active .md-ellipsis { color: var(--md-default-fg-color); }
 @media (min-width: 60em) { .md-typeset td:first-child code { white-space: nowrap; } }
 """
 # A page that is opened from a folder may start no worker: the search then runs in a frame of the page.
-SEARCH = """if (location.protocol === "file:") window.Worker = class {
+SCRIPT = """if (location.protocol === "file:") window.Worker = class {
   constructor(url) {
     const frame = document.createElement("iframe");
     frame.hidden = true;
@@ -62,6 +64,12 @@ SEARCH = """if (location.protocol === "file:") window.Worker = class {
     inside.document.body.append(script);
   }
 };
+// For a keyboard and a screen reader: a wide table scrolls, and a copy button is no landmark of a page.
+new MutationObserver(() => {
+  document.querySelectorAll(".md-code__nav").forEach(nav => nav.setAttribute("role", "none"));
+  document.querySelectorAll(".md-typeset__scrollwrap").forEach(
+    wrap => { if (wrap.scrollWidth > wrap.clientWidth) wrap.tabIndex = 0; });
+}).observe(document.documentElement, { childList: true, subtree: true });
 """
 # Words that say nothing of what is asked: they part the words that the search ranks by and a page marks.
 FILLERS = (
@@ -266,7 +274,7 @@ def build(out: pathlib.Path, tell: Callable[[str], None] = print) -> int:
         source = root / "source"
         copy(source)
         (source / "style.css").write_text(STYLE)
-        (source / "iframe-worker.js").write_text(SEARCH)  # of this name, or Zensical fetches one
+        (source / "iframe-worker.js").write_text(SCRIPT)  # of this name, or Zensical fetches one
         with concurrent.futures.ThreadPoolExecutor(2) as pool:
             run = partial(notebook, folder=source / NOTEBOOKS.name)
             for name in pool.map(run, sorted(NOTEBOOKS.glob("*.py"))):
@@ -287,6 +295,8 @@ def build(out: pathlib.Path, tell: Callable[[str], None] = print) -> int:
         if done.returncode or "warning" in said.lower():
             raise SystemExit(said)
         (root / "site" / "404.html").unlink()  # it would have to know the site's address
+        for file in (root / "site").rglob("*.html"):  # an empty cell heads nothing
+            file.write_text(EMPTY.sub("<td></td>", file.read_text(encoding="utf-8")), encoding="utf-8")
         for worker in (root / "site" / "assets").rglob("workers/search.*.js"):
             shutil.copyfile(ROOT / "scripts" / "search.js", worker)
         if found := list(faults(root / "site")):

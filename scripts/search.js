@@ -4,7 +4,7 @@
 "use strict";
 const WEIGHT = { title: 4, path: 2, text: 1 }; // of a word in each field
 const FLAT = { title: 0.3, path: 0.3, text: 0.7 }; // how far a long field counts less
-const SATURATION = 1.2, PAGE = 0.6, AGAIN = 0.5; // of a page that has been listed
+const SATURATION = 2, PAGE = 1, AGAIN = 0.5; // of a page that has been listed
 const LISTED = 0.6; // of the first page and the reference: they answer less than what they lead to
 const NAME = /--\w|\w[_./]\w/; // of code: who asks for one looks it up in a list
 const MOST = 30, LEAST = 0.1; // hits, and score of the last by that of the first
