@@ -1,7 +1,8 @@
 """Refusals to write over another run, or into a folder of another kind of output."""
 
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from afo_sim.common import InputError, JsonDict, JsonMapping
@@ -40,6 +41,15 @@ def _check_kind(folder: Path, kind: str) -> None:
                 problem = f"holds a {found} ({file})"
                 raise InputError(problem, field="out", value=str(folder), allowed=_OTHER)
             return
+
+
+@contextmanager
+def telling(folder: Path) -> Iterator[None]:
+    """Print which files of an older run are gone, since they would stand beside new numbers."""
+    before = [*folder.rglob("[!.]*")]
+    yield
+    if gone := sorted(str(file.relative_to(folder)) for file in before if not file.exists()):
+        print(f"removed from {folder}, as they show the run before: {', '.join(gone)}")
 
 
 def check_files(files: Iterable[Path], *, force: bool) -> None:

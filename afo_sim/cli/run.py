@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, cast
 from typer import Option
 
 from afo_sim.cli import common
-from afo_sim.cli.overwriting import check_folder, check_run_folder, check_same
+from afo_sim.cli.overwriting import check_folder, check_run_folder, check_same, telling
 from afo_sim.cli.printed_run import note_lines, print_answers, print_line, print_run, warning_lines
 from afo_sim.common import InputError
 
@@ -77,7 +77,8 @@ def run(
         recording = with_studies(
             recording, description, effects=change, draws=uncertainty, spreads=spreads, report=report
         )
-        recording.save(folder, rrd=common.drawn(rrd), rate=hertz)
+        with telling(folder):
+            recording.save(folder, rrd=common.drawn(rrd), rate=hertz)
     print_run(recording, folder, numbers=numbers)
     _stop({} if recording.ok else {"": recording.status})
 
@@ -241,7 +242,8 @@ def both_command(
             check_run_folder(folder / each, with_person(leg).resolved(), force=force)
         check_same(folder, kind, "both.json", {"apart": shift}, problem, force=force, whom="them")
         found = legs.both(*pair, apart=shift, affected=side, progress=report)
-        found.save(folder, rrd=common.drawn(rrd), rate=hertz)
+        with telling(folder):
+            found.save(folder, rrd=common.drawn(rrd), rate=hertz)
     _print_both(found, folder, numbers=numbers)
     _stop({} if found.ok else {"": found.status})
 

@@ -37,6 +37,20 @@ def test_only_the_same_run_is_replaced(
     assert json.loads(summary.read_text())["scenario"]["supply"]["pressure"] == "300000.0 Pa"
 
 
+def test_what_a_run_removes_is_told(tmp_path: pathlib.Path, call: Call) -> None:
+    """A report of other numbers would mislead beside new ones; what no run writes stays."""
+    out = tmp_path / "a"
+    assert "removed" not in call("run", "--out", out, *SHORT)[1]
+    for name in ("report.html", "recording.rrd", "mine.txt"):
+        (out / name).write_text("of the run before")
+    code, told, _ = call("run", "--out", out, *SHORT)
+    (line,) = (line for line in told.splitlines() if "removed" in line)
+    assert code == 0 and "report.html" in line and "recording.rrd" in line and "mine.txt" not in line
+    assert {path.name for path in out.iterdir()} & {"report.html", "recording.rrd", "mine.txt"} == {
+        "mine.txt"
+    }
+
+
 def test_damaged_summary_is_no_reason_to_replace(tmp_path: pathlib.Path, call: Call) -> None:
     out = tmp_path / "a"
     assert call("run", "--out", out, *SHORT)[0] == 0
