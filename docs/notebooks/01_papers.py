@@ -31,8 +31,7 @@ print("toe clearance with:   ", worn.metrics["toe_clearance"])
 afo.figure(worn, kind="clearance")
 
 # %% [markdown]
-# A lifted toe is not the whole answer. The verdict asks [seven questions](../verdict.md), each with a limit
-# that you can change:
+# A lifted toe is not the whole answer. [The verdict](../verdict.md) asks seven questions:
 
 # %%
 for answer in worn.verdict:

@@ -8,9 +8,8 @@
 # %% [markdown]
 # # My muscle, from a bench
 #
-# For whoever built or bought a muscle and has it on a bench. A table of hung loads becomes a law of force,
-# a recorded log becomes valve, volume and leak. Both are tested on data that the fit did not see, then
-# moved into a device.
+# For whoever has a muscle on a bench. A table of hung loads becomes a law of force, a recorded log becomes
+# valve, volume and leak. Both are tested on data that the fit did not see, then moved into a device.
 
 # %%
 import matplotlib.pyplot as plt
@@ -25,18 +24,16 @@ points = {"pressure [bar]": bar, "load [kg]": load, "change of length [cm]": sho
 about = {"total_length": "21.5 cm", "bore": "11.5 mm", "hanger": "0.1 kg"}
 found = afo.fit(points, law="tondu_lopez_2000_bladder", facts=about, hold_out="pressure")
 unseen = found.best.held_out["pressure"].rms
-print(f"error on the points: {100 * found.best.rms:.2f} cm; on pressures left out: {100 * unseen:.2f} cm")
-for name, value in found.parameters.items():
-    interval = found.intervals[name]
-    told = "95 %: {:.2g} to {:.2g}".format(*interval) if interval else "not determined by this table"
-    print(f"{name:18} {value:8.3g}  {told}")
+print(found)
+print(f"error on pressures that were left out: {100 * unseen:.2f} cm")
+for name, interval in found.intervals.items():
+    print(name, "95 %: {:.2g} to {:.2g} [SI]".format(*interval) if interval else "not determined")
 
 # %% [markdown]
-# Expect the second error at a pressure that you did not measure.
-#
-# Three of four parameters are *not determined*: others fit as well, if all move together. The curve is
-# known, a single parameter is not. **Do not** read a bladder's force off this fit, nor change one parameter
-# alone. [Fitting a muscle](../fit.md) says what to measure for more.
+# Expect the error of what was left out at a pressure that you did not measure. Three of four parameters are
+# *not determined*: others fit as well, if all move together. The curve is known, a single parameter is not.
+# **Do not** read a bladder's force off this fit, nor change one parameter alone. [Fitting a
+# muscle](../fit.md) says what to measure.
 #
 # Look at where the points end: at 30 N. In the grey part the lines are the law's alone.
 
@@ -55,11 +52,10 @@ plt.show()
 
 # %% [markdown]
 # ## A recorded log
-#
-# A log tells what a table at rest cannot: how fast air passes the valves. The muscle is held at a length;
-# the inlet is open until 1 s, the outlet from 1.2 s. **This log is no measurement**: the next cell makes it
-# with this program, from hidden values and noise. Put the path of [your CSV](../stand.md#a-measured-log) in
-# its place.
+# A log tells what a table at rest cannot: how fast air passes the valves. The muscle is held at a length,
+# filled until 1 s, vented from 1.2 s. **This log is no measurement**: the next cell makes it with this
+# program, from hidden values and noise. Put the path of [your CSV](../stand.md#a-measured-log) in its
+# place.
 
 # %%
 afo.register(afo.load("muscle", mine, {"name": "mine"}))
@@ -91,19 +87,18 @@ print("\n".join(fitted.lines))
 # %% alt="Pressure and force of the log left out: the prediction passes the dots, the guess does not"
 before, after = replay(held_out, bench=guess), replay(held_out, bench=guess | fitted.values)
 figure, panels = plt.subplots(1, 2, figsize=(8.0, 2.8), layout="constrained")
-for axes, name, scale in zip(panels, after.errors, (1e-5, 1.0), strict=True):
-    axes.plot(time, scale * after.log.columns[name], "k.", markersize=2, label="log, left out")
-    axes.plot(time, scale * after.predicted[name], label="predicted")
-    axes.plot(time, scale * before.predicted[name], "--", label="by the guess")
-panels[0].set(xlabel="time [s]", ylabel="gauge pressure [bar]")
-panels[1].set(xlabel="time [s]", ylabel="force [N]")
+for axes, name, unit in ((panels[0], "pressure", "Pa"), (panels[1], "force", "N")):
+    axes.plot(time, after.log.columns[name], "k.", markersize=2, label="log, left out")
+    axes.plot(time, after.predicted[name], label="predicted")
+    axes.plot(time, before.predicted[name], "--", label="by the guess")
+    axes.set(xlabel="time [s]", ylabel=f"{name} [{unit}]")
 panels[1].legend(loc="center right", fontsize=8)
 plt.show()
 print(*after.warnings)
 
 # %% [markdown]
 # The warning is the grey part of the first figure: this bench pulls harder than S1's loads did. As the
-# model made the log, the match shows that the fit works; only your own log can show that the model does.
+# model made the log, the match shows that the fit works; only your log can show that the model does.
 #
 # ## Into a device
 #
@@ -114,7 +109,7 @@ print(*after.warnings)
 muscle = {"orthosis.muscle.dorsiflexor.type": mine}
 chamber, value = "orthosis.chamber.dorsiflexor", fitted.values
 pair = {f"{chamber}.inlet.conductance": f"{value['conductance']} m^3/(s*Pa)"}
-pair |= {f"{chamber}.tube_volume": f"{value['tube_volume']} m^3"}
+pair[f"{chamber}.tube_volume"] = f"{value['tube_volume']} m^3"
 figure, axes = plt.subplots(figsize=(6.0, 2.8), layout="constrained")
 for name, sets in {"S1's own": {}, "my muscle": muscle, "my muscle and inlet": muscle | pair}.items():
     run = afo.run("seated", {"duration": "8 s", **sets})
@@ -124,5 +119,4 @@ axes.legend(loc="lower center")
 plt.show()
 
 # %% [markdown]
-# `s1_215mm` is fitted to both of S1's tables, `mine` to one of them. `afo-sim new muscle mine` writes a
-# muscle as a commented file: [your own device](../device.md) goes on from there.
+# `afo-sim new muscle mine` writes a muscle as a commented file for [your own device](../device.md).

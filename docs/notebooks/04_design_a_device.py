@@ -19,7 +19,6 @@ import numpy as np
 import afo_sim as afo
 
 print("muscles:", *afo.list("muscles"))
-print("valves: ", *afo.list("valves"))
 front = "orthosis.muscle.dorsiflexor"
 design = afo.load("scenario", "walk-dropfoot-afo").set(
     {
@@ -37,9 +36,9 @@ design = afo.load("scenario", "walk-dropfoot-afo").set(
 )
 
 # %% [markdown]
-# Draw it before you run it. The drawing is to scale, for the workshop: left the leg with the paths, right
-# what they do over the ankle angle. Marks behind numbers say whether they are published, derived or
-# assumed; the curves are as sure as the least sure of them, here the assumed cuff.
+# Draw it before you run it, to scale: left the leg with the paths, right what they do over the ankle angle.
+# Letters say which numbers are published, derived or assumed; the curves are as sure as the least sure, the
+# assumed cuff.
 
 # %% alt="The device on the leg to scale, and over the ankle angle contraction, length, moment arm and torque"
 drawing = afo.draw(design, "design.png")
@@ -73,8 +72,8 @@ plt.show()
 # %% [markdown]
 # ## Walk
 #
-# The verdict, and what the skin has to bear. **Area and friction of the cuff are assumed**: this finds a
-# device that is likely to hurt, never one that is safe to wear ([safety margins](../safety.md)).
+# **Area and friction of the cuff are assumed**: this finds a device that is likely to hurt, never one that
+# is safe to wear ([safety margins](../safety.md)).
 
 # %%
 run = afo.run(design)
@@ -84,11 +83,11 @@ for name in ("cuff_pull_along", "cuff_skin_pressure", "muscle_share_of_force", "
     print(f"{name:30} {run.metrics[name]}")
 
 # %% [markdown]
-# The lift is doubted for a reason that is easily overlooked: *by another law of its muscles it is 5.2 mm*.
-# Nobody has measured this piece of muscle; the choice of the formula decides. [Fit your
-# own](02_muscle_from_a_bench_log.md) before you rely on it.
+# The lift is doubted for a reason: *by another law of its muscles it is 5.2 mm*. Nobody measured this piece
+# of muscle; the formula decides. [Fit your own](02_muscle_from_a_bench_log.md) before you rely on it.
 #
-# What is the least pressure that lifts by 10 mm? The answer comes from runs:
+# What is the least pressure that lifts by 10 mm? From 3.9 bar on runs do, but a size suffices only where
+# the verdict does not doubt its lift, and the other law keeps all of them out:
 
 # %%
 print(afo.size("pressure", design, between=("3.4 bar", "4.2 bar"), threads=1).answer)
@@ -117,8 +116,8 @@ for name, sets in changes.items():
 
 # %% [markdown]
 # A shorter link lifts most, and is the trap: it holds the foot up as a strap does, at push-off as well, and
-# does so without air. Compare each design with itself **without air**. And the cuff, which nobody has
-# measured, matters as much as any part that you choose.
+# does so without air. Compare each design with itself **without air**. The cuff, which nobody has measured,
+# matters as much as any part.
 #
 # `afo.effects(design)` ranks [what to change first](../effects.md); a design as a file: [your own
 # device](../device.md).
