@@ -136,7 +136,7 @@ def new(new_one: _New) -> None:
     dimensions = common.picked(new_one, "bore", "braid_angle", "length", "end_length", "wall_thickness")
     braid = {key: text for key, text in dimensions.items() if text is not None}
     if braid and new_one.kind != "muscle":
-        problem = f"does not go with a new {new_one.kind}"
+        problem = f"is not an option of a new {new_one.kind}"
         raise InputError(problem, field=next(iter(braid)), allowed="a new muscle")
     where: Keywords = {"like": new_one.like, "uses": uses, "whole": new_one.whole}
     with common.progress("writing"):

@@ -15,7 +15,7 @@ class LengthForce(Described):
     slope: Annotated[float, Quantity("m^-1", above=0.0, at_most=1e4)]
     """Slope of the arctangent's argument by nominal length."""
     offset: Annotated[float, Quantity("m", at_least=0.0, at_most=0.5)]
-    """Nominal length at which no force would remain."""
+    """Nominal length at which no force would be left."""
     shortest: BraidLength
     """Shortest nominal length at which the effect was measured."""
     longest: BraidLength

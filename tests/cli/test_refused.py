@@ -50,7 +50,7 @@ REFUSED = [
     (f"{BANDS} 20 --spreads .", "--spreads"),
     ("run walk-dropfoot-afo --spreads usal", "--spreads = 'usal': goes with --uncertainty"),
     # an assessment
-    (f"{ASSESSED} seated --influence low", "nobody walks"),
+    (f"{ASSESSED} seated --influence low", "does not walk"),
     (f"{ASSESSED} walk-dropfoot --influence lo", "--influence = 'lo': is not a valid choice"),
     (f"{ASSESSED} walk-dropfoot --influence low --metric toe_clearence", "did you mean 'toe_clearance'"),
     (f"{ASSESSED} walk-dropfoot --influence low --context ' '", "--context: is empty"),

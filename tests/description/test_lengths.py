@@ -229,7 +229,7 @@ def test_any_length_on_the_stand(name: str, length: str) -> None:
     test = afo.stand("isobaric", name, sets={"total_length": length}, pressure=[f"{top} Pa"])
     peak = float(np.max(test.trials[0].curves[0]["force"]))
     assert peak == pytest.approx(muscle.force(top, contraction=0.0), rel=0.01)
-    with pytest.raises(InputError, match=r"bears \((published|assumed): .*allowed: "):
+    with pytest.raises(InputError, match=r"withstands \((published|assumed): .*allowed: "):
         afo.stand("isobaric", name, supply="9 bar")
 
 

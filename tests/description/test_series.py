@@ -92,7 +92,7 @@ def test_a_sweep_goes_from_rigid_over_stiffnesses() -> None:
         ({f"{SHANK}.stiffness": "-4 kN/m"}, f"{SHANK}.stiffness", "out of range"),
         ({f"{SHANK}.stiffness": "4 kN"}, f"{SHANK}.stiffness", "does not convert"),
         ({SHANK: {}}, f"{SHANK}.stiffness", "is missing"),
-        ({SHANK: {"damping": "1 N*s/m"}}, f"{SHANK}.damping", "without a stiffness"),
+        ({SHANK: {"damping": "1 N*s/m"}}, f"{SHANK}.damping", "needs a stiffness"),
         ({SHANK: {"stiffness": "4 kN/m", "stiffening": LAW}}, f"{SHANK}.stiffness", "conflicts with"),
         ({SHANK: {"stiffening": {"force": "33 N"}}}, f"{SHANK}.stiffening.length", "is missing"),
         ({SHANK: {"stiffening": LAW | {"length": "0 mm"}}}, f"{SHANK}.stiffening.length", "out of range"),

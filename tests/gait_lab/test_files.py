@@ -88,7 +88,7 @@ def test_forces_beside_joint_angles_count_if_there_are_no_others(
     assert trial.angles is not None and len(trial.plates) == 1
     trial = read_trial([file, folder / "grf.mot"])
     assert len(trial.plates) == 2
-    assert trial.remarks == ("ik.mot: its ground forces are not used, grf.mot has them",)
+    assert trial.remarks == ("ik.mot: its ground forces are not used, since grf.mot has them",)
 
 
 def test_a_table_of_csv_is_recognised_by_its_columns(tmp_path: pathlib.Path) -> None:
