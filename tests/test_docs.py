@@ -71,7 +71,7 @@ PASTED = (
     "--out = 'r1': holds a run of 'seated' with other values; allowed: --force, which replaces it",
     "a velocity is not a number, or is too large",
     "there is no display here to open the viewer on",
-    "a process was ended (exit code -9; out of memory?)",
+    "a process was killed (exit code -9; out of memory?)",
     "this is a bug in afo-sim (ValueError: math domain error)",
 )
 FOUND = 26  # of these at least: that many are to stand among the first three hits

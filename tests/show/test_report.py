@@ -457,10 +457,10 @@ def test_a_gait_that_has_vanished_is_told_once_and_the_report_is_whole(
     pathlib.Path("mine.csv").unlink()
     code, _, err = call(capsys, "report", "a", "b")
     assert code == 0
-    assert err.startswith("note: the gait file mine.csv is not there any more")
+    assert err.startswith("note: the gait file mine.csv no longer exists")
     assert err.count("\n") == 1
     text = pathlib.Path("a/report.html").read_text(encoding="utf-8")
-    assert Page(text).text.count("mine.csv is not there any more") == 1
+    assert Page(text).text.count("mine.csv no longer exists") == 1
     assert text.count("<svg role") == 6  # its curves are the recording's
 
 
