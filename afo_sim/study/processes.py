@@ -73,7 +73,7 @@ class Child:
         except Exception:  # whatever a pickle that ends too early raises
             if said == _CODE:
                 problem = f"a process was killed (exit code {self.process.wait()}; out of memory?)"
-                allowed = "fewer, or run the same command again; computed cases are kept"
+                allowed = "fewer processes, or run the same command again; computed cases are kept"
                 answers.put(InputError(problem, field="threads", allowed=allowed))
 
     def close(self) -> None:

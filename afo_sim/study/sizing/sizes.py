@@ -103,7 +103,7 @@ def requested(
     requirements = read_requirements(texts, chamber, [*orthosis.chamber], [*orthosis.volume])
     requirements = requirements or usual(description)
     if not requirements and not read.keys() & {"hours", "strides"}:
-        problem = "is needed: nobody walks here, and nothing states what the device is to reach"
+        problem = "is needed: this scenario does not walk, and nothing states what the device shall reach"
         raise InputError(problem, field="limit", allowed=f"a metric and a bound, such as {EXAMPLES}")
     return Request(kind, description, requirements, chamber, read)
 
