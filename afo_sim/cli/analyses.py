@@ -52,7 +52,7 @@ class _Sizing:
 @common.app.command("size")
 @common.one_group
 def size_command(sizing: _Sizing) -> None:
-    """Find the smallest component, or least pressure, that suffices. Or check whether 3 bar suffice."""
+    """Find the smallest component or pressure that suffices. Or check whether 3 bar suffice."""
     values = common.read_sets(sizing.sets)
     common.check_counts(sizing.threads, 0)
     options = common.picked(

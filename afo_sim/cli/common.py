@@ -24,7 +24,7 @@ _EPILOGUE = """Exit codes:
 1    a check, a published number or a replayed case differs; a size does not suffice
 2    invalid input, or a system error (disk, permission, memory)
 3    the simulation became unstable or its controller failed; rows up to then are written
-70   an error in this program; a report to send us is written
+70   an error in this program; a report that you can send is written
 130  stopped by Ctrl-C
 143  stopped by SIGTERM
 """

@@ -210,9 +210,9 @@ def draw(
     view: Annotated[str, Option(help='"design", or "air": schematic of the air path')] = "design",
     force: Annotated[bool, Option("--force", help="overwrite existing files")] = False,
 ) -> None:
-    """Draw an orthosis to scale, with what its muscles do over the joint angle.
+    """Draw an orthosis to scale, and its muscles over the angle.
 
-    With --view air a schematic of its air path, with the narrowest part on the way to each muscle.
+    With --view air: a schematic of its air path, with the narrowest part on the way to each muscle.
     """
     full = None if pressure is None else quantity("--pressure", pressure, "Pa", above=0.0, at_most=2e6)
     with progress("reading") as report:
@@ -268,7 +268,7 @@ def export_command(
     sets: Sets = None,
     force: Annotated[bool, Option("--force", help="overwrite existing files")] = False,
 ) -> None:
-    """Export a run (OpenSim, CSV, MATLAB) or a scenario (MuJoCo, C, FMI)."""
+    """Export a run or scenario to other programs. Runs: OpenSim, CSV, MATLAB; scenarios: MuJoCo, C, FMI."""
     hertz = None if rate is None else hertz_of(rate)
     if to is None and out is None:
         raise InputError("is needed", field="--to", allowed=_FORMATS.replace("|", ", "))

@@ -53,7 +53,7 @@ def run(
 ) -> None:
     """Simulate one scenario. By default: the seated solenoid-timer test.
 
-    A folder that holds a run of the very same description is replaced; another run is not, without --force.
+    A run of the same description in the output folder is replaced; any other run only with --force.
     """
     values = common.read_sets(sets)
     hertz = None if rate is None else common.hertz_of(rate)
