@@ -249,7 +249,7 @@ def both_command(
 
 
 def _print_both(legs: "Both", folder: Path, *, numbers: bool) -> None:
-    """Print two legs' runs: on a dozen lines what decides, or with `numbers` all that is known."""
+    """Print two legs' runs: a screen of what decides, or with `numbers` everything."""
     from afo_sim.show import in_brief
 
     names = {side: leg.described["name"] for side, leg in legs.legs.items()}
@@ -269,7 +269,7 @@ def _print_both(legs: "Both", folder: Path, *, numbers: bool) -> None:
 
 
 def _print_tables(legs: "Both", *, whole: bool) -> None:
-    """The air of both; as a `whole` also one side beside the other, and every number of either leg."""
+    """The air of both; as a `whole` also both sides compared, and every number of each leg."""
     from afo_sim.show import printed
 
     sides, air = ("right", "left", "both"), []
