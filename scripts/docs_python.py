@@ -47,7 +47,7 @@ def pages(tell: Callable[[str], None] = print) -> Iterator[tuple[str, str]]:
     yield "python", f"{INTRODUCTION}\n{table(('name', 'what it is'), rows)}"
     for topic in TOPICS:
         parts = [part for one, its in topics().items() if its == topic for part in entry(one)]
-        yield page_of(topic), "\n\n".join([f"# {topic}", *parts]) + "\n"
+        yield page_of(topic), "\n\n".join([f"# Python: {topic.lower()}", *parts]) + "\n"
 
 
 def page_of(topic: str) -> str:

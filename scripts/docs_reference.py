@@ -219,8 +219,10 @@ def notices() -> str:
         "your case; … are words that depend on it.",
     ]
     found: dict[str, str] = {}
-    for path in sorted(pathlib.Path(afo_sim.__file__).parent.rglob("*.py")):
-        tree = ast.parse(path.read_text(encoding="utf-8"))
+    sources = [
+        path.read_text(encoding="utf-8") for path in pathlib.Path(afo_sim.__file__).parent.rglob("*.py")
+    ]
+    for tree in (ast.parse(text) for text in sources if "Notice(" in text):
         known = _texts(tree.body, {})
         for scope in (*(each for each in ast.walk(tree) if isinstance(each, ast.FunctionDef)), tree):
             names = known if scope is tree else _texts(ast.walk(scope), known)

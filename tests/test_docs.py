@@ -2,6 +2,7 @@
 
 import functools
 import http.server
+import importlib.util
 import inspect
 import json
 import pathlib
@@ -19,6 +20,7 @@ from documents import PAGES, script
 import afo_sim
 from afo_sim.common import errors
 
+AXE = importlib.util.find_spec("axe_playwright_python")
 ROOT = pathlib.Path(__file__).parents[1]
 NOTEBOOKS = sorted((ROOT / "docs" / "notebooks").glob("*.py"))
 
@@ -176,6 +178,33 @@ def test_a_static_host_serves_the_site_and_its_search_below_a_path(
             server.shutdown()
     assert links[0].startswith(f"{address}supply.html")
     assert not [each for each in browser.requests if not each.startswith(address)]
+
+
+@nightly("the whole site is built, which takes 20 s")
+@pytest.mark.slow
+@pytest.mark.skipif(not (CHROMIUM and AXE), reason="no Chromium or axe-playwright-python here")
+@pytest.mark.parametrize("width", [400, 1280])  # of a telephone's and a desk's page [CSS pixel]
+def test_nothing_bars_a_reader(site: pathlib.Path, tmp_path: pathlib.Path, width: int) -> None:
+    """axe-core finds nothing on pages of each kind: first page, tutorial, reference, tables and code."""
+    assert AXE and AXE.origin
+    script = pathlib.Path(AXE.origin).with_name("axe.min.js").read_text(encoding="utf-8")
+    found, browser = {}, Browser(tmp_path)
+    try:
+        browser.resize(width)
+        for page in (
+            "index",
+            "tutorials/1_first_walk",
+            "reference/keys",
+            "reference/python_study",
+            "patients",
+        ):
+            browser.open((site / f"{page}.html").as_uri())
+            browser.run(f"{script}; 0")
+            told = "axe.run(document, { resultTypes: ['violations'] })"
+            found[page] = browser.run(f"{told}.then(({{ violations }}) => violations.map(each => each.id))")
+    finally:
+        browser.close()
+    assert not any(found.values()), found
 
 
 @pytest.fixture
