@@ -247,7 +247,8 @@ def nearest_key(
     path: Path, known: Iterable[Leaf], beside: Iterable[str] = (), root: object = None
 ) -> str | None:
     """The key that an unknown one most likely means, on whatever level."""
-    found = [(likeness(path[-1], name), 0.05, True, 0, name) for name in beside]
+    # one beside it that holds half its letters goes before the same word in another table
+    found = [(likeness(path[-1], name), 0.75, True, 0, name) for name in beside]
     for leaf in known:
         shared = sum(part in leaf.path for part in path[:-1])  # "orthosis.conductance" means an orthosis'
         there = holder(root, leaf.path) is not None

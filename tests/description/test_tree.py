@@ -87,6 +87,7 @@ def test_a_table_that_is_not_there_can_be_set(walk: Scenario) -> None:
         ({"supply.presure": "3 bar"}, "did you mean '.*pressure'"),
         ({"supply.pressure": "3 N"}, "newton"),
         ({"patient": "drop"}, "did you mean 'drop-foot'"),
+        ({"patient.mass": "72 kg"}, "did you mean 'body_mass'"),
         ({"orthosis.muscle.dorsiflexor.type.law": "sarosi"}, "sarosi"),
         ({"phases.dorsiflexor.inlet[7][0]": 0.1}, "no item"),
         ({"orthosis.muscle.dorsiflexor.type.bore": "30 cm"}, "out of range"),
