@@ -35,7 +35,7 @@ afo.figure(worn, kind="clearance")
 
 # %%
 for answer in worn.verdict:
-    print(f"{answer.question:27} {answer.word:9} {answer.brief or answer.text}")
+    print(f"{answer.word:9} {answer.question}\n   {answer.brief or answer.text}")
 
 # %% [markdown]
 # - `GOOD*` is good *as described*. S1 states no moment arms, cables or cuff: this project assumed them.
@@ -62,7 +62,7 @@ for pressure in ("2 bar", "3 bar", "4 bar"):
 
 # %%
 for claim in afo.paper("S1", numbers=[13, 19, 22]).claims:
-    print(f"{claim.number}: {claim.says}\n   {claim.outcome.upper()}")
+    print(f"{claim.number}: {claim.says.partition(';')[0]}\n   {claim.outcome.upper()}")
     for number in claim.numbers[:3]:
         print("     ", number)
 

@@ -26,7 +26,7 @@ from afo_sim.gait_lab import import_gait, read_options, ten_lines
 file = assets.folder("gait_data") / "drop_foot_made_up.c3d"  # yours: file = "walk.c3d"
 trial = import_gait([file], read_options({"walker": "patient"}))
 for what, found in ten_lines(trial):
-    print(textwrap.fill(f"{what:14} {found}", 104, subsequent_indent=15 * " "))
+    print(textwrap.fill(f"{what:14} {found}", 84, subsequent_indent=15 * " "))
 
 # %% [markdown]
 # The shipped file is **made up**: nobody's walk, with a drop foot who steps high. Read these lines for your
@@ -40,8 +40,8 @@ for what, found in ten_lines(trial):
 
 # %%
 for check in trial.checks:
-    print(f"{check.fault:28} {check.found:45} {check.verdict}")
-print(textwrap.fill(f"warning: {trial.warnings[0]}", 104))
+    print(f"{check.fault:28} {check.found:42} {check.verdict[:11]}")
+print(textwrap.fill(f"warning: {trial.warnings[0]}", 84))
 
 # %% [markdown]
 # The warning is what a clinician sees, too: the ankle hangs, and hip and knee make up for it. The figure
@@ -75,8 +75,8 @@ plt.show()
 write("my_walk.csv", cycle)
 run = afo.run("walk-dropfoot-afo", {"gait.cycle": "my_walk.csv", "duration": "4.9 s"})
 for answer in run.verdict:
-    told = f"{answer.question:26} {answer.word:9} {answer.brief or answer.text}"
-    print(textwrap.fill(told, 104, subsequent_indent=37 * " "))
+    told = f"{answer.word:9} {answer.question} {answer.brief or answer.text}"
+    print(textwrap.fill(told, 84, subsequent_indent=10 * " "))
 
 # %% [markdown]
 # The first answer is judged twice. As the patient walks, high steps already clear the floor, by 2 mm. With
@@ -102,7 +102,7 @@ for metric in ("toe_clearance", "torque_against_push_off", "air_per_stride"):
 
 # %%
 twice = afo.run(run.scenario, {"gait.walker": "healthy"})
-print(textwrap.fill(twice.warnings[0], 104))
+print(textwrap.fill(twice.warnings[0], 84))
 for name, each in (("patient", run), ("healthy", twice)):
     print(f"walker {name}: lands with its toes up by {each.metrics['foot_pitch_at_contact']}")
 

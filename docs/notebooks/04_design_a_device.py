@@ -13,16 +13,17 @@
 # S1's, with parts that can be bought.
 
 # %%
+import textwrap
+
 import matplotlib.pyplot as plt
 import numpy as np
 
 import afo_sim as afo
 
-print("muscles:", *afo.list("muscles"))
 front = "orthosis.muscle.dorsiflexor"
 design = afo.load("scenario", "walk-dropfoot-afo").set(
     {
-        f"{front}.type": "dmsp_10",  # a fluidic muscle, sold by the metre
+        f"{front}.type": "dmsp_10",  # a fluidic muscle, sold by the metre; others: afo.list("muscles")
         f"{front}.type.total_length": "21.5 cm",
         f"{front}.count": 2,
         f"{front}.origin.from_joint": ["6 cm", "0 cm", "30 cm"],  # forward, left, up of the ankle
@@ -43,10 +44,10 @@ design = afo.load("scenario", "walk-dropfoot-afo").set(
 # %% alt="The device on the leg to scale, and over the ankle angle contraction, length, moment arm and torque"
 drawing = afo.draw(design, "design.png")
 group = drawing.facts[0]
-print(f"moment arm {1000 * group.arm[group.at(0.0)]:.0f} mm at 0°", *drawing.warnings, sep="\n")
-page = plt.imread("design.png")
-figure = plt.figure(figsize=(7.0, 7.0 * page.shape[0] / page.shape[1]))
-figure.add_axes((0.0, 0.0, 1.0, 1.0)).imshow(page)
+print(f"moment arm {1000 * group.arm[group.at(0.0)]:.0f} mm at 0°")
+print(textwrap.fill(drawing.warnings[0], 84))
+plt.figure(figsize=(8.0, 5.6), layout="constrained")
+plt.imshow(plt.imread("design.png"))
 plt.axis("off")
 plt.show()
 
@@ -78,19 +79,19 @@ plt.show()
 # %%
 run = afo.run(design)
 for answer in run.verdict:
-    print(f"{answer.question:26} {answer.word:9} {answer.brief or answer.text}")
-for name in ("cuff_pull_along", "cuff_skin_pressure", "muscle_share_of_force", "muscle_share_of_contraction"):
-    print(f"{name:30} {run.metrics[name]}")
+    told = f"{answer.word:9} {answer.question} {answer.brief or answer.text}"
+    print(textwrap.fill(told, 84, subsequent_indent=10 * " "))
+print({name: run.metrics[name] for name in ("cuff_pull_along", "muscle_share_of_contraction")})
 
 # %% [markdown]
-# The lift is doubted for a reason: *by another law of its muscles it is 5.2 mm*. Nobody measured this piece
-# of muscle; the formula decides. [Fit your own](02_muscle_from_a_bench_log.md) before you rely on it.
+# The lift is doubted for a reason: *with another force law it is 5.2 mm*. Nobody measured this piece of
+# muscle, so the formula decides. [Fit your own](02_muscle_from_a_bench_log.md) before you rely on it.
 #
 # What is the least pressure that lifts by 10 mm? From 3.9 bar on runs do, but a size suffices only where
 # the verdict does not doubt its lift, and the other law keeps all of them out:
 
 # %%
-print(afo.size("pressure", design, between=("3.4 bar", "4.2 bar"), threads=1).answer)
+print(textwrap.fill(afo.size("pressure", design, between=("3.4 bar", "4.2 bar"), threads=1).answer, 84))
 
 # %% [markdown]
 # ## Change one thing
