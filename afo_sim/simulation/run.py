@@ -253,9 +253,9 @@ def unsettled_warning(settled: Settled) -> tuple[Notice, ...]:
         return ()
     if settled.found:
         text = (
-            "the air settles slowly: at least {strides:.0f} strides after a stop, {left:.0f} % of the change "
+            "the air settles slowly: it takes {strides:.0f} strides or more after a stop until {left:.0f} % "
         )
-        text += "still remains; the numbers are for the settled state"
+        text += "of the change remains; the numbers are for the settled state"
         strides = math.log(LEFT) / math.log(settled.slowest) if settled.slowest < 1.0 else math.inf
         return (Notice("air-settles-slowly", text, strides=strides, left=100.0 * LEFT),)
     text = "no repeating stride was found: after {strides} strides the air still changes by {air:.2g} % "
