@@ -271,7 +271,7 @@ def test_a_jump_beyond_the_range_of_motion_is_warned_of() -> None:
 def test_a_surface_that_is_never_touched_is_told() -> None:
     sets = {f"orthosis.{GROUP}.path": [roller("shank", -0.05, 0.1, 0.01)]}
     found = build(load("scenario", "seated", sets)).warnings
-    assert any("path[0] nowhere" in warning for warning in found)
+    assert any("never touches the surface path[0]" in warning for warning in found)
 
 
 def test_a_muscle_that_reaches_its_first_guide_is_told() -> None:

@@ -162,7 +162,7 @@ def test_a_muscle_that_nothing_stretches_takes_up_air_at_one_pressure() -> None:
 
 
 def test_a_pressure_above_the_supply_is_refused() -> None:
-    with pytest.raises(InputError, match=r"start\.dorsiflexor\.pressure.*above the supply"):
+    with pytest.raises(InputError, match=r"start\.dorsiflexor\.pressure.*exceeds the supply"):
         load("scenario", SHORT, begun(pressure="3 bar") | {"supply.pressure": "2 bar"})
 
 

@@ -282,7 +282,7 @@ def test_a_described_controller_does_not_go_on_with_a_reading_that_is_no_number(
         "drive.dorsiflexor.kind": "pwm",
     }
     run = afo_sim.run("seated", SHORT | sets)
-    assert "the controller reads sensor/air, and that is not a number" in run.status
+    assert "the controller reads sensor/air, which is not a number" in run.status
 
 
 SINE = {"amplitude": "3 deg", "frequency": "0.5 Hz"}

@@ -162,7 +162,7 @@ def test_an_ankle_through_its_stops_is_a_failure(monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr("afo_sim.simulation.simulate.PLAY", -0.4)  # as if a stop had let the ankle pass
     run = afo_sim.run("seated", {"duration": "4 s"})
     assert not run.ok
-    assert "gone through its stops" in run.status
+    assert "moved beyond its stops" in run.status
     assert 0 < len(run["time"]) < 2000
 
 

@@ -145,7 +145,7 @@ def test_a_source_that_runs_empty_within_the_run_is_told_with_what_the_numbers_a
     if name == WALK:
         assert run.verdict[-2].status == "bad" and "is empty after" in run.verdict[-2].text
         empty = "strides_without_air" in run.metrics
-        assert empty == ("empty source" in of) == ("This is of" in run.verdict[2].text)
+        assert empty == ("empty source" in of) == ("This is from" in run.verdict[2].text)
         if of == "the strides before":  # 2.98 s: the second stride alone has air and is none of the start
             assert run.metrics["air_per_stride"] == run.strides[1]["air_per_stride"]
 
