@@ -64,12 +64,12 @@ SCRIPT = """if (location.protocol === "file:") window.Worker = class {
     inside.document.body.append(script);
   }
 };
-// For a keyboard and a screen reader: a wide table scrolls, and a copy button is no landmark of a page.
+// For a keyboard and a screen reader: wide tables and code scroll, and a copy button is no landmark.
 new MutationObserver(() => {
   document.querySelectorAll(".md-code__nav").forEach(nav => nav.setAttribute("role", "none"));
-  document.querySelectorAll(".md-typeset__scrollwrap").forEach(
-    wrap => { if (wrap.scrollWidth > wrap.clientWidth) wrap.tabIndex = 0; });
-}).observe(document.documentElement, { childList: true, subtree: true });
+  for (const part of document.querySelectorAll(".md-typeset__scrollwrap, pre > code"))
+    if (part.scrollWidth > part.clientWidth && !part.hasAttribute("tabindex")) part.tabIndex = 0;
+}).observe(document.documentElement, { childList: true, subtree: true, attributeFilter: ["tabindex"] });
 """
 # Words that say nothing of what is asked: they part the words that the search ranks by and a page marks.
 FILLERS = (
