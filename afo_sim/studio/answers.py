@@ -143,8 +143,7 @@ class Answers:
 
     def state(self, design: Design) -> JsonDict:
         """Controls, anchors and timing, with the norm's band."""
-        healthy = norm.read()
-        band = {end: _rounded(np.degrees(healthy.at(f"ankle_{end}", PHASES))) for end in ("low", "high")}
+        band = {end: _rounded(np.degrees(norm.read().at(f"ankle_{end}", PHASES))) for end in ("low", "high")}
         scenario = design.scenario
         switched, table = scenario.timer or scenario.phases, "timer" if scenario.timer else "phases"
         anchors = {  # ends from the ankle, with the foot flat [mm]

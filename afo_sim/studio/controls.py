@@ -65,22 +65,22 @@ def idle(design: Design) -> dict[str, str]:
     scenario, orthosis = design.scenario, design.scenario.orthosis
     own = [f"patient.{key}" for key in NOT_OF_OWN_WALK]
     switched, begun = scenario.timer or scenario.phases, scenario.start.chambers if scenario.start else {}
-    chambers = switched.chambers if switched else {}
-    closed = [
-        f"orthosis.chamber.{name}.{side}"
-        for name in (orthosis.chamber if switched else ())
-        for side in ("inlet", "outlet")
-        if not getattr(chambers.get(name), side, ()) and (side == "outlet" or name not in begun)
-    ]
+    chambers, closed = switched.chambers if switched else {}, dict[str, str]()
+    for name in orthosis.chamber if switched and [*orthosis.switched] == [*orthosis.chamber] else ():
+        valve, times = f"orthosis.chamber.{name}", chambers.get(name)
+        if not getattr(times, "inlet", ()) and name not in begun:
+            shut = (f"{valve}.inlet", f"{valve}.outlet", f"phases.{name}.outlet", f"timer.{name}.outlet")
+            closed |= dict.fromkeys(shut, "nothing fills this chamber")
+        elif not getattr(times, "outlet", ()):
+            closed[f"{valve}.outlet"] = "never opened (Timing)"
     rules = (
         (not orthosis.muscle, ["device"], "Nothing is worn: open a scenario with a device."),
         (not orthosis.chamber, ["air", "timing"], "Nothing takes air."),
         (orthosis.chamber and not switched, ["timing"], "A controller switches the valves."),
         (walker_of(scenario) == "patient", own, "not applied: the walk is the patient's own, as recorded"),
         (orthosis.outsole and scenario.reference != "shoe", ["shoe"], "the device has a sole of its own"),
-        (True, closed, "never opened (Timing)"),
     )
-    return {key: why for holds, keys, why in rules if holds for key in keys}
+    return closed | {key: why for holds, keys, why in rules if holds for key in keys}
 
 
 def controls(design: Design) -> list[JsonDict]:

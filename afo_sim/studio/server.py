@@ -168,9 +168,8 @@ class Studio:
 
     async def _import(self, asked: JsonDict) -> None:
         files = [self.engine.folder / "trial" / pathlib.PurePath(str(name)).name for name in asked["files"]]
-        walker = str(asked.get("walker"))
-        where = str(asked.get("side", "right")), self.engine.folder
-        found = await asyncio.to_thread(imported, files, walker, *where)
+        whose = str(asked.get("walker")), str(asked.get("side", "right"))
+        found = await asyncio.to_thread(imported, files, *whose, self.engine.folder)
         self.document.change(found.pop("sets"))
         self._tell({"kind": "trial", "serial": self.serial, **found})
 

@@ -193,7 +193,8 @@ class Timing {
     this.word = value => (this.period ? `${value.toFixed(2)} s` : `${Math.round(100 * value)} %`);
   }
 
-  write({ timing, period }, toe_off, held) {
+  write({ timing, period, idle }, toe_off, held) {
+    this.idle = idle;
     if (Object.keys(timing).join() !== Object.keys(this.rows).join() || period !== this.period) {
       [this.period, this.length] = [period, period ?? 1];
       document.querySelector("#when").textContent = `When each valve is open, over the ${period ? "timer’s period" : "gait cycle"}. Drag an end, or move it with the arrow keys by 1 % of that, with Shift by 5 %.${period ? "" : " Swing is shaded."}`;
@@ -216,7 +217,9 @@ class Timing {
     const row = this.rows[key], same = row.intervals?.length === intervals.length;
     row.intervals = intervals;
     if (!same) this.build(key);
-    row.words.textContent = `${row.name}: ${intervals.map(([a, b]) => `${this.word(a).split(" ")[0]}–${this.word(b)}`).join(", ") || "shut"}`;
+    const why = this.idle[key];
+    row.element.inert = Boolean(why);
+    row.words.textContent = `${row.name}: ${why ? `${why}; ` : ""}${intervals.map(([a, b]) => `${this.word(a).split(" ")[0]}–${this.word(b)}`).join(", ") || "shut"}`;
     intervals.forEach((times, k) => {
       const [from, to] = times.map(value => value / this.length), bars = row.bars[k], parts = from <= to ? [[from, to], [0, 0]] : [[from, 1], [0, to]];
       parts.forEach(([a, b], n) => { bars.pieces[n].style.left = `${100 * a}%`; bars.pieces[n].style.width = `${100 * (b - a)}%`; });
