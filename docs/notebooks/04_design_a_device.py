@@ -87,11 +87,13 @@ print({name: run.metrics[name] for name in ("cuff_pull_along", "muscle_share_of_
 # The lift is doubted for a reason: *with another force law it is 5.2 mm*. Nobody measured this piece of
 # muscle, so the formula decides. [Fit your own](02_muscle_from_a_bench_log.md) before you rely on it.
 #
-# What is the least pressure that lifts by 10 mm? From 3.9 bar on runs do, but a size suffices only where
-# the verdict does not doubt its lift, and the other law keeps all of them out:
+# What is the least pressure that lifts the foot of a seated person to 5°? The same question about a walk
+# takes longer, and there a size suffices only where the verdict does not doubt it.
 
 # %%
-print(textwrap.fill(afo.size("pressure", design, between=("3.4 bar", "4.2 bar"), threads=1).answer, 84))
+seated = {"orthosis": design.orthosis, "duration": "4 s"}
+sizing = afo.size("pressure", "seated", seated, limits="peak_dorsiflexion_angle >= 5 deg", threads=1)
+print(textwrap.fill(sizing.answer, 84))
 
 # %% [markdown]
 # ## Change one thing
