@@ -97,4 +97,10 @@ axes.set(xlabel="time [s]", ylabel="ankle, dorsiflexion positive [°]")
 _ = axes.legend()
 
 # %% [markdown]
-# Blue: the timer of the scenario, to the same bits in both programs. Orange: the rule.
+# Blue: the scenario's timer, to the same bits in two programs. Orange: the rule fills until the foot has
+# passed 0°, and again when air has leaked or cooled.
+#
+# **Nothing is judged there**: no verdict, no muscle's limit, no warning. Run a design here first, and read
+# the notes above. A timer's rows end with the table: set all inputs that change, or export a longer run. The
+# libraries are of the platform that exports. For a spreadsheet `run.export("seated.csv", rate="100 Hz")`
+# writes rows; for Simulink `export(run, "seated.fmu", "fmu")` an FMU.
