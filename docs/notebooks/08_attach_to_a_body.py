@@ -27,15 +27,14 @@ LEG = """<body name="thigh_{side}" pos="0 {y} 0"> <geom fromto="0 0 0 0 0 -.42" 
     <body name="foot_{side}" pos="0 0 -.42"> <geom fromto="-.05 0 -.06 .18 0 -.06" size=".025" mass="1.1"/>
       <joint name="ankle_{side}" axis="0 -1 0" range="-50 30" damping=".5" stiffness="8" springref="-15"/>
     </body> </body> </body>"""
-MOTOR = '<position name="{joint}_{side}" joint="{joint}_{side}" kp="{kp}" kv="{kv}"/>'
+MOTORS = """<position name="hip_{side}" joint="hip_{side}" kp="400" kv="20"/>
+  <position name="knee_{side}" joint="knee_{side}" kp="200" kv="10"/>"""
 SIDES = {"right": -0.09, "left": 0.09}
 legs = "".join(LEG.format(side=side, y=y) for side, y in SIDES.items())
-gains = {"hip": (400, 20), "knee": (200, 10)}
-motors = [MOTOR.format(side=s, joint=j, kp=kp, kv=kv) for s in SIDES for j, (kp, kv) in gains.items()]
 BODY = f"""<mujoco> <option timestep="0.001"/>
   <default> <geom type="capsule" contype="0" conaffinity="0"/> </default>
   <worldbody> <body name="pelvis" pos="0 0 1"> {legs} </body> </worldbody>
-  <actuator> {"".join(motors)} </actuator> </mujoco>"""
+  <actuator> {"".join(MOTORS.format(side=side) for side in SIDES)} </actuator> </mujoco>"""
 
 # %% [markdown]
 # The pelvis hangs in a harness; masses are about a person's of 75 kg. The spring at the ankle (8 N·m/rad
@@ -94,9 +93,8 @@ def swing(stiffness):
                 data.actuator(f"knee_{side}").ctrl = np.radians(30 - 30 * np.sin(turn))
             worn.set_valves(data, dorsiflexor="inlet" if data.time / PERIOD % 1 > 0.5 else "outlet")
             mujoco.mj_step(worn.model, data)
-            ankles = [np.degrees(data.joint(f"ankle_{side}").qpos[0]) for side in SIDES]
-            torque = data.qfrc_actuator[joint.dofadr[0]]
-            rows.append([*ankles, torque, worn.pressure(data)["dorsiflexor"] / 1e5])
+            now = [np.degrees(data.joint(f"ankle_{side}").qpos[0]) for side in SIDES]
+            rows.append([*now, data.qfrc_actuator[joint.dofadr[0]], worn.pressure(data)["dorsiflexor"] / 1e5])
     return np.array(rows[-round(PERIOD / 0.001) :]), data
 
 
@@ -111,12 +109,12 @@ for first, count in zip(data.ten_wrapadr, data.ten_wrapnum, strict=True):
     picture.plot(points[:, 0], points[:, 2], "tab:red")
 picture.set(aspect="equal", xlabel="forward [m]", ylabel="up [m]")
 time = np.linspace(0, PERIOD, len(found))
-left.plot(time, found[:, :2], label=["right, worn", "left, bare"])
-left.set(xlabel="time [s]", ylabel="ankle, dorsiflexion positive [°]")
+left.plot(time, found[:, :2], label=["right ankle, worn [°]", "left ankle, bare [°]"])
 right.plot(time, found[:, 2:], label=["torque [N·m]", "pressure [bar]"])
-right.set(xlabel="time [s]", ylim=(0, 4.2))
-left.legend()
-right.legend()
+right.set(ylim=(0, 4.2))
+for axes in (left, right):
+    axes.set(xlabel="time [s]")
+    axes.legend(fontsize=8)
 for stiffness in (4.0, 8.0, 16.0):
     lift = -np.diff(swing(stiffness)[0][:, :2].mean(axis=0)).item()
     print(f"mean lift with a spring of {stiffness:4.0f} N·m/rad: {lift:.1f}°")

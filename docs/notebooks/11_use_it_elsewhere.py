@@ -98,7 +98,7 @@ _ = axes.legend()
 
 # %% [markdown]
 # Blue: the scenario's timer, to the same bits in two programs. Orange: the rule fills until the foot has
-# passed 0°, and again when air has leaked or cooled.
+# passed 0°, and again when it has sunk below it.
 #
 # **Nothing is judged there**: no verdict, no muscle's limit, no warning. Run a design here first, and read
 # the notes above. A timer's rows end with the table: set all inputs that change, or export a longer run. The
