@@ -19,6 +19,8 @@
 # s κ) − F0.
 
 # %%
+import textwrap
+
 import matplotlib.pyplot as plt
 import numpy as np
 
@@ -68,8 +70,9 @@ figure, axes = plt.subplots(figsize=(6.5, 3.2), layout="constrained")
 axes.plot([0, 4], [0, 4], "0.7")
 for (law, fit), mark in zip(fits.items(), "os^", strict=True):
     left_out = fit.fits[0].held_out["load"]
-    print(f"{law:25} {100 * left_out.rms:.2f} cm on loads left out; {fit}")
+    print(f"{law:25} {len(fit.parameters)} parameters, {100 * left_out.rms:.2f} cm on loads left out")
     axes.plot(lifted, lifted + 100 * np.ravel(fit.residuals), mark, alpha=0.6, label=law)
+print(fits["straight"])
 axes.set(xlabel="measured change of length [cm]", ylabel="by the law [cm]")
 _ = axes.legend()
 
@@ -92,7 +95,7 @@ for name, walk in walks.items():
     print(name, walk.metrics["toe_clearance"], walk.metrics["torque_against_push_off"], sep="  ")
 for answer in walks["straight"].verdict:
     print(f"{answer.word:9} {answer.question:26} {answer.brief}")
-print(*walks["straight"].warnings, sep="\n")
+print(*(textwrap.fill(warning, 95) for warning in walks["straight"].warnings), sep="\n")
 
 # %% [markdown]
 # Both laws lift the toe to 13 mm, and still no answer of the own one is GOOD: the program has no measurement
