@@ -199,7 +199,7 @@ def _draw_box(axis: Axes, scheme: AirScheme, name: str, box: Box) -> None:
     if name in scheme.nodes:
         look, style = look | {"facecolor": _NODE}, "round,pad=0,rounding_size=0.09"
     if name in chambers:  # the colour of its muscles in the design picture
-        look |= {"lw": WIDE, "edgecolor": COLOURS[(1 - chambers.index(name)) % len(COLOURS)]}
+        look |= {"lw": WIDE, "edgecolor": COLOURS[chambers.index(name) % len(COLOURS)]}
     if name in scheme.narrowest:
         look |= {"lw": WIDE, "edgecolor": ORANGE, "facecolor": _PALE}
     axis.add_patch(FancyBboxPatch((x - 0.5 * box.width, y - half), box.width, box.height, style, **look))

@@ -10,21 +10,9 @@ import numpy as np
 from afo_sim.common import check_writable, settle, together, write_text
 from afo_sim.description import Side
 from afo_sim.physics import LAWS
+from afo_sim.show import style as theme
 from afo_sim.show.panels import marked
-from afo_sim.show.style import (
-    BLUE,
-    COLOURS,
-    GREY,
-    LINE_STYLES,
-    MARKERS,
-    RED,
-    RUN_STYLES,
-    ZERO,
-    LineStyle,
-    new_figure,
-    paragraph,
-    plain,
-)
+from afo_sim.show.style import LINE_STYLES, MARKERS, LineStyle, plain
 from afo_sim.simulation import (
     ANGLE,
     MODEL,
@@ -38,8 +26,8 @@ from afo_sim.simulation import (
 )
 
 _FIGURE, _TABLE = "comparison", "differences.csv"
-_COLOUR: dict[Side, str] = {"right": BLUE, "left": RED}
-_STYLE: dict[Side, LineStyle] = {"right": "-", "left": RUN_STYLES[1]}
+_COLOUR: dict[Side, str] = {"right": theme.BLUE, "left": theme.RED}
+_STYLE: dict[Side, LineStyle] = {"right": "-", "left": theme.RUN_STYLES[1]}
 
 
 def write(runs: Mapping[str, Recording], folder: pathlib.Path, *, rrd: bool = True) -> list[pathlib.Path]:
@@ -74,13 +62,13 @@ def draw(runs: Mapping[str, Recording], path: pathlib.Path) -> None:
     """Draw angles, their differences, pressures and forces of all runs over time."""
     from matplotlib.lines import Line2D
 
-    with new_figure(path, (7.1, 7.4)) as figure:
+    with theme.new_figure(path, (7.1, 7.4)) as figure:
         name, first = next(iter(runs.items()))
-        colours = dict(zip(runs, itertools.cycle(COLOURS)))
+        colours = dict(zip(runs, itertools.cycle(theme.COLOURS)))
         axes = figure.subplots(4, 1, sharex=True, height_ratios=[1.3, 1.0, 1.0, 1.0])
         angle, difference = axes[:2]  # of each run, and from the first
         for axis in (angle, difference):
-            axis.axhline(0.0, color=ZERO, lw=0.6, zorder=1)
+            axis.axhline(0.0, color=theme.ZERO, lw=0.6, zorder=1)
         for number, (law, run) in enumerate(runs.items()):
             degrees = np.degrees(run[ANGLE])
             # where they coincide, the first shows through the gaps of the others
@@ -93,7 +81,7 @@ def draw(runs: Mapping[str, Recording], path: pathlib.Path) -> None:
         angle.set_ylabel(f"{plain(leg['ankle'])} angle [deg]\n{plain(leg['directions'][0])} +")
         difference.set_title(f"angle less that of {plain(name)}", loc="left")
         difference.set_ylabel("difference\n[deg]")
-        angle.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), handlelength=2.2)
+        angle.legend(**theme.BESIDE, handlelength=2.2)
         # a line per run and chamber, and per run and first muscle of a group
         kinds = (("chamber", "{}/pressure", 1e-5), ("muscle", "{}_1/force", 1.0))
         for axis, (kind, column, factor) in zip(axes[2:], kinds, strict=True):
@@ -104,19 +92,19 @@ def draw(runs: Mapping[str, Recording], path: pathlib.Path) -> None:
                     values = run[f"{kind}/{column.format(group)}"] * factor
                     axis.plot(run["time"], values, ls=style, color=colours[law], lw=1.0, **dots)
             handles = [Line2D([], [], color="0.3", ls=ls, label=plain(name)) for name, ls in styles.items()]
-            axis.legend(handles=handles, loc="center left", bbox_to_anchor=(1.0, 0.5), handlelength=2.2)
+            axis.legend(handles=handles, **theme.BESIDE, handlelength=2.2)
         axes[2].set_ylabel("gauge pressure\n[bar]")
         axes[3].set(ylabel="muscle force\n[N]", xlabel="time [s]")
         figure.align_ylabels(axes)
         told = [run.described["description"].split("; ") for run in runs.values()]
         common = (part for part in told[0] if all(part in each for each in told))  # not what was set for one
-        title = paragraph(f"{first.described['name']}: {'; '.join(common)}")
+        title = theme.paragraph(f"{first.described['name']}: {'; '.join(common)}")
         figure.suptitle(title, x=0.01, ha="left", fontsize=9.0)
 
 
 def draw_both(legs: Both, path: pathlib.Path) -> None:
     """Draw what two legs take from one source, over one cycle of the right one."""
-    with new_figure(path, (7.1, 2.9)) as figure:
+    with theme.new_figure(path, (7.1, 2.9)) as figure:
         axis = figure.subplots()
         percent, litres = 100.0 * np.append(legs.phase, 1.0), litres_a_minute(legs.legs)
         # a periodic curve has its first value again at its end
@@ -128,10 +116,10 @@ def draw_both(legs: Both, path: pathlib.Path) -> None:
         axis.axhline(mean, color="black", lw=0.8, ls="--", label=f"mean of both, {mean:.3g}")
         axis.set_ylabel("flow from the source\n[l/min ANR]")
         axis.set_ylim(bottom=0.0)
-        axis.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+        axis.legend(**theme.BESIDE)
         walks = bool(legs.right.described.get("gait"))
         if walks and legs.apart:
-            axis.axvline(100.0 * legs.apart, color=GREY, lw=0.6, ls=":", zorder=0)
+            axis.axvline(100.0 * legs.apart, color=theme.GREY, lw=0.6, ls=":", zorder=0)
         what = "stride of the right leg, from its heel strike" if walks else "timer's period"
         axis.set(xlabel=f"{what} [%]; 100 % = {legs.cycle:.3g} s", xlim=(0.0, 100.0))
         title = " and ".join(

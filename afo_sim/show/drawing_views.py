@@ -200,7 +200,7 @@ class _Scale:
 
 def colours(design: Design) -> dict[str, str]:
     """A colour for every group of alike muscles, by its name."""
-    return {entry.name: COLOURS[(1 - k) % len(COLOURS)] for k, entry in enumerate(design.facts)}
+    return {entry.name: COLOURS[k % len(COLOURS)] for k, entry in enumerate(design.facts)}
 
 
 def scale_of(design: Design, box: Box) -> _Scale:

@@ -13,7 +13,8 @@ from afo_sim.gait.file import read
 from afo_sim.gait.toe_extension import toe_extension
 from afo_sim.gait_lab import Imported, taken_words
 from afo_sim.show import gait_panels
-from afo_sim.show.style import BLUE, NORM, RED, ZERO, Axes, new_figure, paragraph, plain
+from afo_sim.show import style as theme
+from afo_sim.show.style import BLUE, RED, Axes
 
 _POSES = 11  # of the leg in a stride: every 10 %
 _WARNED = 3  # warnings that stand on the page
@@ -35,7 +36,7 @@ def draw_gait(cycle: GaitCycle, path: pathlib.Path, imported: Imported | None = 
     table = _ROW * (sum(max(cell.count("\n") + 1 for cell in row) for row in cells) + 2)
     height = 9.0 if imported is None else 11.5 + table
     height += _SMALL * 1.35 / 72.0 * _warned(cycle.warnings).count("\n")
-    with new_figure(path, (7.1, height)) as figure:
+    with theme.new_figure(path, (7.1, height)) as figure:
         alone = imported is None
         rows = [["shank", "ankle"], ["knee", "moment"], ["force", "pressure"]]
         if imported is None:
@@ -57,20 +58,26 @@ def draw_gait(cycle: GaitCycle, path: pathlib.Path, imported: Imported | None = 
         force, percent = axes["force"], 100.0 * cycle.phase
         _over_stride(force, cycle, "ground on foot\n[body weights]")
         force.plot(percent, cycle.grf_z, color=_PLANTAR, label="up")
-        force.plot(percent, cycle.grf_x, color=_DORSAL, label="forward")
-        force.legend(loc="upper right")
+        force.plot(percent, cycle.grf_x, color=_DORSAL, ls=theme.RUN_STYLES[1], label="forward")
+        theme.legend_on_top(force, 2)
         if alone:
             pressure = axes["pressure"]
             _over_stride(pressure, cycle, "[cm]")
-            pressure.plot(percent, 100.0 * cycle.cop_x, color=_DORSAL, label="pressure ahead of ankle")
+            pressure.plot(
+                percent,
+                100.0 * cycle.cop_x,
+                color=_DORSAL,
+                ls=theme.RUN_STYLES[1],
+                label="pressure ahead of ankle",
+            )
             pressure.plot(percent, 100.0 * cycle.ankle_z, color=_PLANTAR, label="ankle above floor")
-            pressure.set_ylim(top=1.5 * pressure.get_ylim()[1])
-            pressure.legend(loc="upper left")
+            for panel in (pressure, axes["knee"], axes["ankle"]):
+                theme.legend_on_top(panel, 2)
         leg = f"mean {cycle.notes['mean']}" if "mean" in cycle.notes else f"{cycle.side} leg"
         words = leg if imported is None else taken_words(imported)
         facts = f"{cycle.body_mass:.3g} kg, {cycle.walking_speed:.2f} m/s, stride {cycle.stride_time:.2f} s, "
         facts += f"stance {100 * stance(cycle):.0f} %"
-        figure.suptitle(paragraph(cycle.source, words, facts), x=0.01, ha="left", fontsize=9.0)
+        figure.suptitle(theme.paragraph(cycle.source, words, facts), x=0.01, ha="left", fontsize=9.0)
         if cycle.warnings:
             figure.supxlabel(_warned(cycle.warnings), x=0.01, ha="left", fontsize=_SMALL, color=_DORSAL)
 
@@ -82,7 +89,7 @@ def _warned(warnings: Sequence[str]) -> str:
         lines += textwrap.wrap(f"– {short}", _SMALL_LINE, subsequent_indent="   ")
     if len(warnings) > _WARNED:
         lines.append(f"– {len(warnings) - _WARNED} more in the CSV's header")
-    return "\n".join(plain(line, None) for line in lines)
+    return "\n".join(theme.plain(line, None) for line in lines)
 
 
 def _leg(axis: Axes, cycle: GaitCycle, ends: tuple[float, float], alone: bool) -> None:
@@ -131,7 +138,7 @@ def _angles(axes: dict[str, Axes], cycle: GaitCycle, alone: bool) -> None:
     _over_stride(axes["knee"], cycle, "knee angle [deg]\nflexion +")
     _over_stride(axes["ankle"], cycle, "ankle angle [deg]\ndorsiflexion +")
     low, high = (np.degrees(norm.at(n, fine)) for n in ("ankle_low", "ankle_high"))
-    axes["ankle"].fill_between(100 * fine, low, high, color=NORM, lw=0.0, label="published means")
+    axes["ankle"].fill_between(100 * fine, low, high, color=theme.NORM, lw=0.0, label="published means")
     knee = np.degrees(norm.at("knee_angle", fine))
     axes["knee"].plot(100 * fine, knee, color="0.75", lw=3.0, label="a published mean")
     closing, strides = closing_errors(cycle), _strides(cycle) if alone else []
@@ -145,9 +152,6 @@ def _angles(axes: dict[str, Axes], cycle: GaitCycle, alone: bool) -> None:
         axes[name].plot(100 * fine, series, color="black", lw=0.8, ls="--", label="Fourier series")
         error = round(closing[f"{field}_deg"], 2) + 0.0  # no "-0.00"
         axes[name].set_title(f"closing error {error:+.2f} deg", loc="right", fontsize=8.0)
-    if alone:
-        axes["ankle"].legend(loc="lower left")
-        axes["knee"].legend(loc="upper left")
 
 
 def _strides(cycle: GaitCycle) -> list[GaitCycle]:
@@ -163,7 +167,11 @@ def _moment(axis: Axes, cycle: GaitCycle, imported: Imported | None) -> None:
         axis.yaxis.label.set_size(8.0)  # its panel is lower
     norm, fine = gait_norm.read(), np.linspace(0.0, 1.0, 401)
     low, high = (-norm.at(name, fine) for name in ("moment_high", "moment_low"))
-    look = {"color": NORM, "lw": 1.5, "label": "published means" if alone else None}  # two means, often alike
+    look = {
+        "color": theme.NORM,
+        "lw": 1.5,
+        "label": "published means" if alone else None,
+    }  # two means, often alike
     axis.fill_between(100.0 * fine, low, high, **look)
     for stride in _strides(cycle) if alone else []:
         axis.plot(100.0 * stride.phase, -stride.ankle_moment, **_STRIDE)
@@ -172,12 +180,11 @@ def _moment(axis: Axes, cycle: GaitCycle, imported: Imported | None) -> None:
     if imported is not None and imported.reference is not None:
         look = {"color": _DORSAL, "lw": 1.6, "ls": ":", "zorder": 3}
         axis.plot(percent, -imported.reference, label="reference", **look)
-    axis.set_ylim(top=1.6 * axis.get_ylim()[1])  # room for the legend above the push-off
-    axis.legend(loc="upper left")
+    theme.legend_on_top(axis, 2)
 
 
 def _over_stride(axis: Axes, cycle: GaitCycle, label: str) -> None:
-    axis.axhline(0.0, color=ZERO, lw=0.6, zorder=1)
+    axis.axhline(0.0, color=theme.ZERO, lw=0.6, zorder=1)
     axis.axvline(100.0 * stance(cycle), color="0.75", lw=0.6, ls=":", zorder=1)
     axis.axvspan(100.0 * cycle.flat.start, 100.0 * cycle.flat.end, color="0.96", lw=0.0, zorder=0)
     axis.set(xlim=(0.0, 100.0), xlabel="stride [%]", ylabel=label)

@@ -8,11 +8,11 @@ from afo_sim.common import Foreign, JsonDict, Keywords
 from afo_sim.gait import USUAL, GaitCycle, stance
 from afo_sim.gait_lab import Check, Imported, direction
 from afo_sim.gait_lab.trial.strides import RecordedStride
-from afo_sim.show.style import BLUE, LINE, NORM, RED, SKY, Axes, Figure, plain, wrapped
+from afo_sim.show.style import BLUE, LINE, NORM, RED, VIOLET, Axes, Figure, plain, wrapped
 
 _DASHES = (0, (4, 2))  # of the other side's
 # Of a standard deviation.
-_BAND: Keywords = {"facecolor": "none", "edgecolor": SKY, "hatch": "//////", "lw": 0.4}
+_BAND: Keywords = {"facecolor": "none", "edgecolor": VIOLET, "hatch": "//////", "lw": 0.4}
 _TOES = 0.06  # ahead of a toe point, for the drawing only [m]
 _DEGREES = 180.0 / np.pi
 _SIGNALS = (  # panel, field of GaitCycle, scale of the axis' unit

@@ -1,6 +1,5 @@
 """Results as a notebook shows them: on one short page the answer, a picture, tables and remarks."""
 
-import base64
 import pathlib
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -15,6 +14,7 @@ from afo_sim.description.scenario_text import reference
 from afo_sim.metrics import closing, in_short
 from afo_sim.show import bands, drawing, effects
 from afo_sim.show import verdict_texts as verdict
+from afo_sim.show.in_words import image
 from afo_sim.show.numbers import decisive, known
 from afo_sim.show.run_figure import draw_in_short
 from afo_sim.simulation import answers_of
@@ -72,9 +72,9 @@ def _picture(draw: _Draw) -> str:
             draw(pathlib.Path(folder) / "figure.png")
         except (InputError, ModuleNotFoundError) as error:
             return f"<div>no picture: {escape(str(missing_extra(error) or error))}</div>"
-        data = next(pathlib.Path(folder).glob("*.png")).read_bytes()
-    width, text = int.from_bytes(data[16:20]) // 2, base64.b64encode(data).decode()  # of a PNG's header
-    return f'<img style="display:block;background:white;width:{width}px" src="data:image/png;base64,{text}">'
+        file = next(pathlib.Path(folder).glob("*.png"))
+        width = int.from_bytes(file.read_bytes()[16:20]) // 2  # of a PNG's header
+        return image(file, f"display:block;background:white;width:{width}px")
 
 
 def _recording(run: _Result) -> _Parts:

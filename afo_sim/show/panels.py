@@ -8,25 +8,9 @@ import numpy as np
 from afo_sim.common import JsonDict, parse_quantity
 from afo_sim.description import WORN
 from afo_sim.gait import norm as gait_norm
+from afo_sim.show import style as theme
 from afo_sim.show.run_view import PERCENT, PHASE, SET_PRESSURE, Over, RunView
-from afo_sim.show.style import (
-    BLUE,
-    COLOURS,
-    GREY,
-    LINE_STYLES,
-    MOMENT_STYLES,
-    MOMENTS,
-    MOUNTINGS,
-    NORM,
-    ORANGE,
-    SOLE,
-    STANCE,
-    ZERO,
-    Axes,
-    Figure,
-    LineStyle,
-    plain,
-)
+from afo_sim.show.style import Axes, Figure, LineStyle
 
 _MARKER_EVERY = 0.13  # of the axis' diagonal, from marker to marker
 _UNKNOWN = "uncertainty"
@@ -37,6 +21,7 @@ NORM_LABEL = "norm: published means"
 _COINCIDENCE = 1e-3  # of the largest value: curves nearer than this are drawn as one
 _STILL = 1e-6  # range below which an angle is no motion [deg]
 _LEAST_SPAN = 0.1  # that an axis of angles shows [deg]
+_STANCE = "stance"  # of the recorded foot, told once in a figure
 _SETTLED = "settled"  # beside the line at which settled strides begin
 _REFERENCE = "controller/reference"
 _OF_WALKING = ("biological", "ground", "frame")  # moments that are left out elsewhere, where they are zero
@@ -45,8 +30,8 @@ _THIN = 0.75  # of the lines of volumes beside chambers
 _VALVE_END = (0, (4, 1.5))  # of the line of a tube's other end, in its chamber's colour
 _NETWORK = ("volume/", "store/", "restriction/")  # begin the columns of an air path
 FLOWS = {  # of an orthosis' air: name, colour, style
-    "supply/mass_flow": ("from the supply", BLUE, "-"),
-    "exhaust/mass_flow": ("to the ambient air", ORANGE, (0, (3, 1))),
+    "supply/mass_flow": ("from the supply", theme.BLUE, "-"),
+    "exhaust/mass_flow": ("to the ambient air", theme.ORANGE, (0, (3, 1))),
 }
 _ALIKE = 1e-3  # of the set pressure: a supply that stays this near to it is drawn once
 PER_MINUTE = 6e4  # l/min in a m³/s
@@ -98,20 +83,20 @@ def unknown_band(
 def angle(axis: Axes, runs: Sequence[RunView], over: Over = "time") -> None:
     """Ankle angle, with the recorded one in walking, the norm's band over the cycle."""
     first = runs[0]
-    axis.axhline(0.0, color=ZERO, lw=0.6, zorder=1)
+    axis.axhline(0.0, color=theme.ZERO, lw=0.6, zorder=1)
     if over == "cycle":
         low, high = (np.degrees(gait_norm.read().at(f"ankle_{end}", PHASE)) for end in ("low", "high"))
-        axis.fill_between(PERCENT, low, high, color=NORM, lw=0.0, zorder=0, label=NORM_LABEL)
+        axis.fill_between(PERCENT, low, high, color=theme.NORM, lw=0.0, zorder=0, label=NORM_LABEL)
     for run in runs:
         x, values = run.curves("ankle/angle", over)
-        mean_and_spread(axis, np.degrees(values), run.colour, run.name, x, run.style)
+        mean_and_spread(axis, np.degrees(values), run.colour, run.name or "simulated", x, run.style)
         if over == "cycle":
             unknown_band(axis, run, "ankle/angle", 180.0 / np.pi)
     if first.walks and (over == "cycle" or len(runs) == 1):
         x, values = first.curves("gait/ankle_angle", over)
         axis.plot(x, np.degrees(values.mean(axis=0)), **HEALTHY, label=first.recorded)
     if over == "time" and len(runs) == 1 and _REFERENCE in first.recording.columns:
-        look = {"where": "post", "color": GREY, "lw": 0.8, "ls": ":", "label": "asked for"}
+        look = {"where": "post", "color": theme.GREY, "lw": 0.8, "ls": ":", "label": "asked for"}
         axis.step(first.recording["time"], np.degrees(first.recording[_REFERENCE]), **look)
     signs = "plantarflexion –  |  + dorsiflexion" if over == "cycle" else f"{first.positive} +"
     axis.set_ylabel(f"{first.joint} angle [deg]\n{signs}")
@@ -133,17 +118,17 @@ def angle(axis: Axes, runs: Sequence[RunView], over: Over = "time") -> None:
 def moments(axis: Axes, runs: Sequence[RunView]) -> None:
     """Moments about the joint over time: of one run all of them, of several the orthosis'."""
     first = runs[0]
-    axis.axhline(0.0, color=ZERO, lw=0.6, zorder=1)
+    axis.axhline(0.0, color=theme.ZERO, lw=0.6, zorder=1)
     single = len(runs) == 1
     for run in runs:
-        for name, colour in MOMENTS.items() if single else [("orthosis", run.colour)]:
+        for name, colour in theme.MOMENTS.items() if single else [("orthosis", run.colour)]:
             absent = name == "orthosis" and not run.has_orthosis
             if absent or f"ankle/moment/{name}" not in run.recording.columns:
                 continue
             time, values = run.curves(f"ankle/moment/{name}", "time")
             if name in _OF_WALKING and not run.walks and not values.any():
                 continue
-            style = MOMENT_STYLES.get(name, "-") if single else run.style
+            style = theme.MOMENT_STYLES.get(name, "-") if single else run.style
             mean_and_spread(axis, values, colour, name if single else run.name, time, style)
     axis.set_ylabel(f"{first.joint} moment [N·m]\n{first.positive} +")
     if single:
@@ -154,11 +139,11 @@ def sole(axis: Axes, runs: Sequence[RunView]) -> None:
     """Heights of toe and ball over time, and the same foot's at the recorded ankle angle."""
     run = runs[0]
     time = run.recording["time"]
-    axis.axhline(0.0, color=ZERO, lw=0.6, zorder=1)
-    for name, colour in SOLE.items():
-        axis.plot(time, 1e3 * run.recording[f"gait/{name}_height"], color=colour, ls="--", lw=0.8)
-        mean_and_spread(axis, 1e3 * run.recording[f"{name}/height"][None, :], colour, name, time)
-    axis.plot([], [], color=GREY, ls="--", lw=0.8, label=run.recorded)
+    axis.axhline(0.0, color=theme.ZERO, lw=0.6, zorder=1)
+    for (name, colour), style in zip(theme.SOLE.items(), theme.LINE_STYLES, strict=False):
+        axis.plot(time, 1e3 * run.recording[f"gait/{name}_height"], color=colour, ls=":", lw=0.8)
+        mean_and_spread(axis, 1e3 * run.recording[f"{name}/height"][None, :], colour, name, time, style)
+    axis.plot([], [], color=theme.GREY, ls=":", lw=0.8, label=run.recorded)
     axis.set_ylabel("height of the sole\nabove the floor [mm]")
     shade_stance(axis, run)
 
@@ -170,16 +155,18 @@ def pressures(axis: Axes, runs: Sequence[RunView], over: Over = "time") -> None:
     # what the supply is set to, where it does not hold it
     if wanted is not None and np.abs(wanted - had).max(initial=0.0) > _ALIKE * np.abs(wanted).max(initial=0):
         x, values = run.curves(SET_PRESSURE, over)
-        axis.plot(x, 1e-5 * values.mean(axis=0), color=GREY, lw=_THIN, ls=":", label="supply, set")
+        axis.plot(x, 1e-5 * values.mean(axis=0), color=theme.GREY, lw=_THIN, ls=":", label="supply, set")
     x, supply = run.curves("supply/pressure", over)
-    axis.plot(x, 1e-5 * supply.mean(axis=0), color=GREY, lw=0.8, ls="--", label="supply")
+    axis.plot(x, 1e-5 * supply.mean(axis=0), color=theme.GREY, lw=0.8, ls="--", label="supply")
     for name in run.chambers:
         x, values = run.curves(f"chamber/{name}/pressure", over)
-        mean_and_spread(axis, 1e-5 * values, run.colours[name], plain(name), x, marker=run.markers[name])
+        mean_and_spread(
+            axis, 1e-5 * values, run.colours[name], theme.plain(name), x, marker=run.markers[name]
+        )
         if over == "cycle":
             unknown_band(axis, run, f"chamber/{name}/pressure", 1e-5, run.colours[name])
         elif np.isfinite(target := run.recording.columns.get(f"chamber/{name}/target", np.empty(0))).any():
-            time, label = run.recording["time"], f"{plain(name)}, asked for"
+            time, label = run.recording["time"], f"{theme.plain(name)}, asked for"
             axis.step(time, 1e-5 * target, color=run.colours[name], lw=0.8, ls=":", where="post", label=label)
     volumes(axis, run, over)
     axis.set_ylabel("gauge pressure\n[bar]")
@@ -194,11 +181,11 @@ def valves(axis: Axes, runs: Sequence[RunView], over: Over = "time") -> None:
         x, opening = run.curves(f"valve/{valve}/opening", over)
         mean = opening.mean(axis=0)
         corners = np.unique(np.r_[0, np.flatnonzero(np.diff(mean)) + 1, len(mean) - 1])
-        shut, look = lane + 0.4, {"color": run.colours.get(chamber, GREY), "alpha": alpha, "lw": 0.0}
+        shut, look = lane + 0.4, {"color": run.colours.get(chamber, theme.GREY), "alpha": alpha, "lw": 0.0}
         axis.fill_between(x[corners], shut, shut - 0.8 * mean[corners], step="post", **look)
     axis.set_ylim(len(lanes) - 0.5, -0.5)
     names = [f"{c} {valve.removeprefix(f'{c}_')}" if c else valve for valve, c, _ in lanes]
-    axis.set_yticks(range(len(lanes)), [plain(name) for name in names], fontsize=8.0)
+    axis.set_yticks(range(len(lanes)), [theme.plain(name) for name in names], fontsize=8.0)
     axis.tick_params(axis="y", length=0.0)
     axis.set_ylabel("valves\nopen")
 
@@ -216,13 +203,13 @@ def forces(axis: Axes, runs: Sequence[RunView], over: Over = "time") -> None:
 
 def group_curves(run: RunView, group: str, *quantities: str) -> list[tuple[str, str, str]]:
     """[(label, muscle, line style)] to draw: one for the whole group where its muscles coincide."""
-    count, name = run.recording.described["orthosis"]["muscle"][group]["count"], plain(group)
+    count, name = run.recording.described["orthosis"]["muscle"][group]["count"], theme.plain(group)
     muscles = [f"{group}_{k}" for k in range(1, count + 1)]
     for quantity in quantities:
         values = np.array([run.recording[f"muscle/{muscle}/{quantity}"] for muscle in muscles])
         if np.ptp(values, axis=0).max() > _COINCIDENCE * np.abs(values).max():
             labels = [f"{name} {k}" for k in range(1, count + 1)]
-            return list(zip(labels, muscles, itertools.cycle(LINE_STYLES)))
+            return list(zip(labels, muscles, itertools.cycle(theme.LINE_STYLES)))
     return [(name if count == 1 else f"{name} 1–{count}", muscles[0], "-")]
 
 
@@ -230,15 +217,17 @@ def shade_stance(axis: Axes, run: RunView, over: Over = "time") -> None:
     """A background band over the recorded stance; none without walking."""
     if not run.walks or over != "time":
         return
-    stands = np.r_[False, run.stands, False]
+    stands, others = np.r_[False, run.stands, False], axis.figure.axes
+    label = None if _STANCE in keys(others) else _STANCE
     time = np.r_[run.recording["time"], run.recording["time"][-1]]
     for start, end in np.flatnonzero(stands[1:] != stands[:-1]).reshape(-1, 2):
-        axis.axvspan(time[start], time[end], color=STANCE, alpha=0.10, lw=0.0, zorder=-1)
+        axis.axvspan(time[start], time[end], color=theme.STANCE, alpha=0.10, lw=0.0, zorder=-1, label=label)
+        label = None
     if run.first_solved is None:
         return
     whole, begins = axis.get_xaxis_transform(), time[run.first_solved]
     axis.vlines(begins, 0.0, 1.0, transform=whole, color="0.4", lw=0.6, zorder=1)
-    if any(text.get_text() == _SETTLED for other in axis.figure.axes for text in other.texts):
+    if any(text.get_text() == _SETTLED for other in others for text in other.texts):
         return
     look = {"ha": "left", "va": "bottom", "rotation": 90, "fontsize": 8.0, "color": "0.3"}
     look |= {"zorder": 6, "bbox": {"facecolor": "white", "alpha": 0.85, "lw": 0.0, "pad": 0.6}}
@@ -262,21 +251,24 @@ def share_scale(axes: Sequence[Axes]) -> None:
 
 
 def legend(figure: Figure, axes: Iterable[Axes], columns: int = 3) -> None:
-    """One legend above all panels, each name once."""
-    found = keys(axes)
-    if found:
-        figure.legend(list(found.values()), list(found), loc="outside upper left", ncols=columns)
+    """One legend above all panels, or below those of a title, in as many columns as there is room for."""
+    found, side = keys(axes), "lower" if figure.get_suptitle() else "upper"
+    for count in range(columns, 0, -1) if found else ():
+        drawn = figure.legend(list(found.values()), list(found), loc=f"outside {side} left", ncols=count)
+        if count == 1 or drawn.get_window_extent().width <= figure.bbox.width:
+            return
+        drawn.remove()
 
 
 def volumes(axis: Axes, run: RunView, over: Over) -> None:
     """Pressure in each volume of a run's air path, in thin lines."""
-    free = COLOURS[len(run.colours) :] or COLOURS
-    looks = itertools.cycle(zip(free, itertools.cycle(LINE_STYLES[1:]), strict=False))
+    free = theme.COLOURS[len(run.colours) :] or theme.COLOURS
+    looks = itertools.cycle(zip(free, itertools.cycle(theme.LINE_STYLES[1:]), strict=False))
     for name, label in run.volumes.items():
         chamber = next((each for each in run.chambers if label.startswith(f"{each}, ")), None)
         colour, style = (run.colours[chamber], _VALVE_END) if chamber else next(looks)
         x, values = run.curves(f"volume/{name}/pressure", over)
-        look = {"color": colour, "ls": style, "lw": _THIN, "label": plain(label), "zorder": 4}
+        look = {"color": colour, "ls": style, "lw": _THIN, "label": theme.plain(label), "zorder": 4}
         axis.plot(x, 1e-5 * values.mean(axis=0), **look)
 
 
@@ -318,7 +310,7 @@ def source(axis: Axes, run: RunView, quantity: str) -> None:
 def contractions(axis: Axes, runs: Sequence[RunView], over: Over = "time") -> None:
     """Own contraction of each muscle of a run, dotted where it is slack; thin, that of its path."""
     run = runs[0]
-    axis.axhline(0.0, color=ZERO, lw=0.6, zorder=1)
+    axis.axhline(0.0, color=theme.ZERO, lw=0.6, zorder=1)
     for group in run.groups:
         colour = run.colours[group]
         for label, muscle, _ in group_curves(run, group, "contraction", "path_length"):
@@ -365,7 +357,7 @@ def pulls(axis: Axes, runs: Sequence[RunView], over: Over = "time") -> None:
 
 
 def _mountings(axis: Axes, run: RunView, over: Over, quantity: str, factor: float) -> None:
-    for anchor, style in zip(run.anchors, itertools.cycle(LINE_STYLES)):
+    for anchor, style in zip(run.anchors, itertools.cycle(theme.LINE_STYLES)):
         x, values = run.curves(f"cuff/{anchor}/{quantity}", over)
-        mean_and_spread(axis, factor * values, MOUNTINGS[WORN[anchor]], WORN[anchor], x, style)
+        mean_and_spread(axis, factor * values, theme.MOUNTINGS[WORN[anchor]], WORN[anchor], x, style)
     shade_stance(axis, run, over)

@@ -11,7 +11,7 @@ from afo_sim.walker import NAMES, SAMPLES, Population, norm_at
 _CHANGED = {  # numbers of each patient: what is written beside them, factor
     "falls": ("starts that fall [%]", 100.0),
     "right/clearance": ("toe clearance [mm]", 1e3),
-    "right/ankle_swing": ("ankle in mid-swing [°]", 1.0),
+    "right/ankle_swing": ("ankle in mid-swing [°]\ndorsiflexion +", 1.0),
     "right/thigh_max": ("greatest flexion\nof the thigh [°]", 1.0),
     "speed": ("speed [m/s]", 1.0),
     "cost_of_transport": ("cost of transport\n[J/(kg·m)]", 1.0),
@@ -61,7 +61,7 @@ def draw_patients(population: Population, path: pathlib.Path) -> None:
             middle = table.mean(axis=1) if name == "falls" else middle
             axis.plot(range(len(cases)), middle, color="0.1", lw=1.2, marker="_", ms=14.0, mew=2.2, zorder=2)
             axis.set_xticks(range(len(cases)), [_TICKS[case] for case in cases])
-            axis.tick_params(axis="x", labelsize="x-small")
+            axis.tick_params(axis="x", labelsize=7.0)
             axis.set(ylabel=label, xlim=(-0.4, len(cases) - 0.6))
             if name == "falls":
                 axis.set_ylim(-3.0, 103.0)

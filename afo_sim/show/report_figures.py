@@ -1,6 +1,5 @@
 """The figures of a report: a panel for each quantity or run, as SVG text as wide as a telephone's page."""
 
-import html
 import io
 import re
 from collections.abc import Callable, Iterator, Sequence
@@ -12,12 +11,12 @@ import numpy as np
 from afo_sim.common import Foreign
 from afo_sim.metrics import NEEDED_MOMENT
 from afo_sim.show import panels, walk_panels
+from afo_sim.show.in_words import described, labelled, unescaped
 from afo_sim.show.run_view import Over, RunView
 from afo_sim.show.style import Axes, Figure, ink, plain, styled
 
 WIDTH = 3.7  # of a panel [inch]; 355 CSS pixels
 _KEY = (0.36, 0.13)  # of a legend's sample [inch]
-_MINUS = str.maketrans("-", "−")
 
 _MusclePanel = Callable[[Axes, Sequence[RunView], Over], None]
 Draw = Callable[[Sequence[Figure], Sequence[RunView]], None]  # on a figure for each panel
@@ -49,12 +48,7 @@ class _Drawing:
 
 def svg(name: str, title: str, figure: Figure, words: str = "") -> str:
     """A panel as an SVG element that states its title, and its curves or other words."""
-    told = "".join(
-        f'<{tag} id="{name}-{tag}">{html.escape(text)}</{tag}>'
-        for tag, text in (("title", title), ("desc", words or described(figure)))
-    )
-    names = f'role="img" aria-labelledby="{name}-title {name}-desc"'
-    return re.sub(r"<svg ([^>]*)>", lambda tag: f"<svg {names} {tag[1]}>{told}", _text(name, figure), count=1)
+    return labelled(_text(name, figure), name, title, words or described(figure))
 
 
 def _text(name: str, figure: Figure) -> str:
@@ -65,27 +59,6 @@ def _text(name: str, figure: Figure) -> str:
     text = re.sub(r"<!--.*?-->|<metadata>.*?</metadata>", "", text[text.index("<svg") :], flags=re.DOTALL)
     text = re.sub(r'(id="|href="#|url\(#)', rf"\1{name}-", text)
     return re.sub(r'\b(width|height)="[\d.]+pt" ?', "", text, count=2)
-
-
-def described(figure: Figure) -> str:
-    """Each named curve of a figure's panels in words: of what over what, from where to where."""
-    found = []
-    for axis in figure.axes:
-        ranges = []
-        for line in axis.lines:
-            label, values = str(line.get_label()), np.asarray(line.get_ydata(), float)
-            if not label.startswith("_") and np.isfinite(values).any():
-                low, high = (f"{end(values):.3g}".translate(_MINUS) for end in (np.nanmin, np.nanmax))
-                ranges.append(f"{_unescaped(label)} {low} to {high}")
-        words = (" ".join(text.split()) for text in (axis.get_title(loc="left"), axis.get_ylabel()) if text)
-        if ranges:
-            found.append(f"{_unescaped(', '.join(words))}: {'; '.join(ranges)}.")
-    return " ".join(found)
-
-
-def _unescaped(text: str) -> str:
-    """A text as it was before `plain` kept it from being read as mathematics."""
-    return text.replace(r"\$", "$").strip()
 
 
 def _sample(name: str, handle: Foreign) -> str:
@@ -276,4 +249,4 @@ def _figure(
         drawn = tuple(svg(f"{name}{k}", _TITLES[explained[0]], figure) for k, figure in enumerate(figures, 1))
         found = panels.keys(axis for figure in figures for axis in figure.axes)
         samples = [_sample(f"{name}-key{k}", handle) for k, handle in enumerate(found.values(), 1)]
-    return _Drawing(drawn, tuple(zip(samples, map(_unescaped, found), strict=True)), explained)
+    return _Drawing(drawn, tuple(zip(samples, map(unescaped, found), strict=True)), explained)

@@ -10,9 +10,10 @@ import numpy as np
 from afo_sim.common import Foreign, InputError, together
 from afo_sim.control import CONTROLLER_COLUMNS
 from afo_sim.show import panels, walk_panels
+from afo_sim.show import style as theme
 from afo_sim.show.panels import shade_stance
 from afo_sim.show.run_view import RunView, alone
-from afo_sim.show.style import COLOURS, FORMATS, LINE_STYLES, Axes, new_figure, on_scale, paragraph, plain
+from afo_sim.show.style import Axes
 from afo_sim.simulation import SENSOR, Recording
 
 _PLAIN = tuple(f"controller/{name}" for name, (unit, _) in CONTROLLER_COLUMNS.items() if unit == "")
@@ -33,11 +34,11 @@ def plain_numbers(recording: Recording) -> list[str]:
 def electronics(axis: Axes, runs: Sequence[RunView]) -> None:
     """Numbers from the electronics of a run: state, phase, output, activation, switches."""
     run = runs[0]
-    styles = itertools.cycle(zip(COLOURS, itertools.cycle(LINE_STYLES)))
+    styles = itertools.cycle(zip(theme.COLOURS, itertools.cycle(theme.LINE_STYLES)))
     for name, (colour, style) in zip(plain_numbers(run.recording), styles, strict=False):
         values = run.recording[name]
         if np.isfinite(values).any():
-            label = plain(name.removeprefix("controller/"))
+            label = theme.plain(name.removeprefix("controller/"))
             look = {"where": "post", "color": colour, "ls": style, "lw": 0.9, "label": label}
             axis.step(run.recording["time"], values, **look)
     axis.set_ylabel("electronics\n[1]")
@@ -68,7 +69,7 @@ def draw_in_short(recording: Recording, path: pathlib.Path) -> None:
         _draw_panels(recording, [path], panels.angle, panels.moments)
         return
     run = dataclasses.replace(run, label=str(recording.described["name"]))
-    with new_figure(path, (7.1, 3.2)) as figure:
+    with theme.new_figure(path, (7.1, 3.2)) as figure:
         angle, toe = figure.subplots(1, 2)
         panels.angle(angle, [run], "cycle")
         walk_panels.over_cycle(angle, run.toe_off, angle.get_ylabel())
@@ -96,7 +97,7 @@ def draw_force_contraction(recording: Recording, *paths: pathlib.Path) -> None:
     """Draw each group's force over its muscles' own contraction; parameters and errors as in `draw_run`."""
     run = alone(recording)
     _refuse_empty(recording)
-    with new_figure(paths[0], (1.1 + 3.0 * len(run.groups), 2.9), *paths[1:]) as figure:
+    with theme.new_figure(paths[0], (1.1 + 3.0 * len(run.groups), 2.9), *paths[1:]) as figure:
         _force_contraction(figure, run)
 
 
@@ -132,7 +133,7 @@ def figures_of(recording: Recording) -> list[str]:
 def write_figures(recording: Recording, folder: pathlib.Path) -> list[pathlib.Path]:
     """Write every figure that a run has as PNG and as PDF, and return the files."""
     _refuse_empty(recording)
-    pairs = {name: [f"{name}.{suffix}" for suffix in FORMATS[:2]] for name in FIGURES}
+    pairs = {name: [f"{name}.{suffix}" for suffix in theme.FORMATS[:2]] for name in FIGURES}
     there = figures_of(recording)
     with together(folder, [*itertools.chain(*pairs.values())]) as scratch:
         for name in there:
@@ -152,7 +153,7 @@ def _stack(
     """Draw panels under one another on one time axis."""
     recording = run.recording
     _refuse_empty(recording)
-    with new_figure(paths[0], size, *paths[1:]) as figure:
+    with theme.new_figure(paths[0], size, *paths[1:]) as figure:
         heights = [0.14 * len(run.lanes) if panel is panels.valves else 1.0 for panel in rows]
         axes = figure.subplots(len(rows), 1, sharex=True, squeeze=False, height_ratios=heights)[:, 0]
         for axis, panel in zip(axes, rows, strict=True):
@@ -160,7 +161,7 @@ def _stack(
             if panel is panels.valves:
                 axis.tick_params(axis="y", labelleft=False, labelright=True)
             if axis.get_legend_handles_labels()[1] and title:
-                axis.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+                axis.legend(**theme.BESIDE)
         time = recording["time"]
         if len(time) > 1:
             axes[-1].set_xlim(time[0], 2.0 * time[-1] - time[-2])  # the end of the last step
@@ -171,7 +172,7 @@ def _stack(
             return
         texts = [str(recording.described["name"]), str(recording.described.get("description", ""))]
         texts += [] if recording.ok else [recording.status]
-        figure.suptitle(paragraph(*texts), x=0.01, ha="left", fontsize=9.0)
+        figure.suptitle(theme.paragraph(*texts), x=0.01, ha="left", fontsize=9.0)
 
 
 def _force_contraction(figure: Foreign, run: RunView) -> None:
@@ -182,7 +183,7 @@ def _force_contraction(figure: Foreign, run: RunView) -> None:
     recording = run.recording
     pressures = {g: recording[f"chamber/{c}/pressure"] * 1e-5 for g, c in run.groups.items()}
     top = max(np.ceil(10.0 * max(p.max() for p in pressures.values())) / 10.0, 0.1)
-    palette = ListedColormap(on_scale(np.linspace(0.0, 1.0, 256)))  # nothing pale on white
+    palette = ListedColormap(theme.on_scale(np.linspace(0.0, 1.0, 256)))  # nothing pale on white
     colour = ScalarMappable(Normalize(0.0, top), palette)
     axes = figure.subplots(1, len(pressures), sharey=True, squeeze=False)[0]
     for axis, (group, pressure) in zip(axes, pressures.items(), strict=True):

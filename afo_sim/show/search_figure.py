@@ -7,6 +7,7 @@ import numpy as np
 
 from afo_sim.common import Keywords
 from afo_sim.metrics import metric_words
+from afo_sim.show.panels import legend
 from afo_sim.show.style import BLUE, RED, Axes, new_figure, plain, wrapped
 from afo_sim.study import OBJECTIVE, Columns, Problem, best_of, human_scale
 
@@ -46,7 +47,7 @@ def draw_search(problem: Problem, units: Mapping[str, str], columns: Columns, pa
         for axis in axes[max(count - across, 0) : count]:
             axis.set_xlabel("generation")
             axis.tick_params(labelbottom=True)
-        figure.legend(*axes[count - 1].get_legend_handles_labels(), loc="outside upper left", ncols=4)
+        legend(figure, axes[count - 1 : count], columns=4)
 
 
 def _dots(axis: Axes, problem: Problem, columns: Columns, values: np.ndarray, best: np.ndarray) -> None:

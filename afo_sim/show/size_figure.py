@@ -5,10 +5,11 @@ import pathlib
 import numpy as np
 
 from afo_sim.metrics import UNITS
+from afo_sim.show.panels import legend
 from afo_sim.show.style import BLUE, GREEN, GREY, RED, Axes, new_figure, plain
 from afo_sim.study import Candidate, Requirement, Sizing
 
-_WIDTH, _HEAD, _PANEL = 6.4, 1.3, 1.6  # [inch]
+_WIDTH, _HEAD, _PANEL = 6.4, 1.8, 1.6  # [inch]
 _NAME = 16  # letters of a name
 
 
@@ -24,9 +25,9 @@ def draw_size(sizing: Sizing, path: pathlib.Path) -> None:
             panels[-1].set_xlabel("supply pressure [bar]")
         else:
             names = [plain(name, _NAME) for name in places]
-            panels[-1].set_xticks(list(places.values()), names, rotation=90, fontsize=6.5)
-        panels[-1].legend(loc="best")
+            panels[-1].set_xticks(list(places.values()), names, rotation=90, fontsize=7.5)
         figure.suptitle(plain(sizing.answer.partition(":")[0], 95), x=0.01, ha="left", fontsize=9.0)
+        legend(figure, panels)
 
 
 def _panel(

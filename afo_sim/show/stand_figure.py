@@ -7,7 +7,7 @@ import numpy as np
 
 from afo_sim.common import Foreign
 from afo_sim.lab import AXES, FURTHER, SET, Comparison, Replay, Trial, set_point_text, static
-from afo_sim.show.style import BLUE, RED, Axes, new_figure, on_scale, plain
+from afo_sim.show.style import BESIDE, BLUE, RED, Axes, by_height, legend_on_top, new_figure, on_scale, plain
 
 # Column → (label, factor from SI)
 SHOWN = {
@@ -60,7 +60,7 @@ def draw_replay(replay: Replay, path: pathlib.Path) -> None:
             axis.plot(error.x, factor * error.measured, color="0.6", lw=3.0, label="measured")
             axis.plot(error.x, factor * error.predicted, color=RED, label="predicted")
             axis.set_ylabel(label)
-        axes[0].legend()
+        legend_on_top(axes[0], 2)
         axes[-1].set_xlabel(SHOWN["time"][0])
 
 
@@ -100,7 +100,7 @@ def _legend(axis: Axes, trial: Trial, compared: Sequence[Comparison]) -> None:
     """The curves and the meaning of the line styles."""
     from matplotlib.lines import Line2D
 
-    handles, _ = axis.get_legend_handles_labels()
+    handles = by_height(axis)
     if trial.plan.kind in AXES and not trial.static:
         handles += [
             Line2D([], [], color="0.2", label="up"),
@@ -110,8 +110,7 @@ def _legend(axis: Axes, trial: Trial, compared: Sequence[Comparison]) -> None:
     if compared:
         handles.append(Line2D([], [], color="0.2", marker="o", mfc="none", ms=3.5, ls="", label="data"))
     title = SET[trial.plan.kind][0]
-    place = {"loc": "center left", "bbox_to_anchor": (1.0, 0.5)}
-    axis.legend(handles=handles, title=title, title_fontsize=8.0, handlelength=2.0, **place)
+    axis.legend(handles=handles, title=title, title_fontsize=8.0, handlelength=2.0, **BESIDE)
 
 
 def _step(axes: np.ndarray, trial: Trial, compared: Comparison | None) -> None:
@@ -132,6 +131,7 @@ def _step(axes: np.ndarray, trial: Trial, compared: Comparison | None) -> None:
     label, factor = SHOWN[response]
     filled = [factor * m[f"filled_{response}"].value for m in trial.metrics]
     right.plot(pressure, filled, "s-", ms=3.5, color=RED)
+    left.plot([], [], "s-", ms=3.5, color=RED, label="filled: right axis")
     left.set_ylim(bottom=0.0)
     right.set_ylim(0.0, 1.15 * max(filled))
     edge = 0.05 * np.ptp(pressure) or 0.5
@@ -139,7 +139,7 @@ def _step(axes: np.ndarray, trial: Trial, compared: Comparison | None) -> None:
     left.set_ylabel(f"63 % of {response} [s]", color=BLUE)
     right.set_ylabel(f"filled: {label}", color=RED)
     right.spines["right"].set_visible(True)
-    left.legend(loc="best", handlelength=2.6)
+    left.legend(loc="upper left", bbox_to_anchor=(0.0, -0.3), ncols=2)  # below the curves of both axes
 
 
 def _release(axes: np.ndarray, trial: Trial, compared: Comparison | None) -> None:

@@ -8,7 +8,10 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
+import numpy as np
+
 from afo_sim.common import FloatOrArray, Foreign, InputError, replacing
+from afo_sim.show.in_words import described, labelled, written
 
 Axes = Foreign  # Matplotlib's, as the figure: it is imported where something is drawn
 Figure = Foreign
@@ -16,12 +19,12 @@ LineStyle = Any  # as Matplotlib takes it: a text, or lengths of dashes and gaps
 FORMATS = ("png", "pdf", "svg")
 RESOLUTION = 200  # of PNG [1/inch]
 # Hues of Okabe and Ito (2008), darkened until each stands out from white (contrast 3) and moved until any
-# two are apart, and from black and GREY, also for readers without red or green cones.
-RED, BLUE, ORANGE = "#BE310F", "#1054DA", "#FD5F14"
-SKY, GREEN, PINK = "#3096FA", "#23A866", "#D25DBE"
-COLOURS = (RED, BLUE, ORANGE, SKY, GREEN, PINK)
+# two are apart, and from black and GREY, also for readers without red, green or blue cones.
+RED, BLUE, ORANGE = "#BE310F", "#0E4FB5", "#FD5F14"
+VIOLET, GREEN, PINK = "#6661FB", "#23A866", "#D25DBE"
+COLOURS = (RED, BLUE, ORANGE, VIOLET, GREEN, PINK)
 GREY = "#737373"
-RUNS = (BLUE, RED, GREEN, PINK, ORANGE, SKY)  # of runs, in their order
+RUNS = (BLUE, RED, GREEN, PINK, ORANGE, VIOLET)  # of runs, in their order
 # Of runs, in their order: the colour is never alone in telling them.
 RUN_STYLES: tuple[LineStyle, ...] = (
     "-",
@@ -37,7 +40,7 @@ MOMENTS = {  # about the ankle
     "gravity": PINK,
     "load": ORANGE,
     "biological": RED,
-    "ground": SKY,
+    "ground": VIOLET,
     "frame": GREY,
 }
 MOMENT_STYLES: dict[str, LineStyle] = {
@@ -50,8 +53,9 @@ MOMENT_STYLES: dict[str, LineStyle] = {
 MOUNTINGS = {"cuff": "#000000", "plate": GREEN}
 SOLE = {"toe": ORANGE, "ball": BLUE}  # points of the sole
 SCALE, SCALE_END = "plasma", 0.62  # colours of a scale on white, and the share of them that is dark enough
+BESIDE = {"loc": "center left", "bbox_to_anchor": (1.0, 0.5)}  # of a legend on its panel's right
 MARKERS = (None, "o", "s", "^", "D", "v")  # of groups of muscles and chambers, in their order
-STANCE, NORM, ZERO = SKY, "0.85", "0.6"
+STANCE, NORM, ZERO = VIOLET, "0.85", "0.6"
 LINE_STYLES = ("-", "--", ":", "-.")
 STYLE = {
     "font.size": 9.0,
@@ -70,6 +74,8 @@ STYLE = {
 }
 _LONGEST = 34  # letters of a name in a legend
 LINE = 95  # letters of a line above a whole page
+_BEYOND = 1.05  # of its panel's side that a label may take
+_SHRINKS = 1.2  # by which a panel is smaller after it is laid out, about
 _TEXT, _MARK = 4.5, 3.0  # least contrast ratios: of text (level AA, 1.4.3), of lines and marks (1.4.11)
 STEP = 0.97  # by which a colour is darkened at a time
 SHADES = 96  # colours of a PNG
@@ -107,7 +113,13 @@ def paragraph(*texts: str) -> str:
 
 def wrapped(text: str, letters: int = 26) -> str:
     """A user's text in as many lines as a small panel's side needs."""
-    return textwrap.fill(plain(text, None), letters)
+    return _filled(plain(text, None), letters)
+
+
+def _filled(text: str, letters: int) -> str:
+    """A text in lines that keep a unit with its word, and a word whole."""
+    kept = text.replace(" [", "\u00a0[")
+    return textwrap.fill(kept, letters, break_long_words=False, break_on_hyphens=False)
 
 
 @functools.cache
@@ -115,6 +127,23 @@ def _has_glyph(character: str) -> bool:
     from matplotlib.font_manager import FontProperties, findfont, get_font  # which keep what they found
 
     return bool(get_font(findfont(FontProperties())).get_char_index(ord(character)))
+
+
+def by_height(axis: Axes) -> list[Foreign]:
+    """A panel's named lines as they lie over one another: for a legend in which only the shade differs."""
+    return sorted(
+        axis.get_legend_handles_labels()[0], key=lambda line: -float(np.nan_to_num(line.get_ydata()).mean())
+    )
+
+
+def legend_on_top(axis: Axes, columns: int = 1) -> None:
+    """A legend inside a panel, whose scale goes on upward until nothing that is drawn reaches the legend."""
+    for count in range(columns, 0, -1):
+        box = axis.legend(loc="upper left", ncols=count).get_window_extent()
+        if _SHRINKS * box.width <= axis.bbox.width:
+            break
+    low, high = axis.get_ylim()
+    axis.set_ylim(low, low + (high - low) / (1.0 - min(_SHRINKS * box.height / axis.bbox.height, 0.6)))
 
 
 def styled(**own: object) -> Foreign:
@@ -136,10 +165,35 @@ def new_figure(path: pathlib.Path, size: tuple[float, float], *also: pathlib.Pat
     with styled():
         figure = Figure(figsize=size, layout="constrained")
         yield figure
+        _break_long_labels(figure)
+        words = described(figure)
         for file, suffix in suffixes.items():
             with replacing(file) as temporary:
-                figure.savefig(temporary, format=suffix, dpi=RESOLUTION)
+                told = {"Subject" if suffix == "pdf" else "Description": words}
+                figure.savefig(temporary, format=suffix, dpi=RESOLUTION, metadata=told)
+                if suffix == "svg":
+                    page = labelled(temporary.read_text(encoding="utf-8"), "figure", file.stem, words)
+                    temporary.write_text(page, encoding="utf-8")
             figure.set_layout_engine("none")  # what is laid out stays, and is not laid out again
+
+
+def _break_long_labels(figure: Figure) -> None:
+    """Break labels and titles that are longer than their panel: a layout keeps no room for their ends."""
+    layout, broken = figure.get_layout_engine(), False
+    layout.execute(figure)
+    texts = [(figure._suptitle, figure.bbox.width)] if figure._suptitle else []
+    for axis in (axis for axis in figure.axes if axis.axison):
+        wide, tall = axis.bbox.size
+        titles = (axis.title, axis._left_title, axis.xaxis.label)
+        texts += [*((text, _BEYOND * wide) for text in titles), (axis.yaxis.label, _BEYOND * tall)]
+    for text, room in texts:
+        words, long = text.get_text(), max(text.get_window_extent().size) / room
+        if words and long > 1.0:
+            most = max(map(len, words.split("\n")))
+            text.set_text("\n".join(_filled(line, int(0.9 * most / long)) for line in words.split("\n")))
+            broken = True
+    if not broken:
+        figure.set_layout_engine("none")
 
 
 def write_figure(path: pathlib.Path, size: tuple[float, float], fill: Callable[[Figure], None]) -> None:
@@ -187,11 +241,12 @@ def write_page(path: pathlib.Path, size: tuple[float, float], fill: Callable[[Fi
     if path.suffix.lower() != ".png":
         write_figure(path, size, fill)
         return
-    from PIL import Image
+    from PIL import Image, PngImagePlugin
 
     with tempfile.TemporaryDirectory() as scratch, replacing(path) as temporary:
-        whole = pathlib.Path(scratch) / "page.png"
+        whole, told = pathlib.Path(scratch) / path.name, PngImagePlugin.PngInfo()
         write_figure(whole, size, fill)
         with Image.open(whole) as picture:
             few = picture.convert("RGB").quantize(SHADES, dither=Image.Dither.NONE)
-        few.save(temporary, format="PNG", optimize=True, dpi=(RESOLUTION, RESOLUTION))
+        told.add_itxt("Description", written(whole))
+        few.save(temporary, format="PNG", optimize=True, dpi=(RESOLUTION, RESOLUTION), pnginfo=told)

@@ -8,6 +8,7 @@ from itertools import combinations
 import numpy as np
 
 from afo_sim.common import Foreign, JsonDict, check_writable, together
+from afo_sim.show.panels import legend
 from afo_sim.show.style import BLUE, RED, Axes, Figure, plain, wrapped, write_figure
 from afo_sim.study import Better, Findings, Indices, Results, pareto_front, scale, spread, varied
 from afo_sim.study.analysis import Effect, levels_of
@@ -85,8 +86,8 @@ def draw_distributions(figure: Figure, results: Results, metrics: Sequence[str])
         axis.margins(x=0.02)
         axis.set_xlabel(wrapped(look.title))
         axis.locator_params(axis="x", nbins=5)
-        title = f"median {median:.3g}; 90 % in {low:.3g} to {high:.3g}"
-        axis.set_title(wrapped(title.replace("-", "−"), 30), loc="left", fontsize=8.0, color="0.3")
+        title = f"median {median:.3g}\n90 % in {low:.3g} to {high:.3g}"
+        axis.set_title(title.replace("-", "−"), loc="left", fontsize=8.0, color="0.3")
     axes[0].set_ylabel("cases")
     figure.get_layout_engine().set(wspace=0.05)
 
@@ -109,7 +110,8 @@ def draw_effects(figure: Figure, results: Results, effects: Mapping[str, Mapping
                 axis.set_xlabel(wrapped(of_parameter.title))
         row[0].set_ylabel(wrapped(of_metric.title, 22))
     figure.align_ylabels(axes[:, 0])
-    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper left", ncols=2)
+    figure.get_layout_engine().set(wspace=0.05)
+    legend(figure, axes[0, :1], columns=2)
 
 
 def _effect(axis: Axes, results: Results, names: tuple[str, str], effect: Effect, rows: np.ndarray) -> None:
@@ -247,7 +249,8 @@ def _draw_fronts(figure: Figure, results: Results, objectives: Mapping[str, Bett
         for label, look, low in zip((axis.set_xlabel, axis.set_ylabel), looks, lowest, strict=True):
             label(f"{wrapped(look.title)}\n{'lower' if low else 'higher'} is better")
         axis.locator_params(axis="x", nbins=5)
-        title = f"Pareto front: {len(front)} of {np.isfinite(points).all(axis=1).sum()} cases"
+        title = f"red: Pareto front, {len(front)} of {np.isfinite(points).all(axis=1).sum()} cases;"
+        title += "\nnumbers are those of cases"
         axis.set_title(title, loc="left", fontsize=8.0, color="0.3")
     figure.get_layout_engine().set(wspace=0.05)
 
@@ -270,7 +273,7 @@ def _case_numbers(
     look = {"ha": "right" if lowest[0] else "left", "va": "top" if lowest[1] else "bottom"}
     for row in front[near]:
         where = {"xytext": shift, "textcoords": "offset points"}
-        axis.annotate(f"{cases[row]}", points[row], fontsize=7.0, color="#8a3d00", **where, **look)
+        axis.annotate(f"{cases[row]}", points[row], fontsize=7.0, color=RED, **where, **look)
 
 
 def _draw_sobol(figure: Figure, results: Results, found: Mapping[str, Indices]) -> None:
@@ -298,7 +301,7 @@ def _draw_sobol(figure: Figure, results: Results, found: Mapping[str, Indices]) 
     highest = max(highest, *(float((each.first + each.first_interval).max()) for each in found.values()))
     lowest = min(float((each.first - each.first_interval).min()) for each in found.values())
     axes[0].set_xlim(min(1.05 * lowest, -0.02), max(1.02 * highest, 1.0))
-    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper left", ncols=2)
+    legend(figure, axes[:1], columns=2)
 
 
 def _some(count: int) -> np.ndarray:

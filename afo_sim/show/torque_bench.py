@@ -10,7 +10,7 @@ from afo_sim.common import Foreign
 from afo_sim.lab import Group, Profile, Readings, TorqueFit, profile, refused
 from afo_sim.lab.solution import FitParameter
 from afo_sim.lab.torque_problem import predict
-from afo_sim.show.style import BLUE, RED, ZERO, Axes, Figure, on_scale, plain, write_pair
+from afo_sim.show.style import BLUE, RED, ZERO, Axes, Figure, legend_on_top, on_scale, plain, write_pair
 
 _MOST_GROUPS = 6  # panels of measured torque
 _GRID = 61  # angles of a line
@@ -58,6 +58,7 @@ def _draw_torque(axis: Axes, fit: TorqueFit, group: Group, level: np.ndarray) ->
     grid = np.linspace(*reach, _GRID) if reach[1] > reach[0] else np.array(reach)
     rigid = {"offset": 0.0, "series_stiffness": np.inf, "cuff_stiffness": np.inf, "plate_stiffness": np.inf}
     axis.axhline(0.0, color=ZERO, lw=0.8)
+    most = _RIGID * float(np.abs(readings.torque).max())  # rigid anchors on a locked braid pull without end
     for k in np.unique(level):
         own = readings.take(level == k)
         pressure = float(own.pressure.mean())
@@ -65,19 +66,16 @@ def _draw_torque(axis: Axes, fit: TorqueFit, group: Group, level: np.ndarray) ->
         line = Group(_at(readings, grid, pressure), group.orthosis)
         fitted = predict(fit.problem, fit.parameters, [line])["torque"]
         stiff = predict(fit.problem, fit.parameters | rigid, [line])["torque"]
-        axis.plot(np.degrees(grid), stiff, ":", color=colour, lw=1.0)
+        axis.plot(np.degrees(grid), np.where(np.abs(stiff) < most, stiff, np.nan), ":", color=colour, lw=1.0)
         axis.plot(np.degrees(grid), fitted, color=colour)
         label = f"{pressure * 1e-5:.3g} bar"
         axis.plot(np.degrees(own.angle), own.torque, "o", ms=3, color=colour, label=label)
     axis.plot([], [], color="0.3", label="fitted")
     axis.plot([], [], ":", color="0.3", label="nothing gives way")
     axis.margins(x=0.03)
-    most = _RIGID * float(np.abs(readings.torque).max())  # rigid anchors on a locked braid pull without end
-    low, high = axis.get_ylim()
-    axis.set_ylim(max(low, -most), min(high, most))
     axis.set(xlabel=f"angle [deg], {group.orthosis.words.directions[0]} positive", ylabel="torque [N·m]")
     axis.set_title(plain(readings.group if len(fit.problem.groups) > 1 else readings.file.stem))
-    axis.legend(frameon=True, framealpha=0.8, edgecolor="none")
+    legend_on_top(axis, 2)
 
 
 def _at(readings: Readings, angle: np.ndarray, pressure: float) -> Readings:
@@ -107,7 +105,7 @@ def _draw_residuals(axis: Axes, fit: TorqueFit, level: np.ndarray) -> None:
     axis.set(xlabel="angle [deg]", ylabel="predicted − measured [N·m]")
     left = f", {fit.held_out[kind].rms:.3g} with {kind} left out" if kind else ""
     axis.set_title(f"{fit.rms:.3g} N·m RMS{left}")
-    axis.legend()
+    legend_on_top(axis, 2)
 
 
 def _scale(parameter: FitParameter, scale: Foreign, side: Foreign) -> None:

@@ -117,7 +117,7 @@ def torque(axis: Axes, run: RunView) -> None:
         mean_and_spread(axis, run.cycles(ORTHOSIS), run.colour, label, PERCENT, run.style)
         unknown_band(axis, run, ORTHOSIS)
     over_cycle(axis, run.toe_off, f"torque about the ankle [N·m]\n{_FLEXION}")
-    axis.set_title(plain(run.label), loc="left", color=ink(run.colour))
+    axis.set_title(plain(run.label), loc="left", color=ink(run.colour), pad=15.0)  # above the word toe-off
 
 
 def power(axis: Axes, runs: Sequence[RunView]) -> None:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from afo_sim.common import JsonMapping
+from afo_sim.show.panels import legend
 from afo_sim.show.patients_figure import look_of as look_in
 from afo_sim.show.style import new_figure
 from afo_sim.show.walker_figure import look_of
@@ -73,7 +74,7 @@ def draw_doses(
         lower.set_xlabel(f"{key} [{unit}]" if unit else key)
         if unit is None:
             lower.set_xticks(places, [str(value) for value in values])
-        figure.legend(*upper.get_legend_handles_labels(), loc="outside upper left", ncols=2)
+        legend(figure, [upper], columns=2)
 
 
 def axis_of(values: Sequence[object]) -> tuple[list[float], str | None]:

@@ -5,6 +5,7 @@ import pathlib
 import numpy as np
 
 from afo_sim.common import JsonDict
+from afo_sim.show.panels import legend
 from afo_sim.show.style import RUN_STYLES, RUNS, Axes, new_figure
 from afo_sim.walker import CASES, LEGS, SAMPLES, Case, Response, norm_at, sole_tilt, strides_of, walk_in_words
 
@@ -45,7 +46,7 @@ def draw_response(response: Response, path: pathlib.Path) -> None:
         axis.set_yticks(range(len(response.cases)), [CASES[name] for name in response.cases])
         axis.set(xlim=(0.0, 101.0), ylim=(len(response.cases) - 0.4, -0.6))
         axis.set_xlabel("perturbed starts that fall in simulation [%], with 95 % interval")
-        figure.legend(*axes[0][0].get_legend_handles_labels(), loc="outside upper left", ncols=2)
+        legend(figure, (row[0] for row in axes), columns=2)
 
 
 def _curves(axis: Axes, response: Response, side: str, name: str) -> None:
@@ -56,9 +57,8 @@ def _curves(axis: Axes, response: Response, side: str, name: str) -> None:
     norm = factor * norm_at(speed, healthy.walked.body.size.taller)[name]
     axis.plot(cycle, norm, color="0.6", lw=2.2, label=f"healthy norm at {speed} m/s, Bovi et al. 2011")
     if name == "ankle" and (tilt := np.degrees(sole_tilt(healthy.walked.body))) > 0.1:
-        axis.plot(cycle, norm - tilt, color="0.6", lw=1.2, ls=":")
-        words = f"dotted: the norm in these shoes,\nwhose soles tilt by {tilt:.1f}°"
-        axis.text(0.14, 0.03, words, transform=axis.transAxes, fontsize="small", color="0.4")
+        words = f"the norm in these shoes, whose soles tilt by {tilt:.1f}°"
+        axis.plot(cycle, norm - tilt, color="0.6", lw=1.2, ls=":", label=words)
     for case in response.cases.values():
         strides, label = strides_of(case.walked, side), f"{CASES[case.name]}: {walk_in_words(case)}"
         curve = factor * strides.mean(name) if len(strides.duration) else np.full(SAMPLES, np.nan)

@@ -43,7 +43,9 @@ def draw_film(response: Response, path: pathlib.Path) -> None:
             frames.append(Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB"))
     palette = frames[-1].quantize(_SHADES)
     first, *others = (frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames)
+    told = "; ".join(f"{CASES[case.name]}: {walk_in_words(case)}" for case in cases)
     many: Keywords = {"append_images": others, "duration": round(1e3 * _EVERY), "loop": 0}
+    many["comment"] = f"Film from the side, the healthy walker in thin lines over each. {told}."
     with replacing(path) as temporary:
         first.save(temporary, format="GIF", save_all=True, optimize=True, **many)
 

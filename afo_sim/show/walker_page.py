@@ -1,11 +1,11 @@
 """The pictures of a response, and its page."""
 
-import base64
 import pathlib
 
 from afo_sim import walker
 from afo_sim.common import JsonDict, write_text
 from afo_sim.metrics import NO_DEVICE
+from afo_sim.show.in_words import image
 from afo_sim.show.patients_figure import draw_patients
 from afo_sim.show.report import rendered
 from afo_sim.show.walker_figure import draw_response
@@ -40,6 +40,6 @@ def write_population(population: walker.Population, recorded: walker.Recorded, f
 
 def _write_page(folder: pathlib.Path, title: str, shown: JsonDict) -> None:
     files = [folder / name for name in walker.PICTURES[:2]]
-    figure, film = (base64.b64encode(file.read_bytes()).decode() if file.is_file() else "" for file in files)
+    figure, film = (image(file) if file.is_file() else "" for file in files)
     shown |= {"no_device": f"{walker.EXPERIMENTAL} {NO_DEVICE}", "figure": figure, "film": film}
     write_text(folder / walker.PICTURES[2], rendered("walk.html.j2", title=title, **shown))

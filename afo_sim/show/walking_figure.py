@@ -20,7 +20,7 @@ from afo_sim.model import ANKLE, Foot, foot_of, muscle_names, person_of, persons
 from afo_sim.show.ground_force import above
 from afo_sim.show.moving_parts import Mountings
 from afo_sim.show.run_view import RunView
-from afo_sim.show.style import Axes
+from afo_sim.show.style import BLUE, Axes
 from afo_sim.simulation import Recording, reference_of, run_scenario
 
 SHANK, THIGH, TRUNK, HEAD = 0.246, 0.245, 0.288, 0.09  # of the body height [-]; the head: to its centre
@@ -39,7 +39,7 @@ _SEGMENTS = (  # beside the simulated leg: from, to, radius, how far beyond that
 )
 RADII = tuple(radius for *_, radius, _ in _SEGMENTS)  # of the capsules in space [m]
 FAR, NEAR, MOUNT = "0.8", "0.3", "0.55"
-BELOW, ABOVE, DEVICE = "#b3261e", "#1b7a4b", "#1054da"
+BELOW, ABOVE, DEVICE = "#b3261e", "#1b7a4b", BLUE.lower()
 COLUMNS = ("ankle/position/x", "ankle/position/z", "shank/angle", "ankle/angle")  # that limbs are drawn from
 _TICKS = 0.25  # between marks on the floor [m]
 SAME = 0.1  # toe clearance by which a reference that is walked again may differ [mm]

@@ -1,4 +1,4 @@
-"""Colours as people see them: contrast, distance, and vision without red or green cones."""
+"""Colours as people see them: contrast, distance, and vision without red, green or blue cones."""
 
 import itertools
 from collections.abc import Iterable
@@ -16,7 +16,16 @@ PROTANOPIA = [
     [0.114503, 0.786281, 0.099216],
     [-0.003882, -0.048116, 1.051998],
 ]
+TRITANOPIA = [
+    [1.255528, -0.076749, -0.178779],
+    [-0.078411, 0.930809, 0.147602],
+    [0.004733, 0.691367, 0.303900],
+]
 VISIONS = {"all cones": np.eye(3), "no green": np.array(DEUTERANOPIA), "no red": np.array(PROTANOPIA)}
+VISIONS |= {"no blue": np.array(TRITANOPIA)}
+# IEC 61966-2-1, linear RGB to XYZ, over the white point D65.
+XYZ = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]])
+LAB = np.array([[0.0, 116.0, 0.0], [500.0, -500.0, 0.0], [0.0, 200.0, -200.0]])
 # Ottosson 2020, OKLab: linear RGB to cones, cube roots of these to lightness and two axes.
 CONES = [[0.4122214708, 0.5363325363, 0.0514459929], [0.2119034982, 0.6806995451, 0.1073969566]]
 CONES += [[0.0883024619, 0.2817188376, 0.6299787005]]
@@ -48,3 +57,12 @@ def nearest(colours: Iterable[str | Iterable[int]], vision: str) -> float:
         for colour in colours
     ]
     return min(float(np.linalg.norm(a - b)) for a, b in itertools.combinations(places, 2))
+
+
+def difference(one: str, other: str, vision: str) -> float:
+    """CIE 1976 difference in L*a*b* of two colours as a vision sees them [-]."""
+    places = []
+    for colour in (one, other):
+        share = XYZ @ np.clip(VISIONS[vision] @ linear(colour), 0.0, 1.0) / XYZ.sum(axis=1)
+        places.append(LAB @ np.where(share > 0.008856, np.cbrt(share), 7.787 * share + 16.0 / 116.0))
+    return float(np.linalg.norm(places[0] - places[1]))

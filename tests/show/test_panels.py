@@ -5,7 +5,7 @@ import pathlib
 
 import numpy as np
 import pytest
-from colour_vision import VISIONS, nearest
+from colour_vision import nearest
 from figures import lines, panel
 from matplotlib.figure import Figure
 from yielding import STIFFNESS
@@ -108,7 +108,7 @@ def test_the_report_has_the_source_of_runs_with_one(
     assert values == pytest.approx(kelvin - 273.15)
 
 
-@pytest.mark.parametrize("vision", VISIONS)
+@pytest.mark.parametrize("vision", APART)
 def test_the_viewers_lines_are_told_apart_and_volumes_thin(waist: Recording, vision: str) -> None:
     from afo_sim.show.rerun.curves import curves, plots_of
     from afo_sim.show.rerun.run_rows import from_recording

@@ -19,6 +19,7 @@ from afo_sim.show.report import page, read_runs
 from afo_sim.show.report_walkers import walkers
 from afo_sim.show.run_names import apart
 from afo_sim.show.run_view import alone
+from afo_sim.show.walking_figure import DEVICE
 from afo_sim.simulation import Recording
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
@@ -117,7 +118,7 @@ def test_a_walk_opens_with_the_toe_without_and_with_the_device(
     ):
         assert f"toe {abs(height):.0f} mm {'below' if height < 0.0 else 'above'} the floor" in walker.drawing
     assert (without.name, worn.name) == ("Without the device", "with it")
-    assert "#1054da" in worn.drawing and "#1054da" not in without.drawing
+    assert DEVICE in worn.drawing and DEVICE not in without.drawing
     several = read_runs(folders["three"])
     assert [walker.run for walker in walkers(several)] == several
     assert walkers(read_runs(folders["seated"])) == []

@@ -1,12 +1,16 @@
-"""Colours of figures are seen on white, and told apart by readers without red or green cones too."""
+"""Colours of figures are seen on white, and told apart by readers without red, green or blue cones too."""
+
+import itertools
 
 import pytest
-from colour_vision import VISIONS, contrast, nearest
+from colour_vision import VISIONS, contrast, difference, nearest
 
 from afo_sim.show import style
 from afo_sim.show.style import ink, ratio
 
-APART = {"all cones": 0.15, "no green": 0.10, "no red": 0.10}  # least distances in OKLab
+APART = {"all cones": 0.15, "no green": 0.10, "no red": 0.10, "no blue": 0.095}  # least distances in OKLab
+TWO_COLOURS = 5.0  # CIE 1976, from which on an observer sees two colours: Mokrzycki & Tatol 2011
+NOTICED = 2.3  # CIE 1976, just noticeable: Mahy, Van Eycken & Oosterlinck 1994
 
 
 def test_the_measures_are_those_of_their_definitions() -> None:
@@ -14,6 +18,8 @@ def test_the_measures_are_those_of_their_definitions() -> None:
     assert contrast("#000") == pytest.approx(21.0)
     assert contrast("#777777") == pytest.approx(4.48, abs=0.01)
     assert nearest(["#000000", "#ffffff"], "all cones") == pytest.approx(1.0, abs=1e-3)
+    assert difference("#000000", "#ffffff", "all cones") == pytest.approx(100.0, abs=0.1)
+    assert difference("#ff0000", "#00ff00", "all cones") == pytest.approx(170.57, abs=0.1)
     assert nearest(["#c04040", "#408040"], "no green") < 0.5 * nearest(["#c04040", "#408040"], "all cones")
 
 
@@ -31,10 +37,13 @@ def test_lines_stand_out_and_their_words_are_read(colour: str) -> None:
 )
 def test_no_two_colours_of_one_panel_are_alike(drawn: tuple[str, ...], vision: str) -> None:
     assert nearest(drawn, vision) >= APART[vision]
+    assert min(difference(a, b, vision) for a, b in itertools.combinations(drawn, 2)) > 2.0 * TWO_COLOURS
 
 
 def test_colour_is_not_alone_in_telling_lines_apart() -> None:
-    assert len({str(each) for each in style.RUN_STYLES}) == len(style.RUNS)
+    grey = [f"#{3 * f'{round(255 * style.luminance(c) ** (1 / 2.2)):02x}'}" for c in style.RUNS]
+    assert min(difference(a, b, "all cones") for a, b in itertools.combinations(grey, 2)) < NOTICED
+    assert len({str(each) for each in style.RUN_STYLES}) == len(style.RUNS)  # so dashes tell them in grey
     assert len(set(style.MARKERS)) == len(style.COLOURS)
     looks = [str(style.MOMENT_STYLES.get(name, "-")) for name in style.MOMENTS]
     told = [(colour, look) for colour, look in zip(style.MOMENTS.values(), looks, strict=True)]

@@ -553,7 +553,7 @@ def test_a_heat_map_has_the_mean_of_each_cell(tmp_path: pathlib.Path) -> None:
     figure = Figure(layout="constrained")
     figures.draw_maps(figure, results, {"y": effects_of(results, "y")})
     axis, mesh = figure.axes[0], figure.axes[0].collections[0]
-    assert (axis.get_xlabel(), axis.get_ylabel()) == ("b", "a [bar]")  # variances 25 and 1.6
+    assert (axis.get_xlabel(), axis.get_ylabel()) == ("b", "a\u00a0[bar]")  # variances 25 and 1.6
     expected = np.array([1.0, 2.0, 4.0])[:, None] + np.array([10.0, 20.0]) + 1.5
     assert np.asarray(mesh.get_array()).reshape(3, 2) == pytest.approx(expected)
     assert [t.get_text() for t in axis.get_yticklabels()] == ["1", "2", "4"]

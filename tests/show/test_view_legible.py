@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 import rerun.blueprint as rrb
-from colour_vision import VISIONS, contrast, nearest
+from colour_vision import contrast, nearest
 
 import afo_sim
 from afo_sim.metrics import words
@@ -33,7 +33,7 @@ def test_no_two_lines_of_one_plot_are_alike(name: str, runs: dict[str, Recording
     for plot, lines in plots.items():
         if len(lines) < 2:
             continue
-        for vision in VISIONS:
+        for vision in APART:
             assert nearest([line.colour for line in lines], vision) >= APART[vision], (plot, vision)
 
 
@@ -41,7 +41,7 @@ def test_runs_are_told_apart_from_one_another_and_from_the_healthy_foot() -> Non
     from afo_sim.show.rerun import colours
 
     for level in (colours.FLOOR, colours.RANGE):
-        for vision in VISIONS:
+        for vision in APART:
             assert nearest([*colours.RUNS, colours.HEALTHY, level], vision) >= APART[vision]
 
 
