@@ -9,7 +9,7 @@ from typer import Argument, Option
 
 from afo_sim.cli import common
 from afo_sim.cli.overwriting import check_same
-from afo_sim.cli.printed_run import print_line
+from afo_sim.cli.printed_run import print_line as print
 
 
 @dataclass(frozen=True)
@@ -74,8 +74,8 @@ def size_command(sizing: _Sizing) -> None:
     if found.asked is None:
         common.print_table(*found.table, whole_names=True)
         for line in found.remarks:
-            print_line(line)
-    print_line(f"{found.answer}.")
+            print(line)
+    print(f"{found.answer}.")
     if sizing.out is not None:
         print(f"written to {sizing.out}: size.png, size.csv, size.json")
     if not found.holds:

@@ -243,10 +243,12 @@ def _plain_progress(title: str) -> Iterator[Callable[..., None]]:
 
 def print_tables(tables: Iterable[tuple[str, list[str], Rows]], lines: Iterable[str] = ()) -> None:
     """Tables, and lines below them."""
+    from afo_sim.cli.printed_run import print_line  # which prints such tables itself
+
     for title, header, rows in tables:
         print_table(title, header, rows)
     for line in lines:
-        print(line)
+        print_line(line)
 
 
 def print_table(

@@ -7,7 +7,7 @@ import sys
 import textwrap
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TextIO
 
 from afo_sim.cli.common import print_table
 from afo_sim.common import Mixed, installed
@@ -20,6 +20,7 @@ _QUANTITY = re.compile(r"(?<=\d) (?=[^\W\d]{1,3}\b)")  # between a number and it
 _STYLES = {"✓": "bold green", "!": "bold yellow", "✗": "bold red", "?": "bold"}
 _LINES = 23  # that a run prints unasked: they fit a terminal of 24 rows
 _WARNING = "warning: "
+_WHOLE = ("{", "[", '"', "|")  # begin lines of JSON, and rows of a table: no prose
 _Line = tuple[str, int]  # a text, and by how much its further lines are indented
 _Lines = Sequence[_Line]
 _Judged = Sequence[tuple["Recording", "Answer"]]
@@ -59,15 +60,17 @@ def _print_in_short(recording: "Recording", answers: Sequence["Answer"], written
     remarks += [(step_line(recording), 2)] if taken.get("step") != taken.get("asked") else []
     if not answers:
         remarks += [(f"{name} {value}", 2) for name, value in known(recording.metrics)]
-    print_line(_title(recording), style="bold")
+    title = _title(recording)
+    print_line(title, style="bold")
     drawn = [(line, 2) for line in bands.brief(recording)]
     print_answers(
-        [(recording, answer) for answer in answers], remarks, [(written, 2)], first=[*decisive, *drawn]
-    )
+        [(recording, answer) for answer in answers], remarks, [(written, 2)], first=[*decisive, *drawn],
+        above=_rows([(title, 2)]),
+    )  # fmt: skip
 
 
 def print_answers(
-    judged: _Judged, remarks: _Lines, tail: _Lines, *, first: _Lines = (), whole: bool = False
+    judged: _Judged, remarks: _Lines, tail: _Lines, *, first: _Lines = (), whole: bool = False, above: int = 1
 ) -> None:
     """Answers with their runs, closing lines, and as many remarks as fit on a screen."""
     from afo_sim.metrics import closing
@@ -79,7 +82,7 @@ def print_answers(
     ends = [*((line, 0) for line in closing([answer for _, answer in judged], names) if judged), *tail]
     for line, hang in answered:
         print_line(line, hang=hang, badge=hang)
-    room = _LINES - 1 - _rows([*answered, *first, *ends])
+    room = _LINES - above - _rows([*answered, *first, *ends])
     for line, hang in (*first, *(remarks if whole else _fitting(remarks, room)), *ends):
         print_line(line, hang=hang)
 
@@ -105,8 +108,7 @@ def _fitting(remarks: _Lines, room: int) -> list[_Line]:
 
 def _title(recording: "Recording") -> str:
     name, what = recording.described["name"], recording.described.get("description") or ""
-    title = f"{name}: {what}" if what else name
-    return title if _width() is None else textwrap.shorten(title, _width() or 80, placeholder=" …")
+    return f"{name}: {what}" if what else name
 
 
 def _print_all(recording: "Recording") -> None:
@@ -118,7 +120,7 @@ def _print_all(recording: "Recording") -> None:
     for line in verdict.lines(recording):
         print_line(line, hang=verdict.INDENT, badge=verdict.INDENT)
     for line in (*effects.lines(recording), *bands.lines(recording)):
-        print_line(line, hang=len(line) - len(line.lstrip()) + 2)
+        print_line(line)
     _print_numbers(recording)
     for line, hang in warning_lines(recording, bool(recording.verdict)):
         print_line(line, hang=hang)
@@ -179,36 +181,39 @@ def note_lines(recording: "Recording") -> list[Mixed]:
     return decisive(*of_run) if walks else [*cautions(*of_run), *of_walker(recording.described)]
 
 
-def print_line(text: str, *, hang: int = 0, badge: int = 0, style: str = "") -> None:
+def print_line(
+    text: object = "", *, hang: int = 2, badge: int = 0, style: str = "", file: TextIO | None = None
+) -> None:
     """A text wrapped to the terminal's width, with an indent; unwrapped for a file or program."""
     from rich.console import Console
     from rich.text import Text
 
-    shown = Text("\n".join(_wrapped(text, hang)), style=style)
+    out, words = file or sys.stdout, str(text)
+    shown = Text("\n".join(part for line in words.split("\n") for part in _wrapped(line, hang)), style=style)
     if badge:
-        shown.stylize(_STYLES.get(text[0], ""), 0, badge)
-    encoding = getattr(sys.stdout, "encoding", None) or "utf-8"
+        shown.stylize(_STYLES.get(words[0], ""), 0, badge)
+    encoding = getattr(out, "encoding", None) or "utf-8"
     try:
         shown.plain.encode(encoding)
     except UnicodeEncodeError:
         spelled = shown.plain.replace(" °", "°").translate(_SPELLED)
-        print(spelled.encode(encoding, "replace").decode(encoding))
+        print(spelled.encode(encoding, "replace").decode(encoding), file=out)
         return
-    if sys.stdout.isatty():
-        Console(highlight=False).print(shown, soft_wrap=True)
+    if out.isatty():
+        Console(file=out, highlight=False).print(shown, soft_wrap=True)
     else:
-        print(shown.plain)
+        print(shown.plain, file=out)
 
 
 def _wrapped(text: str, hang: int) -> Iterator[str]:
     width = _width()
-    if width is None or len(text) <= width:
+    if width is None or len(text) <= width or text.lstrip().startswith(_WHOLE):
         yield text
         return
     for line in textwrap.wrap(
         _QUANTITY.sub("\N{NO-BREAK SPACE}", text),
         max(width, hang + 20),
-        subsequent_indent=" " * hang,
+        subsequent_indent=" " * (len(text) - len(text.lstrip()) + hang),
         break_long_words=False,
         break_on_hyphens=False,
     ):

@@ -10,6 +10,7 @@ from typer import Option
 from afo_sim.cli import common
 from afo_sim.cli.overwriting import check_folder, check_run_folder, check_same, telling
 from afo_sim.cli.printed_run import note_lines, print_answers, print_line, print_run, warning_lines
+from afo_sim.cli.printed_run import print_line as print
 from afo_sim.common import InputError
 
 if TYPE_CHECKING:
@@ -254,9 +255,9 @@ def _print_both(legs: "Both", folder: Path, *, numbers: bool) -> None:
 
     names = {side: leg.described["name"] for side, leg in legs.legs.items()}
     tail = [(f"written to {folder}; to compare the legs: afo-sim report {folder}", 2)]
-    print_line(f"right: {names['right']}; left: {names['left']}, {legs.apart:g} of a stride later")
+    print(f"right: {names['right']}; left: {names['left']}, {legs.apart:g} of a stride later")
     if legs.affected:
-        print_line(f"affected side: {legs.affected}; the other side wears no device and walks as recorded")
+        print(f"affected side: {legs.affected}; the other side wears no device and walks as recorded")
     if numbers or not legs.verdict:
         _print_tables(legs, whole=numbers)
     judged = [_judged(legs, worse) for worse in legs.verdict]

@@ -12,6 +12,7 @@ from typer import Argument, Option
 
 from afo_sim.cli import common
 from afo_sim.cli.overwriting import check_folder
+from afo_sim.cli.printed_run import print_line as print
 from afo_sim.common import InputError, Keywords
 
 if TYPE_CHECKING:
@@ -172,7 +173,7 @@ def reporter(show: Callable[..., None]) -> Callable[["SweepProgress"], None]:
         line = f"{state.done} of {state.cases} cases{failed}; {rate:.3g} per second{left}"
         show(state.done, state.cases, line)
         if now - printed >= LINE_EVERY and not sys.stderr.isatty():
-            print(line, file=sys.stderr, flush=True)
+            print(line, file=sys.stderr)
             printed = now
 
     return report

@@ -13,7 +13,7 @@ from typer import Option
 from afo_sim.cli import common
 from afo_sim.cli.common import RecordingOption, Scenario, Sets, Threads
 from afo_sim.cli.overwriting import check_same
-from afo_sim.cli.printed_run import print_line
+from afo_sim.cli.printed_run import print_line as print
 from afo_sim.common import Foreign, Function, InputError, Json, JsonDict, Mixed, optional
 
 _Texts = Sequence[str]
@@ -199,12 +199,12 @@ def _print(title: str, table: _Table, words: _Texts = (), replies: Mixed = (), a
     from afo_sim.walker import EXPERIMENTAL
 
     for line in (*words, *(f"{reply.question} {reply.text}" for reply in replies)):
-        print_line(line, hang=2)
+        print(line, hang=2)
     common.print_table(title, *table, whole_names=True)
     assumed = dict.fromkeys(f"assumed: {text}" for reply in replies for text in reply.assumptions)
     for line in (*assumed, *asked):
-        print_line(line, hang=2)
-    print_line(f"{EXPERIMENTAL} Falls are the simulated walker's, never a patient's risk. {NO_DEVICE}")
+        print(line, hang=2)
+    print(f"{EXPERIMENTAL} Falls are the simulated walker's, never a patient's risk. {NO_DEVICE}")
 
 
 def _varied(text: str | None) -> tuple[str, Sequence[str | None]]:
