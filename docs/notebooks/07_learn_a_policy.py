@@ -14,6 +14,8 @@
 # [verdict](../verdict.md) has the last word. It needs `pip install 'afo-sim[rl,study,show]'`.
 
 # %%
+import textwrap
+
 import cma
 import gymnasium
 import matplotlib.pyplot as plt
@@ -88,10 +90,10 @@ for axes in (left, right):
     axes.legend(loc="upper center", ncols=3, frameon=False, fontsize=8)
 
 # %% [markdown]
-# Left: four generations suffice (of nine seeds and widths one got stuck at "vented"). Right: in all
-# three patients the learned rule earns more than the shipped timing. Do not take it for the better
-# controller: a muscle that is filled once and shut earns more than all, and the timing less than open
-# outlets. **This reward does not pay for timing**, and the search found that out.
+# Left: four generations suffice (of nine seeds and widths one got stuck at "vented"). Right: in all three
+# patients the learned rule earns more than the shipped timing. Do not take it for the better controller: a
+# muscle that is filled once and shut earns more than all, and the timing less than open outlets. **This
+# reward does not pay for timing**, and the search found that out.
 #
 # ## Ask the verdict
 #
@@ -111,7 +113,8 @@ for name, run in {"shipped timing": shipped, "learned": walked}.items():
     pressure = run["chamber/dorsiflexor/pressure"][run["time"] > run["time"][-1] - stride] / 1e5
     print(f"{name}: {pressure.min():.1f} to {pressure.max():.1f} bar in the last stride")
     for answer in run.verdict[1:5]:
-        print(f"  {answer.word:8}  {answer.question:26}  {answer.brief}")
+        told = f"  {answer.word:9} {answer.question} {answer.brief or answer.text}"
+        print(textwrap.fill(told, 84, subsequent_indent=12 * " "))
 
 # %% [markdown]
 # The "policy" holds the muscle at supply pressure. It lifts the toe by 2 mm more and resists push-off by a

@@ -19,6 +19,8 @@
 # draws are few; use 200 or more for your own.
 
 # %%
+import textwrap
+
 import matplotlib.pyplot as plt
 
 import afo_sim as afo
@@ -59,7 +61,8 @@ _ = axes.legend()
 
 # %%
 for step in found.plan[1:5]:
-    print(f"{step['what']:12} leaves {step['band_left']:.0%} of the band, if known: {step['measure']}")
+    told = f"{step['what']:12} known leaves {step['band_left']:.0%} of the band: {step['measure']}"
+    print(textwrap.fill(told, 84, subsequent_indent=13 * " "))
 
 # %% [markdown]
 # Each number has a weak point of its own: tissue and walking decide the toe, the cuff the torque, the valves
@@ -91,7 +94,8 @@ axes.axvline(found.factors[0].required, color="black", label=f"required at {foun
 axes.set(xlabel="grade", xticks=range(4))
 axes.invert_yaxis()
 axes.legend(loc="lower right")
-print(found.judgement.upper(), *found.because, sep="\n- ")
+for told in (found.judgement.upper(), *found.because):
+    print(textwrap.fill(told, 84, subsequent_indent="  "))
 
 # %% [markdown]
 # Green factors suffice, red ones do not: the numerics are good enough, measurements are missing. So this walk

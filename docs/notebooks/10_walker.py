@@ -28,7 +28,7 @@ found = afo.walk("walk-dropfoot-afo", duration="6 s", starts=10, threads=1)
 # Nothing is recorded here. *As they are* means the reflexes of the healthy walk, as on the first steps;
 # *adapted* means reflexes that a search has found for this patient (shipped, also for S1's device).
 
-# %% alt="Ankle and trunk over six seconds: the patient falls, walks with a hanging foot, or with a lifted one"
+# %% alt="Ankle and trunk over six seconds: the patient falls, or walks with a hanging or a lifted foot"
 cases = {
     "healthy": "healthy",
     "patient": "drop foot, as they are",
@@ -45,32 +45,33 @@ right.set(xlabel="time [s]", ylabel="height of the trunk's joint [m]", ylim=(0.0
 _ = right.legend()
 
 # %% [markdown]
-# Left: without a device the adapted patient's foot hangs at −28° in mid-swing, with it at −8° (healthy: −2°). Right:
-# before they adapt they fall after 1.2 s; with the device on they walk at once, by the healthy reflexes.
+# Left: without a device the adapted patient's foot hangs at −28° in mid-swing, with it at −8° (healthy: −2°).
+# Right: before they adapt they fall after 1.2 s; with the device on they walk at once, by the healthy
+# reflexes.
 #
 # ## The numbers, beside the recorded walk
 
 # %%
 recorded = afo.run("walk-dropfoot-afo").metrics
 KEYS = {"speed": 1.0, "right/clearance": 1e3, "right/ankle_swing": 1.0, "right/thigh_max": 1.0}
-print(f"{'':26} speed [m/s]  toe clearance [mm]  ankle in swing [°]  thigh, most flexion [°]")
+print(f"{'':18} speed [m/s]  clearance [mm]  ankle in swing [°]  thigh's flexion [°]")
 for name in ("healthy", "patient adapted", "device adapted"):
     values = [f"{factor * found[name].numbers[key]:.3g}" for key, factor in KEYS.items()]
-    print(f"{name:26} {values[0]:>11}  {values[1]:>18}  {values[2]:>18}  {values[3]:>23}")
-print(f"{'recorded, without':26} {'':11}  {recorded['reference_toe_clearance'].value:18.3g}")
-print(f"{'recorded, with S1':26} {'':11}  {recorded['toe_clearance'].value:18.3g}")
+    print(f"{name:18} {values[0]:>11}  {values[1]:>14}  {values[2]:>18}  {values[3]:>19}")
+print(f"{'recorded, without':18} {'':11}  {recorded['reference_toe_clearance'].value:14.3g}")
+print(f"{'recorded, with S1':18} {'':11}  {recorded['toe_clearance'].value:14.3g}")
 
 # %% [markdown]
-# Recorded and responding contradict each other. The recorded hip and knee are a healthy walker's: without a device
-# the toe would pass 26 mm below the floor. The responding patient lifts the thigh until the toe clears, and lets go of
-# that with the device. Believe the recorded walk for what the device lifts at a given hip and knee, and this one for the
-# direction in which hip and knee may answer.
+# Recorded and responding contradict each other. The recorded hip and knee are a healthy walker's: without a
+# device the toe would pass 26 mm below the floor. The responding patient lifts the thigh until the toe
+# clears, and lets go of that with the device. Believe the recorded walk for what the device lifts at a given
+# hip and knee, and this one for the direction in which hip and knee may answer.
 #
 # ## Its own answer
 
 # %%
 for reply in verdict(found):
-    print(textwrap.fill(f"{reply.question} {reply.text}", 110), end="\n\n")
+    print(textwrap.fill(f"{reply.question} {reply.text}", 84), end="\n\n")
 
 # %% [markdown]
 # What somebody could take from this wrongly:

@@ -18,6 +18,7 @@ import json
 import pathlib
 import subprocess
 import sys
+import textwrap
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -28,8 +29,9 @@ from afo_sim.export import export
 run = afo.run("seated", {"duration": "4 s", "supply.pressure": "3 bar"})
 for kind in ("plugin", "c"):
     made = export(run, f"seated_{kind}", kind, force=True)
-    print(f"{kind:7}", *(path.name for path in made.files))
-print(*made.notes)
+    told = " ".join(path.name for path in made.files)
+    print(textwrap.fill(f"{kind:7} {told}", 84, subsequent_indent=8 * " "))
+print(textwrap.fill(" ".join(made.notes), 84))
 
 # %% [markdown]
 # ## MuJoCo alone

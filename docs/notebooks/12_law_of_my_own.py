@@ -72,7 +72,7 @@ for (law, fit), mark in zip(fits.items(), "os^", strict=True):
     left_out = fit.fits[0].held_out["load"]
     print(f"{law:25} {len(fit.parameters)} parameters, {100 * left_out.rms:.2f} cm on loads left out")
     axes.plot(lifted, lifted + 100 * np.ravel(fit.residuals), mark, alpha=0.6, label=law)
-print(fits["straight"])
+print(textwrap.fill(repr(fits["straight"]), 84))
 axes.set(xlabel="measured change of length [cm]", ylabel="by the law [cm]")
 _ = axes.legend()
 
@@ -94,8 +94,9 @@ walks = {name: afo.run("walk-dropfoot-afo", {muscle: fits[name].muscle}) for nam
 for name, walk in walks.items():
     print(name, walk.metrics["toe_clearance"], walk.metrics["torque_against_push_off"], sep="  ")
 for answer in walks["straight"].verdict:
-    print(f"{answer.word:9} {answer.question:26} {answer.brief}")
-print(*(textwrap.fill(warning, 95) for warning in walks["straight"].warnings), sep="\n")
+    told = f"{answer.word:9} {answer.question} {answer.brief or answer.text}"
+    print(textwrap.fill(told, 84, subsequent_indent=10 * " "))
+print(*(textwrap.fill(warning, 84) for warning in walks["straight"].warnings), sep="\n")
 
 # %% [markdown]
 # Both laws lift the toe to 13 mm, and still no answer of the own one is GOOD: the program has no measurement
