@@ -9,7 +9,7 @@ from typer import Option
 
 from afo_sim.cli import common
 from afo_sim.cli.overwriting import check_folder, check_run_folder, check_same, telling
-from afo_sim.cli.printed_run import note_lines, print_answers, print_line, print_run, warning_lines
+from afo_sim.cli.printed_run import note_lines, print_answers, print_run, warning_lines
 from afo_sim.cli.printed_run import print_line as print
 from afo_sim.common import InputError
 
