@@ -91,7 +91,7 @@ from .scenario import Scenario as Scenario
 from .scenario_text import body_height as body_height
 from .scenario_text import body_mass as body_mass
 from .scenario_text import facts as facts
-from .scenario_text import not_applied as not_applied
+from .scenario_text import unapplied as unapplied
 from .scenario_text import worn as worn
 from .schema import SETS as SETS
 from .schema import fields_of as fields_of

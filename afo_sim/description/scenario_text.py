@@ -13,6 +13,8 @@ _REFERENCES = {  # who the same patient's other run is
     "shoe": "the same patient in the {shoe}, without orthosis",
     "orthosis-off": "the same patient with the orthosis and no air",
 }
+# of the patient: what an own walk was recorded with, and is not applied again
+NOT_OF_OWN_WALK = ("dorsiflexor_strength", "plantarflexor_strength", "stiffness", "spasticity")
 
 
 def joint_words(scenario: _Scenario) -> Joint:
@@ -54,10 +56,10 @@ def own_walk(scenario: _Scenario) -> bool:
     return (scenario.get("gait") or {}).get("walker") == "patient"
 
 
-def not_applied(description: str) -> list[str]:
-    """Keys that a scenario's description says were set, and that a patient's own walk leaves no room for."""
-    names = ("dorsiflexor_strength", "plantarflexor_strength", "stiffness", "spasticity")
-    return [key for key in (f"patient.{name}" for name in names) if f"set {key}=" in description]
+def unapplied(description: str) -> list[str]:
+    """Keys that were set, alone or with the whole patient, and that a patient's own walk has no use for."""
+    whole = "set patient=" in description
+    return [f"patient.{key}" for key in NOT_OF_OWN_WALK if whole or f"set patient.{key}=" in description]
 
 
 def facts(scenario: _Scenario) -> list[tuple[str, str]]:

@@ -41,8 +41,6 @@ _BRIEF = {
     "cuff-assumed": "the result depends on the assumed cuff stiffness",
     "ankle-derived": "toe clearance is accurate to about 8 mm",
 }
-# of the patient: what an own walk was recorded with, and is not applied again
-NOT_OF_OWN_WALK = ("dorsiflexor_strength", "plantarflexor_strength", "stiffness", "spasticity")
 _STILL = 1e-6  # range of motion below which a joint does not move [deg]
 
 
@@ -211,16 +209,11 @@ def of_walker(scenario: JsonMapping) -> list[Notice]:
         found.append(Notice("walker-mass", words, subject="patient.body_mass", **data))
     found += _of_height(cycle, scenario)
     if own_walk(scenario):
-        patient, whole = scenario["patient"], NOT_OF_OWN_WALK[:3]
-        keys = [f"patient.{key}" for key in whole if float(patient.get(key, 1.0)) != 1.0]
-        if parse_quantity(patient.get("spasticity") or "0 N*m*s/rad", "N*m*s/rad") > 0.0:
-            keys.append("patient.spasticity")
         words = (
             "the recorded walk is the patient's own, without the device: the muscles act as recorded, and "
         )
-        words += "the torque that the patient lacks is unknown{key}"
-        key = f"; not applied: {', '.join(keys)}" if keys else ""
-        found.append(Notice("own-walk", words, subject="gait.walker", key=key, keys=keys))
+        words += "the torque that the patient lacks is unknown"
+        found.append(Notice("own-walk", words, subject="gait.walker"))
     return found
 
 

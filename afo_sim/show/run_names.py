@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 
 from afo_sim.common import JsonMapping
-from afo_sim.description import not_applied, unchanged
+from afo_sim.description import unapplied, unchanged
 from afo_sim.description.scenario_text import own_walk
 from afo_sim.show.style import plain
 
@@ -24,7 +24,7 @@ def in_words(scenario: JsonMapping) -> tuple[str, list[str]]:
     whole = scenario.get("description") or ""
     words, _ = unchanged(whole)
     keys = (part.removeprefix("set ").partition("=") for part in whole.split("; ") if part.startswith("set "))
-    idle = not_applied(whole) if own_walk(scenario) else []
+    idle = unapplied(whole) if own_walk(scenario) else []
     told = [(re.sub(r"[._]", " ", key), value, " (not applied)" * (key in idle)) for key, _, value in keys]
     return words, [f"{key} {value}".rstrip() + idly for key, value, idly in told]
 
