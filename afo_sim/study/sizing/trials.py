@@ -96,8 +96,8 @@ class Trials:
             if b.size <= scan[-1] and not (a.meets and b.meets) and not _lacks(a) & _lacks(b)
             for p in tries.steps_between(a.size, b.size)
         ]
-        tried += self._confirmed(self._pressures(inner, beyond=len(tried)))
-        tried.sort(key=lambda each: each.size)
+        tried += self._pressures(inner, beyond=len(tried))
+        tried = self._confirmed(sorted(tried, key=lambda each: each.size))
         first = next((k for k, each in enumerate(tried) if each.meets), None)
         interval = None
         if first is not None:
@@ -251,25 +251,21 @@ class Trials:
         """The same, where the smallest that meets all, and the one at a size, do so by their own verdicts."""
         found, sure = [*tried], False
         for k in sorted(range(len(found)), key=lambda k: bool(found[k].doubt)):
-            if found[k].meets and (not sure or found[k].size == at):
+            if found[k].meets and found[k].said is None and (not sure or found[k].size == at):
                 found[k] = self._by_its_verdict(found[k])
-                sure = sure or found[k].meets
+            sure = sure or found[k].meets
         return found
 
     def _by_its_verdict(self, each: Candidate) -> Candidate:
         """A candidate after a run of its own, whose verdict may doubt that the limits are met."""
-        if each.said is not None:
-            return each
         run = run_scenario(self.scenario.set(each.sets))
         told = {answer.name: answer for answer in run.verdict if answer.status != "good"}
-        if self.request.requirements == usual(self.scenario):
-            why = [f"{a.word}: {a.brief or a.text}" for name, a in told.items() if name == LIFT]
-        else:
-            codes = {code: cap for code, (cap, columns) in CAPS.items() if FORCE in columns}
-            why = [f"{codes[w.code].upper()}: {w}" for w in run.warnings if getattr(w, "code", "") in codes]
-        short = {VERDICT: f"its own run is {why[0]}"} if why else {}
-        said = {name: answer.word for name, answer in told.items() if name != LIFT}
-        return dataclasses.replace(each, short=each.short | short, said=said)
+        lift = told.pop(LIFT, None)
+        why = [str(w) for w in run.warnings if FORCE in CAPS.get(getattr(w, "code", ""), ("", ()))[1]]
+        if lift is not None and self.request.requirements == usual(self.scenario):
+            why = [f"{lift.word}, {lift.brief or lift.text}"]
+        short = {VERDICT: f"in doubt by its own run: {why[0]}"} if why else {}
+        return dataclasses.replace(each, short=short, said={name: a.word for name, a in told.items()})
 
     def _sizing(
         self, tried: Sequence[Candidate], more: tuple[Requirement, ...] = (), notes: Sequence[str] = (),
