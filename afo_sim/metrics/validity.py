@@ -85,5 +85,7 @@ def _capped(answer: Answer, warnings: Sequence[Notice]) -> Answer:
     why = next(o for o, cap in zip(warnings, caps, strict=True) if worst([answer.status, cap]) == status)
     text, brief = (each.replace(ENOUGH, IF_SO) for each in (answer.text, answer.brief))
     text = f"{text} {status.upper()}, since {why}."
-    brief = f"{brief}; {why.code.replace('-', ' ')}" if brief else ""
+    passed = {"value", "limit", "unit"} <= why.data.keys()
+    most = "{value:.3g}, limit {limit:.3g}{unit}".format(**why.data) if passed else ""
+    brief = f"{brief}; {why.code.replace('-', ' ')} {most}".rstrip() if brief else ""
     return dataclasses.replace(answer, status=status, text=text, brief=brief)

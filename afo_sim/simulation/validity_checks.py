@@ -80,6 +80,9 @@ def mismatch_warning(energy: Mapping[str, Metric]) -> Iterator[Notice]:
         )
 
 
+_FURTHER = ": measure the muscle further (afo-sim fit), or take a longer one or less pressure"
+
+
 def limit_warnings(
     built: Built, columns: Columns, static: Mapping[str, np.ndarray] | None = None
 ) -> Iterator[Notice]:
@@ -149,7 +152,7 @@ def _muscle_limits(name: str, group: MuscleGroup, columns: Columns) -> Iterator[
                 beyond=float(values[worst]) - limit,
                 unit=unit,
                 time=float(columns["time"][worst]),
-                kind=provenance_note(limits, key),
+                kind=provenance_note(limits, key) + _FURTHER * (key == "contraction_max"),
             )
 
 

@@ -9,6 +9,7 @@ import afo_sim
 from afo_sim.common import Notice
 from afo_sim.metrics import QUESTIONS, Answer, capped, decides, with_draws
 from afo_sim.metrics.validity import CAPS, RESTS_ON
+from afo_sim.simulation import answers_of
 
 NAMES = (*QUESTIONS, "move")
 ALL = tuple(Answer(name, "?", "good", "Fine.", "") for name in NAMES)
@@ -26,6 +27,7 @@ HARMLESS = {  # warnings that cap no answer: an answer says them itself, or no n
     "where the height is taken": "no-swing-minimum",
     "of a gait file, before a run": "stride-open",
     "of a metric of the user's, of which no answer is made": "own-metric-failed",
+    "what was set is not simulated, and nothing that is simulated is in doubt": "strength-not-applied",
     "of the torque map": "pressure-limit device-of-another-size",
 }
 
@@ -53,6 +55,18 @@ def test_a_warning_caps_what_rests_on_the_columns_that_it_doubts(code: str) -> N
     assert decides(Notice(code, "")) and not decides(code)
     worst = tuple(Answer(name, "?", "bad", "", "") for name in NAMES)
     assert capped(worst, [Notice(code, "it is off")]) == worst
+
+
+def test_a_capped_answers_short_form_has_the_number_and_its_limit() -> None:
+    """And what the warning says to do of a contraction holds: less pressure, or a longer muscle."""
+    muscle = "orthosis.muscle.dorsiflexor"
+    sets: dict[str, object] = {"duration": "2 s", f"{muscle}.type.limits.contraction_max": 0.12}
+    longer = {f"{muscle}.type.total_length": "25 cm", f"{muscle}.link_length": "7.7 cm"}
+    runs = [afo_sim.run("seated", sets | more) for more in ({}, {"supply.pressure": "3 bar"}, longer)]
+    most, *less = (float(run["muscle/dorsiflexor_1/contraction"].max()) for run in runs)
+    assert max(less) < most
+    (moves, _) = answers_of(runs[0])
+    assert moves.status == "unknown" and f"{most:.3g}" in moves.brief and "0.12" in moves.brief
 
 
 @pytest.mark.parametrize(("beyond", "status"), [(0.08, "doubtful"), (0.09, "bad")])
