@@ -71,8 +71,11 @@ def remark(folder: pathlib.Path) -> str:
         return "time step: not checked, since no case of a sample runs at another step"
     if not told["beyond"]:
         return f"{begun}none has a number that twice the step puts beyond its bound"
-    name, most = max(errors_of(told["worst"]).items(), key=lambda item: item[1].times)
+    errors = errors_of(told["worst"])
+    name, most = max(errors.items(), key=lambda item: item[1].times)
+    off = [name for name, error in errors.items() if error.times > 1.0]
     text = f"{begun}{len(told['beyond'])} have numbers that twice the step puts beyond their bounds, most "
     text += f"{name} of case {told['worst'][name]['case']} by {Metric(most.error, most.unit)} "
     text += f"({most.bound:.2g} allowed): set a shorter timestep, or run such a case alone, "
-    return f"{text}which controls its step"
+    text += f"which controls its step; do not decide by {', '.join(off)} where cases differ by less"
+    return f"{text}; the other {len(errors) - len(off)} numbers hold in the sample"

@@ -38,6 +38,9 @@ def test_numbers_that_twice_the_step_moves_are_named(
     told = read_json(tmp_path / "out" / STEPS)
     assert code == 0 and remark(tmp_path / "out") in printed and (told["sample"], told["checked"]) == (2, 2)
     assert (not told["beyond"]) is fine
+    named = {name for names in told["beyond"].values() for name in names}
+    assert all(name in remark(tmp_path / "out") for name in named)  # by them nobody should decide
+    assert fine or f"other {len(told['worst']) - len(named)} numbers" in remark(tmp_path / "out")
     times = {}
     for case, pressure in ((0, "2 bar"), (4, "4 bar")):
         sets = VALVES | {"duration": "1 s", "supply.pressure": pressure}
