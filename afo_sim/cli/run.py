@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal, cast
 
-from typer import Option
+from typer import Argument, Option
 
 from afo_sim.cli import common
 from afo_sim.cli.overwriting import check_folder, check_run_folder, check_same, telling
@@ -94,12 +94,17 @@ def _stop(failed: dict[str, str]) -> None:
 @common.app.command()
 def compare(
     scenario: common.Scenario,
+    others: Annotated[list[str] | None, Argument(hidden=True)] = None,
     laws: Annotated[str, Option(help="names, separated by commas; by default all common laws")] = "",
     out: Annotated[Path | None, Option(help="output folder; runs/<scenario>-laws by default")] = None,
     sets: common.Sets = None,
     rrd: common.RecordingOption = None,
 ) -> None:
     """Compare several muscle laws in one scenario."""
+    if others or (Path(scenario) / "recording.parquet").is_file():
+        runs = " ".join([scenario, *(others or "B")])
+        problem = "is for the laws of one scenario, not for runs"
+        raise InputError(problem, field="compare", allowed=f"afo-sim report {runs}")
     values = common.read_sets(sets)
     with common.progress("reading the files, compiling the muscles") as report:
         from afo_sim.show import write

@@ -134,3 +134,11 @@ def test_names_in_an_older_table_reach_no_other_folder(tmp_path: pathlib.Path, c
     assert call("compare", "arm", "--laws", "polynomial,sarosi_2012", *SHORT, "--out", out)[0] == 0
     assert (other / "recording.parquet").read_text() == "theirs"
     assert (out / "mine" / "recording.parquet").read_text() == "mine"
+
+
+def test_runs_are_not_compared_by_laws(tmp_path: pathlib.Path, call: Call) -> None:
+    """Whoever types two runs, or one, is told which command compares them."""
+    assert call("run", "--out", tmp_path / "a", *SHORT)[0] == 0
+    for runs in ([tmp_path / "a", tmp_path / "b"], [tmp_path / "a"]):
+        code, _, complaint = call("compare", *runs)
+        assert code == 2 and f"afo-sim report {tmp_path / 'a'}" in complaint
