@@ -128,6 +128,9 @@ def run(
     if uncertainty and not (controller is None and policy is None):
         problem = "does not go with a controller in Python or a policy: the draws would run without it"
         raise InputError(problem, field="uncertainty", value=uncertainty, allowed="0")
+    if policy is not None and not isinstance(policy, Policy):
+        problem, allowed = "is not a Policy", "a function of what is measured goes into controller="
+        raise InputError(problem, field="policy", value=type(policy).__name__, allowed=allowed)
     with_bands = shown().bands(description, uncertainty, progress) if uncertainty else None
 
     def simulated(at: Scenario, what: str, start: bool) -> Recording:

@@ -373,3 +373,9 @@ def test_model_too_large_for_metadata_is_left_out(monkeypatch: pytest.MonkeyPatc
     assert unpacked(packed(some)) == some
     monkeypatch.setattr(kept_model, "LARGEST", 100)
     assert packed(some) == "" and unpacked("") == b""
+
+
+def test_a_function_as_policy_is_told_where_it_belongs() -> None:
+    with pytest.raises(InputError, match="controller=") as refused:
+        afo_sim.run("seated", {"duration": "0.1 s"}, policy=lambda time, measured: {})  # type: ignore[arg-type]
+    assert refused.value.field == "policy"
