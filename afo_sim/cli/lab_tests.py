@@ -268,6 +268,8 @@ def fit_command(asked: _Fit) -> None:
             draw(found, folder)
     print_tables(words.tables(found), words.remarks(found))
     hint = ""
+    if kind == "law" and len(asked.data) == 1:
+        hint = f"; put it into a device with: afo-sim new orthosis NAME --muscle {out / 'muscle.toml'}"
     if kind == "scenario" and names and found.converged:
         hint = f"; run it with: afo-sim run {out / run_report.SCENARIO}"
     if kind == "orthosis":

@@ -153,7 +153,17 @@ def rank(fits: Sequence[LawFit]) -> list[LawFit]:
     kind = _ranked_by(fits)
     errors = [fit.held_out[kind].rms if kind in fit.held_out else math.inf for fit in fits]
     ranked = sorted(zip(errors, fits, strict=True), key=lambda pair: (pair[0], pair[1].spread, pair[1].rms))
-    return [fit for _, fit in ranked]
+    best = ranked[0][1]
+    # of errors within one standard error of the least a law that is determined (Breiman et al. 1984, CART)
+    parts = best.held_out[kind].errors.values() if kind in best.held_out else ((0.0, 0.0),) * 2
+    squares = [np.mean(np.square(part)) for part in parts]
+    most = ranked[0][0] ** 2 + np.std(squares, ddof=1) / math.sqrt(len(squares))
+    best = next((fit for error, fit in ranked if error**2 < most and _determined(fit)), best)
+    return sorted((fit for _, fit in ranked), key=lambda fit: fit is not best)
+
+
+def _determined(fit: LawFit) -> bool:
+    return all(map(math.isfinite, fit.half_width.values()))
 
 
 def criterion(fits: Sequence[LawFit]) -> str:
@@ -175,6 +185,11 @@ def doubts(fits: Sequence[LawFit]) -> list[Notice]:
             text += "so laws are not ranked by it; measure at {fewest} or more"
             groups = _groups(fits, kind)
             found.append(Notice("too-few-groups", text, subject=kind, groups=groups, fewest=FEWEST[kind]))
+    if whole := [fit for fit in fits if _determined(fit)] * (not _determined(best)):
+        text = "the data do not determine all parameters of {subject}: trust it only where measured; "
+        text += f"of {{whole}} they do ({factor * whole[0].rms:.3g} {unit} RMS), which --law fits alone"
+        first, other = (fit.problem.law.name for fit in (best, whole[0]))
+        found.append(Notice("law-not-determined", text, subject=first, whole=other))
     if not _ranked_by(fits) and not found:
         text = "nothing was held out: the order shows how well laws fit, not how well they predict"
         found.append(Notice("nothing-left-out", text))

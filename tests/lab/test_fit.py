@@ -14,7 +14,7 @@ from campaign import nightly
 from command import call
 
 import afo_sim
-from afo_sim.common import InputError, assets
+from afo_sim.common import InputError, assets, with_code
 from afo_sim.description import load
 from afo_sim.lab import (
     LawFit,
@@ -29,6 +29,7 @@ from afo_sim.lab import (
     select,
     take,
 )
+from afo_sim.lab.identifiability import unidentified
 from afo_sim.lab.law_fit import held_out
 from afo_sim.lab.law_muscle import doubts, rank
 from afo_sim.lab.law_problem import errors
@@ -385,6 +386,28 @@ def test_orders_that_contradict_each_other_are_told(characteristic: dict[int, Me
     assert "contradict" in doubts(ranked)[0]
     assert "sarosi_2012" in doubts(ranked)[0]
     assert doubts([near, far]) == []
+
+
+@pytest.mark.parametrize(("error", "first"), [(1.1, "tondu_lopez_2000"), (1.6, "sarosi_2012")])
+def test_of_laws_alike_one_that_the_data_determine_is_first(
+    error: float, first: str, characteristic: dict[int, Measured]
+) -> None:
+    """Within one standard error of the least mean square (Breiman et al. 1984); else it is named beside."""
+    near, far = (fit_law(pose(law, [characteristic[20]])) for law in ("sarosi_2012", "tondu_lopez_2000"))
+    lacking = unidentified("not-identified", near.problem.names[:1], "no interval")
+    near = dataclasses.replace(near, verdict=(lacking,))
+    assert any(map(math.isinf, near.half_width.values()))
+    assert not any(map(math.isinf, far.half_width.values()))
+    one, none = np.ones(5), np.zeros(5)
+    # squares 0.25, 1 and 2.25: mean 1.167, standard error 0.583, so that 1.32 is alike and 1.33 is not
+    parts = {f"{k} bar": (0.5 * k * one, one, none) for k in (1, 2, 3)}
+    near = dataclasses.replace(near, held_out={"pressure": HeldOut(parts)})
+    parts = {f"{k} bar": (error * one, one, none) for k in (1, 2, 3)}
+    far = dataclasses.replace(far, held_out={"pressure": HeldOut(parts)})
+    ranked = rank([near, far])
+    assert ranked[0].problem.law.name == first
+    told = with_code(doubts(ranked), "law-not-determined")
+    assert [notice.data["whole"] for notice in told] == ["tondu_lopez_2000"] * (first == "sarosi_2012")
 
 
 def test_grade_counts_only_what_was_measured() -> None:
