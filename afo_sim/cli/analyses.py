@@ -8,8 +8,8 @@ import typer
 from typer import Argument, Option
 
 from afo_sim.cli import common
+from afo_sim.cli.common import print_line as print
 from afo_sim.cli.overwriting import check_same
-from afo_sim.cli.printed_run import print_line as print
 
 
 @dataclass(frozen=True)

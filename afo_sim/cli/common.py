@@ -3,13 +3,16 @@
 import functools
 import gc
 import inspect
+import os
+import re
 import shutil
 import sys
+import textwrap
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from typing import Annotated
+from typing import Annotated, TextIO
 
 import typer
 from typer import Argument, Option
@@ -90,6 +93,13 @@ _EVERY = 10.0  # between two lines of progress where no terminal is [s]
 _MOST_WORKERS = 4096
 _MOST_SHORT = 9  # characters of a cell that is not broken in a table of whole names
 _GAP = 2  # between two columns of a table
+_QUANTITY = re.compile(r"(?<=\d) (?=[^\W\d]{1,3}\b)")  # between a number and its unit
+_STYLES = {"✓": "bold green", "!": "bold yellow", "✗": "bold red", "?": "bold"}
+_WHOLE = ("{", "[", '"', "|")  # begin lines of JSON, and rows of a table: no prose
+_SPELLED = str.maketrans(  # for a terminal that does not know them
+    {"✓": "+", "✗": "x", "−": "-", "–": "-", "·": "*", "°": " deg", "≥": ">=", "≤": "<=", "×": "x", "²": "^2"}
+    | {"…": "...", "→": "->"}
+)
 Scenario = Annotated[str, Argument(help="name of a shipped scenario, or a TOML file")]
 
 
@@ -241,10 +251,49 @@ def _plain_progress(title: str) -> Iterator[Callable[..., None]]:
         thread.join()
 
 
+def print_line(
+    text: object = "", *, hang: int = 2, badge: int = 0, style: str = "", file: TextIO | None = None
+) -> None:
+    """A text wrapped to the terminal's width, with an indent; unwrapped for a file or program."""
+    from rich.console import Console
+    from rich.text import Text
+
+    out, words = file or sys.stdout, str(text)
+    shown = Text("\n".join(part for line in words.split("\n") for part in wrapped(line, hang)), style=style)
+    if badge:
+        shown.stylize(_STYLES.get(words[0], ""), 0, badge)
+    encoding = getattr(out, "encoding", None) or "utf-8"
+    try:
+        shown.plain.encode(encoding)
+    except UnicodeEncodeError:
+        spelled = shown.plain.replace(" °", "°").translate(_SPELLED)
+        print(spelled.encode(encoding, "replace").decode(encoding), file=out)
+        return
+    if out.isatty():
+        Console(file=out, highlight=False).print(shown, soft_wrap=True)
+    else:
+        print(shown.plain, file=out)
+
+
+def wrapped(text: str, hang: int) -> Iterator[str]:
+    """The lines of a text at the terminal's width, further ones indented; whole for a file or program."""
+    width = shutil.get_terminal_size().columns
+    free = not sys.stdout.isatty() and not os.environ.get("COLUMNS")
+    if free or len(text) <= width or text.lstrip().startswith(_WHOLE):
+        yield text
+        return
+    for line in textwrap.wrap(
+        _QUANTITY.sub("\N{NO-BREAK SPACE}", text),
+        max(width, hang + 20),
+        subsequent_indent=" " * (len(text) - len(text.lstrip()) + hang),
+        break_long_words=False,
+        break_on_hyphens=False,
+    ):
+        yield line.replace("\N{NO-BREAK SPACE}", " ")
+
+
 def print_tables(tables: Iterable[tuple[str, list[str], Rows]], lines: Iterable[str] = ()) -> None:
     """Tables, and lines below them."""
-    from afo_sim.cli.printed_run import print_line  # which prints such tables itself
-
     for title, header, rows in tables:
         print_table(title, header, rows)
     for line in lines:

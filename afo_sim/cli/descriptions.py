@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 from typer import Argument, Option
 
 from afo_sim.cli import common
-from afo_sim.cli.printed_run import print_line as print
+from afo_sim.cli.common import print_line as print
 from afo_sim.common import Foreign, InputError, Keywords, assets, nearest_name, unknown
 
 if TYPE_CHECKING:

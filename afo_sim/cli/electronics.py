@@ -7,8 +7,8 @@ import typer
 from typer import Option
 
 from afo_sim.cli.common import Scenario, Sets, app, print_table, progress, quantity, read_sets, short_lived
+from afo_sim.cli.common import print_line as print
 from afo_sim.cli.overwriting import check_same
-from afo_sim.cli.printed_run import print_line as print
 from afo_sim.common import InputError, JsonDict
 
 _JSON, _COMMANDS = "electronics.json", "commands.csv"

@@ -7,8 +7,8 @@ from typing import Annotated
 from typer import Argument, Option
 
 from afo_sim.cli.common import SIDES_HEADER, gait_app, one_group, print_table, progress
+from afo_sim.cli.common import print_line as print
 from afo_sim.cli.overwriting import check_files
-from afo_sim.cli.printed_run import print_line as print
 from afo_sim.common import InputError
 
 

@@ -23,8 +23,8 @@ from afo_sim.cli.common import (
     quantity,
     read_sets,
 )
+from afo_sim.cli.common import print_line as print
 from afo_sim.cli.overwriting import check_folder
-from afo_sim.cli.printed_run import print_line as print
 from afo_sim.common import Foreign, Function, Mixed
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 from typer import Argument, Option
 
 from afo_sim.cli.common import app, check_side, leg_app, one_group, picked, print_table, progress, quantity
-from afo_sim.cli.printed_run import print_line as print
+from afo_sim.cli.common import print_line as print
 from afo_sim.common import InputError, Keywords, Mixed
 
 if TYPE_CHECKING:

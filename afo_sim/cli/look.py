@@ -9,8 +9,8 @@ from typing import Annotated
 from typer import Argument, Option
 
 from afo_sim.cli.common import Rate, Sets, app, hertz_of, progress, quantity, read_sets
+from afo_sim.cli.common import print_line as print
 from afo_sim.cli.overwriting import KNOWN_BY, check_folder
-from afo_sim.cli.printed_run import print_line as print
 from afo_sim.common import InputError, unknown
 
 _FORMATS = "sto|mot|csv|mat|mjb|plugin|c|fmu"

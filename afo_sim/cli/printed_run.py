@@ -1,33 +1,21 @@
 """A run on the terminal: a screen of what decides, or every number."""
 
-import os
-import re
-import shutil
-import sys
-import textwrap
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, TextIO
+from typing import TYPE_CHECKING
 
-from afo_sim.cli.common import print_table
+from afo_sim.cli.common import print_line, print_table, wrapped
 from afo_sim.common import Mixed, installed
 
 if TYPE_CHECKING:
     from afo_sim.metrics import Answer
     from afo_sim.simulation import Both, Recording
 
-_QUANTITY = re.compile(r"(?<=\d) (?=[^\W\d]{1,3}\b)")  # between a number and its unit
-_STYLES = {"✓": "bold green", "!": "bold yellow", "✗": "bold red", "?": "bold"}
 _LINES = 23  # that a run prints unasked: they fit a terminal of 24 rows
 _WARNING = "warning: "
-_WHOLE = ("{", "[", '"', "|")  # begin lines of JSON, and rows of a table: no prose
 _Line = tuple[str, int]  # a text, and by how much its further lines are indented
 _Lines = Sequence[_Line]
 _Judged = Sequence[tuple["Recording", "Answer"]]
-_SPELLED = str.maketrans(  # for a terminal that does not know them
-    {"✓": "+", "✗": "x", "−": "-", "–": "-", "·": "*", "°": " deg", "≥": ">=", "≤": "<=", "×": "x", "²": "^2"}
-    | {"…": "...", "→": "->"}
-)
 
 
 def print_run(recording: "Recording", folder: Path, *, numbers: bool = False) -> None:
@@ -88,7 +76,7 @@ def print_answers(
 
 
 def _rows(lines: _Lines) -> int:
-    return sum(len(list(_wrapped(line, hang))) for line, hang in lines)
+    return sum(len(list(wrapped(line, hang))) for line, hang in lines)
 
 
 def _fitting(remarks: _Lines, room: int) -> list[_Line]:
@@ -179,48 +167,3 @@ def note_lines(recording: "Recording") -> list[Mixed]:
     of_run = recording.described, recording.metrics, recording.strides
     walks = bool(recording.verdict)
     return decisive(*of_run) if walks else [*cautions(*of_run), *of_walker(recording.described)]
-
-
-def print_line(
-    text: object = "", *, hang: int = 2, badge: int = 0, style: str = "", file: TextIO | None = None
-) -> None:
-    """A text wrapped to the terminal's width, with an indent; unwrapped for a file or program."""
-    from rich.console import Console
-    from rich.text import Text
-
-    out, words = file or sys.stdout, str(text)
-    shown = Text("\n".join(part for line in words.split("\n") for part in _wrapped(line, hang)), style=style)
-    if badge:
-        shown.stylize(_STYLES.get(words[0], ""), 0, badge)
-    encoding = getattr(out, "encoding", None) or "utf-8"
-    try:
-        shown.plain.encode(encoding)
-    except UnicodeEncodeError:
-        spelled = shown.plain.replace(" °", "°").translate(_SPELLED)
-        print(spelled.encode(encoding, "replace").decode(encoding), file=out)
-        return
-    if out.isatty():
-        Console(file=out, highlight=False).print(shown, soft_wrap=True)
-    else:
-        print(shown.plain, file=out)
-
-
-def _wrapped(text: str, hang: int) -> Iterator[str]:
-    width = _width()
-    if width is None or len(text) <= width or text.lstrip().startswith(_WHOLE):
-        yield text
-        return
-    for line in textwrap.wrap(
-        _QUANTITY.sub("\N{NO-BREAK SPACE}", text),
-        max(width, hang + 20),
-        subsequent_indent=" " * (len(text) - len(text.lstrip()) + hang),
-        break_long_words=False,
-        break_on_hyphens=False,
-    ):
-        yield line.replace("\N{NO-BREAK SPACE}", " ")
-
-
-def _width() -> int | None:
-    if sys.stdout.isatty() or os.environ.get("COLUMNS"):
-        return shutil.get_terminal_size().columns
-    return None

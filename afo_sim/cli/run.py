@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Annotated, Literal, cast
 from typer import Argument, Option
 
 from afo_sim.cli import common
+from afo_sim.cli.common import print_line as print
 from afo_sim.cli.overwriting import check_folder, check_run_folder, check_same, telling
 from afo_sim.cli.printed_run import note_lines, print_answers, print_run, warning_lines
-from afo_sim.cli.printed_run import print_line as print
 from afo_sim.common import InputError
 
 if TYPE_CHECKING:
@@ -102,9 +102,9 @@ def compare(
 ) -> None:
     """Compare several muscle laws in one scenario."""
     if others or (Path(scenario) / "recording.parquet").is_file():
-        runs = " ".join([scenario, *(others or "B")])
+        folders = " ".join([scenario, *(others or "B")])
         problem = "is for the laws of one scenario, not for runs"
-        raise InputError(problem, field="compare", allowed=f"afo-sim report {runs}")
+        raise InputError(problem, field="compare", allowed=f"afo-sim report {folders}")
     values = common.read_sets(sets)
     with common.progress("reading the files, compiling the muscles") as report:
         from afo_sim.show import write

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Annotated, cast
 from typer import Argument, Option
 
 from afo_sim.cli import common
+from afo_sim.cli.common import print_line as print
 from afo_sim.cli.overwriting import check_folder
-from afo_sim.cli.printed_run import print_line as print
 from afo_sim.common import InputError, Keywords
 
 if TYPE_CHECKING:

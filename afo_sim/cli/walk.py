@@ -12,8 +12,8 @@ from typer import Option
 
 from afo_sim.cli import common
 from afo_sim.cli.common import RecordingOption, Scenario, Sets, Threads
+from afo_sim.cli.common import print_line as print
 from afo_sim.cli.overwriting import check_same
-from afo_sim.cli.printed_run import print_line as print
 from afo_sim.common import Foreign, Function, InputError, Json, JsonDict, Mixed, optional
 
 _Texts = Sequence[str]

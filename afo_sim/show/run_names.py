@@ -25,7 +25,9 @@ def in_words(scenario: JsonMapping) -> tuple[str, list[str]]:
     words, _ = unchanged(whole)
     keys = (part.removeprefix("set ").partition("=") for part in whole.split("; ") if part.startswith("set "))
     idle = unapplied(whole) if own_walk(scenario) else []
-    told = [(re.sub(r"[._]", " ", key), value, " (not applied)" * (key in idle)) for key, _, value in keys]
+    told = [
+        (re.sub(r"[._]", " ", key), value, " (not applied)" if key in idle else "") for key, _, value in keys
+    ]
     return words, [f"{key} {value}".rstrip() + idly for key, value, idly in told]
 
 

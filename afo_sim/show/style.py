@@ -1,6 +1,7 @@
 """Pages of drawings as files: their formats, and PNGs of few colours."""
 
 import functools
+import io
 import pathlib
 import tempfile
 import textwrap
@@ -10,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common import FloatOrArray, Foreign, InputError, replacing
+from afo_sim.common import FloatOrArray, Foreign, InputError, replacing, write_text
 from afo_sim.show.in_words import described, labelled, written
 
 Axes = Foreign  # Matplotlib's, as the figure: it is imported where something is drawn
@@ -168,12 +169,14 @@ def new_figure(path: pathlib.Path, size: tuple[float, float], *also: pathlib.Pat
         _break_long_labels(figure)
         words = described(figure)
         for file, suffix in suffixes.items():
-            with replacing(file) as temporary:
+            if suffix == "svg":
+                page = io.StringIO()
+                figure.savefig(page, format=suffix, metadata={"Description": words})
+                write_text(file, labelled(page.getvalue(), "figure", file.stem, words))
+            else:
                 told = {"Subject" if suffix == "pdf" else "Description": words}
-                figure.savefig(temporary, format=suffix, dpi=RESOLUTION, metadata=told)
-                if suffix == "svg":
-                    page = labelled(temporary.read_text(encoding="utf-8"), "figure", file.stem, words)
-                    temporary.write_text(page, encoding="utf-8")
+                with replacing(file) as temporary:
+                    figure.savefig(temporary, format=suffix, dpi=RESOLUTION, metadata=told)
             figure.set_layout_engine("none")  # what is laid out stays, and is not laid out again
 
 

@@ -19,11 +19,9 @@ from afo_sim.common import assets
 from afo_sim.gait import file as gait
 from afo_sim.lab import fit_torque, paths, replay, statics
 from afo_sim.legs import import_leg
-from afo_sim.show import compared_figures, in_words, paper_page, run_figure, style
+from afo_sim.show import compared_figures, draw_leg, draw_size, in_words, paper_page, run_figure, style
 from afo_sim.show import sweep_figures as sweeps
-from afo_sim.show.leg_picture import draw_leg
 from afo_sim.show.patients_figure import draw_patients
-from afo_sim.show.size_figure import draw_size
 from afo_sim.show.stand_figure import draw_replay
 from afo_sim.show.walker_figure import draw_response
 from afo_sim.simulation import Recording
