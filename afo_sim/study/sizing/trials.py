@@ -268,9 +268,12 @@ class Trials:
         return dataclasses.replace(each, short=short, said={name: a.word for name, a in told.items()})
 
     def _sizing(
-        self, tried: Sequence[Candidate], more: tuple[Requirement, ...] = (), notes: Sequence[str] = (),
+        self,
+        tried: Sequence[Candidate],
+        more: tuple[Requirement, ...] = (),
+        notes: Sequence[str] = (),
         **found: Mixed,
-    ) -> Sizing:  # fmt: skip
+    ) -> Sizing:
         requirements, tried = (*self.request.requirements, *more), self._confirmed(tried)
         told: Keywords = {"air": self.air, "request": self.request.to_json()} | found
         answer = Sizing(self.request.kind, self.scenario.name, requirements, tuple(tried), **told)
