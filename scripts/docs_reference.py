@@ -71,7 +71,7 @@ def table(header: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
 def plain(text: str) -> str:
     """Text whose stars and angle brackets mean themselves, outside of code."""
     parts = text.split("`")
-    parts[::2] = [re.sub(r"([*<])", r"\\\1", part) for part in parts[::2]]
+    parts[::2] = [part.replace("*", r"\*").replace("<", "&lt;") for part in parts[::2]]
     return "`".join(parts)
 
 
