@@ -6,91 +6,79 @@ is solved for. "Without air" is the same device whose inlets never open and whos
 toe with a star is the height where the recorded foot passes lowest: this one has no minimum of its own while
 it is fast.
 
-    python scripts/cuff_study.py [--part bare|cuff|parts|remedies|shipped|walkers|rigid]
+    python scripts/cuff_study.py [--part bare|cuff|parts|remedies|shipped|walkers]
 """
 
 import argparse
+
+import pandas as pd
 
 import afo_sim as afo
 
 Sets = dict[str, object]
 PLAIN, SHORT = "walk-dropfoot-afo", "walk-dropfoot-afo-short"
-BRIEF: Sets = {"duration": "2.6 s", "reference": "orthosis-off"}  # hardly more than the settled strides
 BARE, HEALTHY = "walk-dropfoot", "walk-healthy"
+WORN: Sets = {"duration": "2.6 s", "reference": "orthosis-off"}  # hardly more than the settled strides
 SHOD: Sets = {"shoe": "trainer"}
 WALKERS = "bovi2011_xs", "bovi2011_natural", "bovi2011_l", "gatk_stride1", "gatk_mean", "opensim_walk"
 EMPTY: Sets = {"start.dorsiflexor.fill_time": "0 s"}
 SHANK, FOOT = "orthosis.anchor.shank", "orthosis.anchor.foot"
-FRONT = "orthosis.muscle.dorsiflexor."
-CABLES = (f"{FRONT}cable.stiffness", "orthosis.muscle.plantarflexor.cable.stiffness")
+FRONT, BACK = "orthosis.muscle.dorsiflexor", "orthosis.muscle.plantarflexor"
 LINK, LENGTH = 112, 215  # of S1's dorsiflexors [mm]
-STIFFENING = {"stiffening": {"force": "33 N", "length": "17 mm"}}
-LATE: Sets = {"phases.dorsiflexor.outlet[0][0]": 0.40}
-PLATE_ALONE = {"foot": {"stiffness": "50 kN/m"}}
-CUFF_ALONE = {"shank": {"stiffness": "4 kN/m"}}
-HEAD = (
-    "toe [mm]",
-    "toes less extended [mm]",
-    "ball [mm]",
-    "without air [mm]",
-    "against push-off, 10 ms [N·m]",
-    "air per stride [mg]",
-    "cuff gives [mm]",
-    "pull [N]",
-)
-OUTLET = "orthosis.chamber.dorsiflexor.outlet.conductance"
+RIGID_CUFF: Sets = {"orthosis.anchor": {"foot": {"stiffness": "50 kN/m"}}}
+STIFFENING: Sets = {SHANK: {"stiffening": {"force": "33 N", "length": "17 mm"}}}
+COLUMNS = {  # heading: metric, factor to its unit, digits
+    "toe [mm]": ("toe_clearance", 1.0, 1),
+    "toes less extended [mm]": ("toe_clearance_less_extended", 1.0, 1),
+    "ball [mm]": ("ball_clearance", 1.0, 1),
+    "without air [mm]": ("reference_toe_clearance", 1.0, 1),
+    "against push-off, 10 ms [N·m]": ("torque_against_push_off", 1.0, 1),
+    "air per stride [mg]": ("air_per_stride", 1e3, 0),
+}
 
 Case = tuple[str, str, Sets]  # label, scenario, what it sets
-CUFFS = {None: "rigid", 16: "16 kN/m", 8: "8 kN/m", 4: "4 kN/m", 2: "2 kN/m"}
 
 
-def cuff(stiffness: int | None) -> Sets:
-    """A cuff of so many kN/m; None is a rigid one."""
-    if stiffness is None:
-        return {"orthosis.anchor": PLATE_ALONE}
+def cuff(stiffness: int) -> Sets:
+    """A cuff of so many kN/m."""
     return {f"{SHANK}.stiffness": f"{stiffness} kN/m"}
+
+
+def cables(stiffness: int) -> Sets:
+    """All cables of so many kN/m."""
+    return {f"{group}.cable.stiffness": f"{stiffness} kN/m" for group in (FRONT, BACK)}
 
 
 def link(shorter: int) -> Sets:
     """Links shorter by so many millimetres in front."""
-    return {f"{FRONT}link_length": f"{LINK - shorter} mm"}
-
-
-def longer(more: int) -> Sets:
-    """Dorsiflexors longer by so many millimetres, with links shorter by as much."""
-    return link(more) | {f"{FRONT}type.total_length": f"{LENGTH + more} mm"}
-
-
-def cables(stiffness: str) -> Sets:
-    """All cables of one stiffness."""
-    return dict.fromkeys(CABLES, stiffness)
+    return {f"{FRONT}.link_length": f"{LINK - shorter} mm"}
 
 
 REMEDIES: dict[str, Sets] = {
     "as shipped": {},
-    **{f"links {shorter} mm shorter": link(shorter) for shorter in (10, 20, 25, 30)},
-    **{f"muscles {more} mm longer": longer(more) for more in (20, 40, 80)},
-    "vented from 0.40": LATE,
-    "vented from 0.40, links 30 mm shorter": LATE | link(30),
+    "links 10 mm shorter": link(10),
+    "links 30 mm shorter": link(30),
+    **{
+        f"muscles {more} mm longer": link(more) | {f"{FRONT}.type.total_length": f"{LENGTH + more} mm"}
+        for more in (40, 80)
+    },
+    "vented from 0.40": {"phases.dorsiflexor.outlet[0][0]": 0.40},
 }
-RIGID = cables("1000 kN/m") | {"orthosis.anchor": {}}
 PARTS: dict[str, list[Case]] = {
     "bare": [  # what they are held against: nobody wears an orthosis
-        (f"{scenario}, {shod}", scenario, sets)
-        for scenario in (HEALTHY, BARE)
-        for shod, sets in (("barefoot", {}), ("in the trainer", SHOD))
+        ("healthy, in the trainer", HEALTHY, SHOD),
+        ("drop foot, in the trainer", BARE, SHOD),
     ],
     "cuff": [  # alone; plate and cables stay as shipped
         ("cuff and plate rigid", PLAIN, {"orthosis.anchor": {}}),
-        *((CUFFS[stiffness], PLAIN, cuff(stiffness)) for stiffness in CUFFS),
-        ("stiffening, 33 N, 17 mm", PLAIN, {SHANK: STIFFENING}),
+        ("rigid", PLAIN, RIGID_CUFF),
+        *((f"{stiffness} kN/m", PLAIN, cuff(stiffness)) for stiffness in (8, 4, 2)),
+        ("stiffening, 33 N, 17 mm", PLAIN, STIFFENING),
     ],
     "parts": [  # cables and plate at half, double and rigid
-        ("as shipped", PLAIN, {}),
-        *((f"cables {each}", PLAIN, cables(each)) for each in ("50 kN/m", "200 kN/m", "1000 kN/m")),
-        ("plate 25 kN/m", PLAIN, {f"{FOOT}.stiffness": "25 kN/m"}),
-        ("plate 100 kN/m", PLAIN, {f"{FOOT}.stiffness": "100 kN/m"}),
-        ("plate rigid", PLAIN, {"orthosis.anchor": CUFF_ALONE}),
+        *((f"cables {each} kN/m", PLAIN, cables(each)) for each in (50, 200, 1000)),
+        *((f"plate {each} kN/m", PLAIN, Sets({f"{FOOT}.stiffness": f"{each} kN/m"})) for each in (25, 100)),
+        ("plate rigid", PLAIN, {"orthosis.anchor": {"shank": {"stiffness": "4 kN/m"}}}),
     ],
     "remedies": [  # what restores the lift, on 4 kN/m and on a cuff half and twice as stiff
         (f"{stiffness} kN/m: {label}", PLAIN, cuff(stiffness) | sets)
@@ -98,8 +86,9 @@ PARTS: dict[str, list[Case]] = {
         for label, sets in REMEDIES.items()
     ],
     "shipped": [  # the scenario on shorter links, on other cuffs
-        *((CUFFS[stiffness], SHORT, cuff(stiffness)) for stiffness in (None, 8, 4, 2)),
-        ("stiffening, 33 N, 17 mm", SHORT, {SHANK: STIFFENING}),
+        ("rigid", SHORT, RIGID_CUFF),
+        *((f"{stiffness} kN/m", SHORT, cuff(stiffness)) for stiffness in (8, 4, 2)),
+        ("stiffening, 33 N, 17 mm", SHORT, STIFFENING),
         ("3 bar", SHORT, {"supply.pressure": "3 bar"}),
     ],
     "walkers": [  # other strides than the natural mean curves, alone in a trainer and with both devices
@@ -112,13 +101,6 @@ PARTS: dict[str, list[Case]] = {
             ("on shorter links", SHORT, {}),
         )
     ],
-    "rigid": [  # nothing gives: cables of 1e6 N/m, no cuff, no plate
-        ("rigid, 4 bar", PLAIN, RIGID),
-        ("the same, cables 10 MN/m", PLAIN, RIGID | cables("10 MN/m")),
-        ("rigid, 3 bar", PLAIN, RIGID | {"supply.pressure": "3 bar"}),
-        ("rigid, 2.5 bar", PLAIN, RIGID | {"supply.pressure": "2.5 bar"}),
-        ("rigid, outlet three times as large", PLAIN, RIGID | {OUTLET: "0.165 dm^3/(s*bar)"}),
-    ],
 }
 
 
@@ -127,34 +109,19 @@ def shown(value: float, digits: int = 1) -> str:
     return f"{round(value, digits) + 0.0:.{digits}f}".replace("-", "−")
 
 
-def mounted(run: afo.Recording) -> list[str]:
-    """What only a walk with an orthosis has: the columns from "without air" on."""
-    metrics, solved = run.metrics, run["gait/solved"] == 1.0
-    found = [
-        shown(metrics["reference_toe_clearance"]),
-        shown(metrics["torque_against_push_off"]),
-        shown(1e3 * metrics["air_per_stride"], 0),
-    ]
-    if "cuff/shank/displacement" not in run.columns:
-        return [*found, "", ""]
-    gives, pull = (run[f"cuff/shank/{name}"][solved].max() for name in ("displacement", "force"))
-    return [*found, shown(1e3 * gives, 0), shown(pull, 0)]
-
-
-def row(case: Case) -> str:
+def row(label: str, scenario: str, sets: Sets) -> dict[str, str]:
     """One line of a table: the settled stride with air, and the toe without."""
-    label, scenario, sets = case
-    worn = scenario in (PLAIN, SHORT)
-    run = afo.run(scenario, (BRIEF if worn else {}) | sets)
-    metrics = run.metrics
-    star = "*" if metrics["swings_without_toe_event"] > 0.0 else ""
-    cells = [
-        shown(metrics["toe_clearance"]) + star,
-        shown(metrics["toe_clearance_less_extended"]),
-        shown(metrics["ball_clearance"]),
-        *(mounted(run) if worn else [""] * (len(HEAD) - 3)),
-    ]
-    return f"| {label} | {' | '.join(cells)} |"
+    run = afo.run(scenario, (WORN if scenario in (PLAIN, SHORT) else {}) | sets)
+    cells = {
+        heading: shown(factor * run.metrics[metric], digits)
+        for heading, (metric, factor, digits) in COLUMNS.items()
+        if metric in run.metrics
+    }
+    cells["toe [mm]"] += "*" if run.metrics["swings_without_toe_event"] > 0.0 else ""
+    if "cuff/shank/displacement" in run.columns:
+        settled = run["cuff/shank/displacement"][run["gait/solved"] == 1.0]
+        cells["cuff gives [mm]"] = shown(1e3 * settled.max(), 0)
+    return {"": label} | cells
 
 
 def begun(scenario: str, sets: Sets) -> str:
@@ -169,9 +136,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--part", choices=PARTS, action="append")
     for part in parser.parse_args().part or PARTS:
-        print(f"\n| {part} | {' | '.join(HEAD)} |\n|{'---|' * (len(HEAD) + 1)}")
-        for case in PARTS[part]:
-            print(row(case), flush=True)
+        table = pd.DataFrame([row(*case) for case in PARTS[part]]).fillna("")
+        print(f"\n{part}\n{table.to_string(index=False)}", flush=True)
     for scenario in (PLAIN, SHORT):
         print(f"\n{scenario}, toe by stride: {begun(scenario, {})}")
         print(f"{scenario}, from empty muscles: {begun(scenario, EMPTY)}")

@@ -7,16 +7,14 @@ for each valve, by `TUNED_ON` and a grid; everything that is told is of other si
 seated device, from rest.
 """
 
-import csv
 import itertools
 import math
 import pathlib
 import sys
-from collections.abc import Iterable
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+import pandas as pd
 import small_png
 
 import afo_sim
@@ -26,15 +24,19 @@ from afo_sim.simulation import Recording
 CONDUCTANCE = 0.055  # of S1's valves, C of ISO 6358 [dm³/(s·bar)]
 FACTORS = (1.0, 4.0)  # of the valves' conductance
 CHAMBERS = ("dorsiflexor", "plantarflexor")
-BANDS = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0)  # [deg]
-DERIVATIVES = (0.0, 0.01, 0.02, 0.05, 0.1)  # [s]
-INTEGRALS = (None, 2.0, 0.5)  # [s]
+# Proportional band [deg], derivative time [s], integral time [s]
+BANDS, DERIVATIVES, INTEGRALS = (
+    (0.25, 0.5, 1.0, 2.0, 4.0, 8.0),
+    (0.0, 0.01, 0.02, 0.05, 0.1),
+    (None, 2.0, 0.5),
+)
+GRID = list(itertools.product(BANDS, DERIVATIVES, INTEGRALS))
+FINER = ((100.0, 2.0), (100.0, 1.0), (200.0, 1.0))  # of the controller [Hz], time step [ms]
 PERIODS = 10  # of the sine
 SETTLE = 4  # of them that are not judged
 
 
-@dataclass(frozen=True)
-class Sine:
+class Sine(NamedTuple):
     """A reference about 0 deg: amplitude [deg], frequency [Hz]."""
 
     amplitude: float
@@ -49,8 +51,7 @@ SHOWN = Sine(5.0, 0.5)  # 10 deg peak to peak
 TESTS = (SHOWN, Sine(10.0, 0.5), Sine(2.0, 0.5), Sine(5.0, 0.25), Sine(5.0, 1.0))
 
 
-@dataclass(frozen=True)
-class Gains:
+class Gains(NamedTuple):
     """Proportional band [deg], derivative and integral time [s]; None is no integral."""
 
     band: float
@@ -62,8 +63,7 @@ class Gains:
         return f"band {self.band:g} deg, Td {1e3 * self.derivative:g} ms, {integral}"
 
 
-@dataclass(frozen=True)
-class Tracked:
+class Tracked(NamedTuple):
     """How a sine is followed after SETTLE periods: angles in deg; ratio and lag of the first harmonic."""
 
     rms: float
@@ -75,16 +75,9 @@ class Tracked:
     full: float  # share of the time in which the output is at its limit
 
 
-def sets(
-    factor: float, gains: Gains, sine: Sine, *, rate: float = 100.0, step: float = 2.0
-) -> dict[str, Any]:
+def sets(factor: float, gains: Gains, sine: Sine, rate: float = 100.0, step: float = 2.0) -> dict[str, Any]:
     """What is set in the scenario `seated`."""
-    conductance = f"{factor * CONDUCTANCE:.6g} dm^3/(s*bar)"
-    valves = {
-        f"orthosis.chamber.{chamber}.{side}.conductance": conductance
-        for chamber in CHAMBERS
-        for side in ("inlet", "outlet")
-    }
+    valves = [f"orthosis.chamber.{c}.{side}.conductance" for c in CHAMBERS for side in ("inlet", "outlet")]
     reference = {"amplitude": f"{sine.amplitude} deg", "frequency": f"{sine.frequency} Hz"}
     pid: dict[str, Any] = {
         "lowers": "plantarflexor",
@@ -93,7 +86,7 @@ def sets(
     }
     if gains.integral is not None:
         pid["integral_time"] = f"{gains.integral} s"
-    return valves | {
+    return dict.fromkeys(valves, f"{factor * CONDUCTANCE:.6g} dm^3/(s*bar)") | {
         "timer": None,
         "controller": {"rate": f"{rate} Hz", "pid": pid},
         "duration": f"{PERIODS / sine.frequency} s",
@@ -129,21 +122,9 @@ def follow(factor: float, gains: Gains, sine: Sine, **more: float) -> tuple[Reco
     return run, tracked(run, sine)
 
 
-def tuned(factor: float, grid: Iterable[tuple[float, float, float | None]] = ()) -> Gains:
+def tuned(factor: float, grid: list[tuple[float, float, float | None]] = GRID) -> Gains:
     """Of all gains of a grid those with the least root mean square error on TUNED_ON."""
-    offered = list(grid) or list(itertools.product(BANDS, DERIVATIVES, INTEGRALS))
-    return min((Gains(*each) for each in offered), key=lambda g: follow(factor, g, TUNED_ON)[1].rms)
-
-
-def rows_of(factor: float, gains: Gains) -> list[dict[str, Any]]:
-    """Every test with these valves; the shown sine also with half the time step and half the period."""
-    finer = ((100.0, 2.0), (100.0, 1.0), (200.0, 1.0))
-    cases = [(sine, rate, step) for sine in TESTS for rate, step in (finer if sine == SHOWN else finer[:1])]
-    return [
-        {"valves": factor, "sine": str(sine), "rate [Hz]": rate, "step [ms]": step}
-        | vars(follow(factor, gains, sine, rate=rate, step=step)[1])
-        for sine, rate, step in cases
-    ]
+    return min(itertools.starmap(Gains, grid), key=lambda gains: follow(factor, gains, TUNED_ON)[1].rms)
 
 
 def draw(runs: dict[float, Recording], path: pathlib.Path) -> None:
@@ -176,21 +157,21 @@ def named(factor: float) -> str:
 
 
 def main(out: pathlib.Path) -> None:
-    """Tune, test, print, draw."""
+    """Tune, test, print, draw; the shown sine also with half the time step and half the period."""
     out.mkdir(parents=True, exist_ok=True)
-    table, runs = [], {}
+    rows, runs = [], {}
     for factor in FACTORS:
         gains = tuned(factor)
         print(f"{named(factor)}: {gains}, the best of the grid on {TUNED_ON}")
-        table += rows_of(factor, gains)
+        for sine in TESTS:
+            for rate, step in FINER if sine == SHOWN else FINER[:1]:
+                found = follow(factor, gains, sine, rate=rate, step=step)[1]
+                told = {"valves": factor, "sine": str(sine), "rate [Hz]": rate, "step [ms]": step}
+                rows.append(told | found._asdict())
         runs[factor], _ = follow(factor, gains, SHOWN)
-    for row in table:
-        cells = (f"{v:8.3g}" if isinstance(v, float) else f"{v:20}" for v in row.values())
-        print(" ".join(cells))
-    with (out / "tracking.csv").open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, list(table[0]))
-        writer.writeheader()
-        writer.writerows(table)
+    table = pd.DataFrame(rows)
+    print(table.to_string(index=False, float_format="{:.3g}".format))
+    table.to_csv(out / "tracking.csv", index=False)
     draw(runs, out / "tracking.png")
 
 
