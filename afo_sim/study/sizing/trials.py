@@ -260,9 +260,9 @@ class Trials:
         """A candidate after a run of its own, whose verdict may doubt that the limits are met."""
         run = run_scenario(self.scenario.set(each.sets))
         told = {answer.name: answer for answer in run.verdict if answer.status != "good"}
-        lift = told.pop(LIFT, None)
         why = [str(w) for w in run.warnings if FORCE in CAPS.get(getattr(w, "code", ""), ("", ()))[1]]
-        if lift is not None and self.request.requirements == usual(self.scenario):
+        if LIFT in told and {*usual(self.scenario)} <= {*self.request.requirements}:
+            lift = told.pop(LIFT)
             why = [f"{lift.word}, {lift.brief or lift.text}"]
         short = {VERDICT: f"in doubt by its own run: {why[0]}"} if why else {}
         return dataclasses.replace(each, short=short, said={name: a.word for name, a in told.items()})
