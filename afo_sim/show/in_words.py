@@ -16,7 +16,9 @@ def described(figure: Foreign) -> str:
     """A figure's title, and of each panel what over what, its named curves and bars from where to where."""
     told = [*map(_said, figure.texts)]
     for axis in figure.axes:
-        drawn = [(line.get_label(), line.get_ydata()) for line in axis.lines]
+        upright = axis.get_xaxis_transform(which="grid")  # of an upright line, whose height is the panel's
+        lines = [line for line in axis.lines if line.get_transform() != upright]
+        drawn = [(line.get_label(), line.get_ydata()) for line in lines]
         drawn += [(bars.get_label(), getattr(bars, "datavalues", ())) for bars in axis.containers]
         drawn += [("colours", each.get_array()) for each in axis.collections if each.get_array() is not None]
         ranges = [
