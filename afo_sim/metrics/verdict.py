@@ -141,10 +141,11 @@ def _help(
         status = worst([status, lift])
         doubted = f"{answer}; with it, clearance is not reliable in every stride"
         answer = UNSURE if answer == ENOUGH else doubted
-    both = zip(REFERENCES[reference], heights, touch, (" the toe passes", ""), strict=True)
+    toe = f" the toe {'would pass' if heights[0] < 0.0 else 'passes'}"  # no toe passes below a floor
+    both = zip(REFERENCES[reference], heights, touch, (toe, ""), strict=True)
     limit = _height_limit(wanted, trips)
     late = " after the forefoot has touched the floor"
-    parts = [f"{how}{toe} {passes(height)}{late * touches}" for how, height, touches, toe in both]
+    parts = [f"{how}{verb} {passes(height)}{late * touches}" for how, height, touches, verb in both]
     low, high = map(millimetres, heights)
     start = REFERENCES[reference][0]
     brief = f"Toe clearance {low} {start[0].lower()}{start[1:]}, {high} {REFERENCES[reference][1]}"
@@ -170,7 +171,7 @@ def _without_compensation(
     if status == "good" and metrics.get(_LESS_ALONE, math.nan) < wanted:
         status, words = "doubtful", UNSURE
     pair = f"{passes(without)} without the device, {passes(own)} with it: {words}"
-    stated = f"With healthy people's hip, knee and path, and the same ankle, the toe passes {pair}."
+    stated = f"With healthy people's hip, knee and path, and the same ankle, the toe would pass {pair}."
     short = f"{millimetres(without)} without the device, {millimetres(own)} with it"
     if without < wanted <= as_walked:  # she clears, and only since something else lifts the foot
         bare, worn = walked
@@ -275,7 +276,7 @@ def _lift_by_the_ankle(lift: Answer, metrics: Numbers, pair: tuple[float, float]
     if height >= clean(1e3 * pair[0]):
         return lift
     text = f"{lift.text} Without compensation by hip, knee or pelvis "
-    text += f"the toe passes {passes(height)}." if known else "the clearance is not known."
+    text += f"the toe would pass {passes(height)}." if known else "the clearance is not known."
     brief = f"{lift.brief}; without compensation {millimetres(height)}" if known and lift.brief else ""
     return dataclasses.replace(lift, status="doubtful" if known else "unknown", text=text, brief=brief)
 
