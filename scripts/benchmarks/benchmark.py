@@ -1,11 +1,11 @@
 """Speed of one run, or of many designs.
 
     python scripts/benchmarks/benchmark.py run [--parts motors] [--repeats 5] [--out now.json]
-    python scripts/benchmarks/benchmark.py designs [--parts designs,strides,…] [--repeats 5] [--out now.json]
+    python scripts/benchmarks/benchmark.py designs [--parts designs] [--repeats 5] [--out now.json]
 
-Of a run: its steps beside the engine's own limit. Of designs: designs and strides per second. Measurements
-are repeated in turn; tables tell the best and the median. Speeds of two machines cannot be compared, ratios
-within a run can. `compare_benchmarks.py` compares two files.
+Of a run: its steps beside the engine's own limit. Of designs: designs per second. Measurements are repeated
+in turn; tables tell the best and the median. Speeds of two machines cannot be compared, ratios within a run
+can. `compare_benchmarks.py` compares two files.
 """
 
 import argparse
@@ -25,12 +25,11 @@ def of_run(options: argparse.Namespace) -> Measures:
 
 def of_designs(options: argparse.Namespace) -> Measures:
     """The parts of many designs' speed."""
-    from designs import design_rates, overheads, stride_rates
+    from designs import design_rates, overheads
 
     return {
         "designs": lambda: design_rates(options.cases, options.repeats),
         "overhead": lambda: overheads(options.cases, options.repeats),
-        "strides": lambda: stride_rates(options.cases, options.repeats),
     }
 
 

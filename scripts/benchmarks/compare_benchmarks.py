@@ -11,30 +11,17 @@ import json
 import math
 import pathlib
 import sys
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
 from typing import Any
+
+import numpy as np
+import pandas as pd
 
 SAME = ("processor", "cores", "system")  # of a machine
 
 
 class NotComparable(Exception):
     """Why two files cannot be compared."""
-
-
-@dataclass(frozen=True)
-class Change:
-    """A figure in both files; `slower` is the share by which it is worse, negative where it is better."""
-
-    name: str
-    unit: str
-    old: float
-    new: float
-    slower: float
-
-    def __str__(self) -> str:
-        values = f"{self.old:.4g} → {self.new:.4g} {self.unit}".rstrip()
-        return f"{self.name}: {values} ({abs(self.slower):.1%})"
 
 
 def read(path: pathlib.Path) -> dict[str, Any]:
@@ -65,19 +52,13 @@ def _unlike(old: dict[str, Any], new: dict[str, Any]) -> list[str]:
     return [f"{key} {old.get(key)}, {new.get(key)}" for key in keys]
 
 
-def changes(old: dict[str, Any], new: dict[str, Any]) -> list[Change]:
-    """Figures with a better direction that both files have, the worst first."""
-    before = {figure["name"]: figure for figure in old["figures"]}
-    found = []
-    for figure in new["figures"]:
-        was = before.get(figure["name"])
-        if was is None or not figure["better"] or was["unit"] != figure["unit"]:
-            continue
-        one, other = was["best"], figure["best"]
-        if one > 0.0 and other > 0.0:  # a difference within the noise may be negative
-            slower = (other / one if figure["better"] == "lower" else one / other) - 1.0
-            found.append(Change(figure["name"], figure["unit"], one, other, slower))
-    return sorted(found, key=lambda change: -change.slower)
+def changes(old: pd.DataFrame, new: pd.DataFrame) -> pd.DataFrame:
+    """Figures with a better direction that both have, by the share that each is worse, the worst first."""
+    both = old.merge(new, on=["name", "unit", "better"], suffixes=("_old", "_new"))
+    both = both[(both.better != "") & (both.best_old > 0.0) & (both.best_new > 0.0)]  # noise may be negative
+    grown = both.best_new / both.best_old
+    both["slower"] = np.where(both.better == "lower", grown, 1.0 / grown) - 1.0
+    return both.sort_values("slower", ascending=False)
 
 
 def tolerance(words: str) -> float:
@@ -88,13 +69,15 @@ def tolerance(words: str) -> float:
     return number
 
 
-def told(found: Sequence[Change], allowed: float) -> list[str]:
+def told(found: pd.DataFrame, allowed: float) -> Iterator[str]:
     """What became slower, what became faster, and how many figures did neither."""
-    slower = [change for change in found if change.slower > allowed]
-    faster = [change for change in reversed(found) if change.slower < -allowed]
+    slower, faster = found[found.slower > allowed], found[found.slower < -allowed][::-1]
+    for word, rows in (("slower", slower), ("faster", faster)):
+        for row in rows.itertuples():
+            values = f"{row.best_old:.4g} → {row.best_new:.4g} {row.unit}".rstrip()
+            yield f"{word}: {row.name}: {values} ({abs(row.slower):.1%})"
     alike = len(found) - len(slower) - len(faster)
-    lines = [*(f"slower: {change}" for change in slower), *(f"faster: {change}" for change in faster)]
-    return [*lines, f"{len(slower)} slower, {len(faster)} faster, {alike} alike"]
+    yield f"{len(slower)} slower, {len(faster)} faster, {alike} alike"
 
 
 def main(words: Sequence[str] | None = None) -> int:
@@ -114,13 +97,13 @@ def main(words: Sequence[str] | None = None) -> int:
     except NotComparable as error:
         print(error, file=sys.stderr)
         return 2
-    names = [{figure["name"] for figure in found["figures"]} for found in (old, new)]
-    for word, some in (("only in the old", names[0] - names[1]), ("only in the new", names[1] - names[0])):
-        if some:
-            print(f"{word}: {', '.join(sorted(some))}")
-    found = changes(old, new)
+    before, now = pd.DataFrame(old["figures"]), pd.DataFrame(new["figures"])
+    for word, one, other in (("only in the old", before, now), ("only in the new", now, before)):
+        if some := sorted({*one.name} - {*other.name}):
+            print(f"{word}: {', '.join(some)}")
+    found = changes(before, now)
     print("\n".join(told(found, options.tolerance)))
-    return int(any(change.slower > options.tolerance for change in found))
+    return int((found.slower > options.tolerance).any())
 
 
 if __name__ == "__main__":

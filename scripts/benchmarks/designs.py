@@ -1,4 +1,4 @@
-"""Designs and strides per second, of cases that differ in pressure, valve phase and body mass."""
+"""Designs per second, of cases that differ in pressure, valve phase and body mass."""
 
 import json
 import pathlib
@@ -19,9 +19,8 @@ from afo_sim.description import expand, load
 from afo_sim.simulation import EVERYTHING, Asked
 from afo_sim.simulation.simulate import begun_case
 from afo_sim.simulation.stepping import BatchStepper, Rows, Stop
-from afo_sim.study import design, engine, runner, sweep_plan
+from afo_sim.study import design, engine, sweep_plan
 from afo_sim.study.processes import Processes
-from afo_sim.study.sweep_plan import Plan
 
 By = Callable[..., Iterator[tuple[int, engine.Outcome]]]  # as engine.outcomes
 SCENARIO = "walk-dropfoot-afo"
@@ -55,29 +54,16 @@ WAYS: dict[str, tuple[dict[str, str], Asked]] = {  # what is set, and asked of e
     "settled designs, walked": (WALKED, EVERYTHING),
 }
 SOLVED = 4  # times as many designs where strides are solved: they take a quarter of the time
-BARE = 16  # models of a bare roll-out
-
-
-def plan_of(count: int, sets: Mapping[str, str], folder: pathlib.Path) -> Plan:
-    """A sweep of these cases."""
-    file = folder / "sweep.toml"
-    lines = "\n".join(f'{key} = "{value}"' for key, value in sets.items())
-    file.write_text(SWEEP.format(scenario=SCENARIO, cases=count, sets=lines), encoding="utf-8")
-    return sweep_plan.read(file)
 
 
 def cases_of(count: int, sets: Mapping[str, str]) -> list[dict[str, object]]:
-    """The overrides of each case."""
-    with tempfile.TemporaryDirectory() as name:
-        cases = design.cases_of(plan_of(count, sets, pathlib.Path(name)))
+    """The overrides of each case of a sweep."""
+    lines = "\n".join(f'{key} = "{value}"' for key, value in sets.items())
+    with tempfile.TemporaryDirectory() as folder:
+        file = pathlib.Path(folder, "sweep.toml")
+        file.write_text(SWEEP.format(scenario=SCENARIO, cases=count, sets=lines), encoding="utf-8")
+        cases = design.cases_of(sweep_plan.read(file))
         return [cases.sets(case) for case in range(count)]
-
-
-def designs(
-    count: int, sets: Mapping[str, str], threads: int, asked: Asked = EVERYTHING, by: By = engine.outcomes
-) -> Callable[[], float]:
-    """A measurement: designs per second, from descriptions to the metrics that are asked for."""
-    return outcomes_of(SCENARIO, cases_of(count, sets), threads, asked, by)
 
 
 def outcomes_of(
@@ -102,41 +88,22 @@ def outcomes_of(
     return measure
 
 
-def sweeps(count: int, sets: Mapping[str, str], threads: int, strides: float) -> Callable[[], float]:
-    """A measurement: strides per second, from a sweep's description to its file of results."""
-
-    def measure() -> float:
-        with tempfile.TemporaryDirectory() as name:
-            plan = plan_of(count, sets, pathlib.Path(name))
-            store = runner.open_store(plan, design.cases_of(plan), pathlib.Path(name) / "out")
-            begun = time.perf_counter()
-            runner.run(store, threads=threads)
-            return count * strides / (time.perf_counter() - begun)
-
-    return measure
-
-
-def bare(
-    cases: list[engine.Prepared], threads: int, strides: float, steps: int | None = None
-) -> Callable[[], float]:
-    """A measurement: strides per second of `mujoco.batch` alone, on the same models; all steps, or some."""
-    batch = Batch(cases[0].built.model, nsim=len(cases), nthread=threads)
+def bare(cases: list[engine.Prepared], steps: int) -> Callable[[], float]:
+    """A measurement: processor time of as many steps by `mujoco.batch` alone, on the same models [s]."""
+    batch = Batch(cases[0].built.model, nsim=len(cases), nthread=1)
     batch.set_models([case.built.model for case in cases])
     with native.installed():
         first = np.array([begun_case(case.built, case.control).state for case in cases])
     controls = np.stack([case.control for case in cases])
-    if steps is not None:
-        controls = np.resize(controls.swapaxes(0, 1), (steps, *controls.shape[::2])).swapaxes(0, 1)
+    controls = np.resize(controls.swapaxes(0, 1), (steps, *controls.shape[::2])).swapaxes(0, 1)
     inputs = np.ascontiguousarray(controls)
 
-    def measure() -> float:
+    def once() -> None:
         batch.state[:] = first
         with native.installed(), native.without_clock():
-            begun = time.perf_counter()
             batch.rollout(inputs.shape[1], inputs, record=["qpos"])
-            return len(cases) * strides / (time.perf_counter() - begun)
 
-    return measure
+    return _processor_of(once)
 
 
 def design_rates(count: int, repeats: int) -> list[Figure]:
@@ -160,11 +127,11 @@ def design_rates(count: int, repeats: int) -> list[Figure]:
     measures = {}
     with Processes(1, patience=0.0) as beside:
         for name, (sets, asked) in names.items():
-            cases = count if "gait.settled" in sets else SOLVED * count
+            cases = cases_of(count if "gait.settled" in sets else SOLVED * count, sets)
             for n in THREADS:
-                once = designs(cases, sets, n, asked)
-                measures[f"{name}, threads {n}"] = watched(name, cases, once) if n == 1 else once
-            measures[f"{name}, processes 2"] = designs(cases, sets, 1, asked, beside.outcomes)
+                once = outcomes_of(SCENARIO, cases, n, asked)
+                measures[f"{name}, threads {n}"] = watched(name, len(cases), once) if n == 1 else once
+            measures[f"{name}, processes 2"] = outcomes_of(SCENARIO, cases, 1, asked, beside.outcomes)
         told = _told(measures, "designs/s", repeats)
     return [
         *told,
@@ -185,8 +152,7 @@ def overheads(count: int, repeats: int) -> list[Figure]:
             once()
         steps = round(sum(counted) / count)
         models = [_ready(scenario, k, case) for k, case in enumerate(cases)]
-        engine_alone = bare(models, 1, 1.0, steps)
-        times = in_turn({way: _processor_of(once), "engine": _processor_of(engine_alone)}, repeats)
+        times = in_turn({way: _processor_of(once), "engine": bare(models, steps)}, repeats)
         found += [
             figure(f"{way}, steps of each", "", "lower", steps),
             figure(f"{way}, Python calls of each", "", "lower", python_calls(once) / count),
@@ -222,7 +188,7 @@ def python_calls(once: Callable[[], float]) -> int:
     return calls
 
 
-def _processor_of(once: Callable[[], float]) -> Callable[[], float]:
+def _processor_of(once: Callable[[], object]) -> Callable[[], float]:
     """A measurement of the processor time of another [s]."""
 
     def measure() -> float:
@@ -245,21 +211,6 @@ def steps_counted() -> Iterator[list[int]]:
 
     with mock.patch.object(BatchStepper, "advance", noted):
         yield counted
-
-
-def stride_rates(count: int, repeats: int) -> list[Figure]:
-    """Walked strides per second of whole sweeps, with metrics and files, and of the engine alone."""
-    measures: dict[str, Callable[[], float]] = {}
-    for step in STEPS:
-        sets = {"timestep": step, **WALKED}
-        models = [_ready(SCENARIO, k, case) for k, case in enumerate(cases_of(min(count, BARE), sets))]
-        walk = models[0].built.walk
-        assert walk is not None
-        strides = float(walk.phase[-1] - walk.phase[0])
-        for n in THREADS:
-            measures[f"bare strides, {step}, threads {n}"] = bare(models, n, strides)
-            measures[f"strides end to end, {step}, threads {n}"] = sweeps(count, sets, n, strides)
-    return _told(measures, "strides/s", repeats)
 
 
 def _ready(scenario: str, number: int, sets: Mapping[str, object]) -> engine.Prepared:
