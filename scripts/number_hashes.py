@@ -115,11 +115,15 @@ def validation(folder: pathlib.Path) -> Iterator[tuple[str, str]]:
 
 
 def sweeps(folder: pathlib.Path) -> Iterator[tuple[str, str]]:
-    """The shipped sweeps whole, and two generations of the shipped searches."""
+    """The shipped sweeps whole."""
     for file in sorted((MODELS / "sweeps").glob("*.toml")):
         out = folder / f"sweep-{file.stem}"
         command("sweep", file.stem, "--out", out)
         yield from table(out / "results.parquet", f"sweep {file.stem}")
+
+
+def searches(folder: pathlib.Path) -> Iterator[tuple[str, str]]:
+    """Two generations of the shipped searches."""
     for file in sorted((MODELS / "searches").glob("*.toml")):
         out, short = folder / f"search-{file.stem}", folder / file.name
         lines = file.read_text("utf-8").splitlines()
@@ -130,15 +134,15 @@ def sweeps(folder: pathlib.Path) -> Iterator[tuple[str, str]]:
             yield from table(path, f"search {file.stem} {path.relative_to(out)}")
 
 
-FIRST = {
-    "run": "runs",
-    "stand": "stands",
-    "fit": "fits",
-    "validate": "validation",
-    "sweep": "sweeps",
-    "search": "sweeps",
+# By the word that their names begin with.
+PARTS = {
+    "run": runs,
+    "stand": stands,
+    "fit": fits,
+    "validate": validation,
+    "sweep": sweeps,
+    "search": searches,
 }
-PARTS = {part.__name__: part for part in (runs, stands, fits, validation, sweeps)}
 
 
 def hashes(parts: list[str]) -> Hashes:
@@ -165,9 +169,8 @@ def main() -> int:
     if not options.against:
         return 0
     before = json.loads(options.against.read_text(encoding="utf-8"))
+    before = {n: value for n, value in before.items() if n.split()[0] in (options.only or PARTS)}
     changed = [name for name in before if name in now and before[name] != now[name]]
-    if options.only:
-        before = {name: value for name, value in before.items() if FIRST[name.split()[0]] in options.only}
     gone, new = [n for n in before if n not in now], [n for n in now if n not in before]
     for word, names in (("changed", changed), ("gone", gone), ("new", new)):
         for name in names:
