@@ -5,9 +5,8 @@
 
 The foot hangs on the same pin joint, with the same mass, inertia, damping, passive moment and weight. Five
 `McKibbenActuator`s of the same braid pull between the same points. OpenSim has no air: pressures are
-prescribed, as tables of time from our own run. Either those at which a rigidly mounted braid pulls at the
-recorded angle as our muscle did: the two feet move alike, and the script says how far they are apart. Or the
-chambers' own: they move the foot further, beyond its stops, since nothing gives and there is no bladder.
+prescribed, as tables of time at which a rigidly mounted braid pulls at the recorded angle as our muscle did.
+So the two feet move alike, and the script says how far they are apart.
 Where the wheel is missing the script says so and ends.
 """
 
@@ -39,7 +38,6 @@ DIFFERENCES = """What differs: OpenSim is given the pressures, so that it comput
 own lengths. Its muscles have no bladder, damping, cable or cuff; its joint has no stops. It chooses its steps
 by its accuracy and keeps their states. This project computes all of that, at a fixed step, and keeps forces
 and states of every step. The error of each is against its own fine steps."""
-ALIKE, CHAMBERS = "moves alike", "chambers' pressures"
 STEPS = "2 ms", "5 ms", "10 ms"  # of ours
 FINER = 1.0, 0.1, 0.01  # OpenSim's accuracies, of the one that is asked for
 FINE = {"timestep": "0.05 ms", "record_rate": "10 kHz"}
@@ -97,8 +95,8 @@ def passive_expression(built: Built) -> str:
     return f"{passive}-{leg.damping!r}*qdot-({built.scenario.load_moment!r})"
 
 
-def leg_in(osim: Any, built: Built, recording: Recording, kind: str) -> Any:
-    """The OpenSim model; its pressures are of the kind ALIKE or CHAMBERS."""
+def leg_in(osim: Any, built: Built, recording: Recording) -> Any:
+    """The OpenSim model, whose pressures move its foot as ours moved."""
     model = osim.Model()
     model.setGravity(osim.Vec3(0.0, 0.0, -GRAVITY))
     mass, centre, inertia = foot_of(built)
@@ -116,9 +114,7 @@ def leg_in(osim: Any, built: Built, recording: Recording, kind: str) -> Any:
     for name in muscle_names(built.scenario.orthosis):
         muscle = _muscle(osim, model, foot, built, name)
         valves.addActuator(muscle)
-        chamber = f"chamber/{name.rpartition('_')[0]}/pressure"
-        known = recording[chamber] if kind == CHAMBERS else pressures(built, recording, name)
-        pressure = np.interp(rows, recording["time"], known)
+        pressure = np.interp(rows, recording["time"], pressures(built, recording, name))
         points = osim.PiecewiseLinearFunction()
         for moment, value in zip(rows, pressure, strict=True):
             points.addPoint(float(moment), float(value))
@@ -174,16 +170,8 @@ def apart(one: Motion, other: Motion) -> float:
 def measured(osim: Any, accuracy: float, repeats: int) -> str:
     """Both programs in turn, as a table in words."""
     built, recording = build(load("scenario", "seated")), run("seated")
-    models = {kind: leg_in(osim, built, recording, kind) for kind in (ALIKE, CHAMBERS)}
-    duration, limit = built.scenario.duration, built.scenario.timestep
-    variants = {
-        **{
-            f"OpenSim, {ALIKE}, accuracy {part * accuracy:g}": (ALIKE, part * accuracy, duration)
-            for part in FINER
-        },
-        f"OpenSim, {CHAMBERS}": (CHAMBERS, accuracy, duration),
-        f"OpenSim, {ALIKE}, steps of {1e3 * limit:g} ms at most": (ALIKE, accuracy, limit),
-    }
+    leg, duration = leg_in(osim, built, recording), built.scenario.duration
+    variants = {f"OpenSim, accuracy {part * accuracy:g}": part * accuracy for part in FINER}
     measures: dict[str, Callable[[], float]] = {}
     lines, ours = [], recorded(run("seated", FINE))
     for step in STEPS:
@@ -191,23 +179,19 @@ def measured(osim: Any, accuracy: float, repeats: int) -> str:
         measures[f"afo-sim, steps of {step}"] = functools.partial(_rolled_out, own, schedule.controls(own))
         error = apart(recorded(run("seated", {"timestep": step})), ours)
         lines.append(f"afo-sim, steps of {step}: {own.scenario.n_step} steps, error {error:.2g} deg")
-    fine = {
-        kind: motion(integrated(osim, model, recording, FINE_ACCURACY, FINE_STEP)[1])
-        for kind, model in models.items()
-    }
-    for name, (kind, asked, longest) in variants.items():
-        moved = motion(integrated(osim, models[kind], recording, asked, longest)[1])
-        error, far = apart(moved, fine[kind]), apart(moved, ours)
+    fine = motion(integrated(osim, leg, recording, FINE_ACCURACY, FINE_STEP)[1])
+    for name, asked in variants.items():
+        moved = motion(integrated(osim, leg, recording, asked, duration)[1])
+        error, far = apart(moved, fine), apart(moved, ours)
         lines.append(f"{name}: {len(moved[0]) - 1} steps, error {error:.2g} deg, {far:.2g} deg from afo-sim")
-        measures[name] = functools.partial(_seconds, osim, models[kind], recording, asked, longest)
+        measures[name] = functools.partial(_seconds, osim, leg, recording, asked, duration)
     seconds = in_turn(measures, repeats)
     first = next(iter(measures))
     figures = [
         *(figure(name, "s", "lower", values) for name, values in seconds.items()),
         *(ratio(f"{name}, over {first}", seconds[name], seconds[first], "") for name in variants),
     ]
-    title = f"{duration:g} s of `seated`; OpenSim: accuracy {accuracy:g} where none is named"
-    return "\n".join([*lines, "", table(title, figures)])
+    return "\n".join([*lines, "", table(f"{duration:g} s of `seated`", figures)])
 
 
 def _rolled_out(built: Built, control: np.ndarray) -> float:
