@@ -231,8 +231,8 @@ def still(views: dict[str, RunView]) -> Image.Image:
     """The film's pictures at push-off and in mid-swing."""
     row = Image.new("RGB", (1280, 360))
     for number, (phase, (title, view)) in enumerate(itertools.product(STILLS, views.items())):
-        with Painter(view.recording, 320, 360, WalkingFigure.of(view), title) as painter:
-            row.paste(Image.fromarray(painter.picture(phase)), (320 * number, 0))
+        with Painter(view.recording, 640, 720, WalkingFigure.of(view), title) as painter:
+            row.paste(Image.fromarray(painter.picture(phase)).reduce(2), (320 * number, 0))
     return row
 
 
