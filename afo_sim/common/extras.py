@@ -24,6 +24,7 @@ _WITH = {
     "labmaze": "dm_control",
     "rerun_cli": "rerun",
     "mpl_toolkits": "matplotlib",
+    "PIL": "matplotlib",
     "dask": "distributed",
     "llvmlite": "numba",
 }

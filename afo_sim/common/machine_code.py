@@ -58,9 +58,9 @@ def functions(
     key = fingerprint(*follows)
     if library := shipped(kind, key):
         return [prototype((symbol(kind, k), library)) for k in range(_brought()["kinds"][kind][1])]
-    start({**outside(), USER_KERNELS: ctypes.addressof(user_kernels())})
     if not installed("numba"):
         raise MissingExtra("numba", "compile")
+    start({**outside(), USER_KERNELS: ctypes.addressof(user_kernels())})
     codes = _kept(kind, key)
     if not codes:
         with user_cache.locked():  # whoever has waited finds what the first has compiled

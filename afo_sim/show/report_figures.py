@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 
-from afo_sim.common import Foreign
+from afo_sim.common import Foreign, optional
 from afo_sim.metrics import NEEDED_MOMENT
 from afo_sim.show import panels, walk_panels
 from afo_sim.show.in_words import described, labelled, unescaped
@@ -241,10 +241,9 @@ def _figure(
     name: str, count: int, height: float, draw: Draw, runs: Sequence[RunView], *explained: str
 ) -> _Drawing:
     """Draw panels that need nothing outside themselves, and their common legend; units: height [inch]."""
-    from matplotlib.figure import Figure  # and not pyplot: no display, nothing global
-
+    make = optional("matplotlib.figure").Figure  # and not pyplot: no display, nothing global
     with styled(**{"svg.fonttype": "path", "svg.hashsalt": name}):
-        figures = [Figure(figsize=(WIDTH, height), layout="constrained") for _ in range(count)]
+        figures = [make(figsize=(WIDTH, height), layout="constrained") for _ in range(count)]
         draw(figures, runs)
         drawn = tuple(svg(f"{name}{k}", _TITLES[explained[0]], figure) for k, figure in enumerate(figures, 1))
         found = panels.keys(axis for figure in figures for axis in figure.axes)

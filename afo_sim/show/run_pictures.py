@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 
-from afo_sim.common import InputError, check_writable, unknown
+from afo_sim.common import InputError, check_writable, optional, unknown
 from afo_sim.show.run_figure import FIGURES, figures_of
 from afo_sim.simulation import RERUN, Recording, read_recording
 
@@ -124,6 +124,7 @@ def view(runs: Runs) -> None:
     --------
     >>> view(run("seated"))  # doctest: +SKIP
     """
+    optional("rerun")
     from afo_sim.show.rerun import open_recordings, write_comparison, write_rrd
     from afo_sim.show.rerun.viewer import require_display
 

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common import FloatOrArray, Foreign, InputError, replacing, write_text
+from afo_sim.common import FloatOrArray, Foreign, InputError, optional, replacing, write_text
 from afo_sim.show.in_words import described, labelled, written
 
 Axes = Foreign  # Matplotlib's, as the figure: it is imported where something is drawn
@@ -161,10 +161,9 @@ def new_figure(path: pathlib.Path, size: tuple[float, float], *also: pathlib.Pat
     for file, suffix in suffixes.items():
         if suffix not in FORMATS:
             raise InputError("is not a format of a figure", file=file, allowed=", ".join(FORMATS))
-    from matplotlib.figure import Figure  # and not pyplot: no display, nothing global
-
+    make = optional("matplotlib.figure").Figure  # and not pyplot: no display, nothing global
     with styled():
-        figure = Figure(figsize=size, layout="constrained")
+        figure = make(figsize=size, layout="constrained")
         yield figure
         _break_long_labels(figure)
         words = described(figure)
@@ -244,12 +243,11 @@ def write_page(path: pathlib.Path, size: tuple[float, float], fill: Callable[[Fi
     if path.suffix.lower() != ".png":
         write_figure(path, size, fill)
         return
-    from PIL import Image, PngImagePlugin
-
+    image, plugins = optional("PIL.Image"), optional("PIL.PngImagePlugin")
     with tempfile.TemporaryDirectory() as scratch, replacing(path) as temporary:
-        whole, told = pathlib.Path(scratch) / path.name, PngImagePlugin.PngInfo()
+        whole, told = pathlib.Path(scratch) / path.name, plugins.PngInfo()
         write_figure(whole, size, fill)
-        with Image.open(whole) as picture:
-            few = picture.convert("RGB").quantize(SHADES, dither=Image.Dither.NONE)
+        with image.open(whole) as picture:
+            few = picture.convert("RGB").quantize(SHADES, dither=image.Dither.NONE)
         told.add_itxt("Description", written(whole))
         few.save(temporary, format="PNG", optimize=True, dpi=(RESOLUTION, RESOLUTION), pnginfo=told)

@@ -7,7 +7,8 @@ import tomllib
 
 import pytest
 
-from afo_sim.common import EXTRAS, AfoSimError, MissingExtra, missing_extra, optional
+import afo_sim
+from afo_sim.common import EXTRAS, AfoSimError, MissingExtra, machine_code, missing_extra, optional
 
 ROOT = pathlib.Path(__file__).parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
@@ -70,3 +71,36 @@ def test_the_page_of_the_installation_lists_each_library_with_its_licence() -> N
     listed = set(re.findall(r"[\w-]+", " ".join(rows)))
     extras = [PROJECT["optional-dependencies"][extra] for extra in EXTRAS]
     assert set().union(*map(named, (PROJECT["dependencies"], *extras))) <= listed
+
+
+def test_code_that_must_be_compiled_names_its_extra_where_numba_and_llvm_are_missing(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    for package in ("numba", "llvmlite"):
+        monkeypatch.setitem(sys.modules, package, None)
+    with pytest.raises(MissingExtra, match=re.escape("afo-sim[compile]")):
+        machine_code.functions("no_such_kind", None, ["none"], list)
+
+
+@pytest.mark.parametrize(
+    ("package", "show"),
+    [
+        ("matplotlib", "figure"),
+        ("PIL", "draw"),
+        ("rerun", "view"),
+    ],
+)
+def test_python_names_the_extra_of_a_picture(
+    package: str, show: str, monkeypatch: pytest.MonkeyPatch, tmp_path: pathlib.Path
+) -> None:
+    recording = afo_sim.run("seated", {"duration": "0.1 s"})
+    for name in [name for name in sys.modules if name.partition(".")[0] == package]:
+        monkeypatch.setitem(sys.modules, name, None)
+    monkeypatch.setitem(sys.modules, package, None)
+    make = {
+        "figure": lambda: afo_sim.figure(recording).save(tmp_path / "a.png"),
+        "draw": lambda: afo_sim.draw("seated", tmp_path / "a.png"),
+        "view": lambda: afo_sim.view(recording),
+    }
+    with pytest.raises(MissingExtra, match="pip install"):
+        make[show]()
