@@ -57,7 +57,7 @@ class Case:
     name: str  # such as "patient"
     gait: Gait  # reflexes that it walks by
     walked: Walked  # the walk
-    numbers: Mapping[str, float]  # metrics of the walk [SI], by name
+    numbers: Mapping[str, float]  # metrics of the walk, by name [SI; angles in degrees]
     falls: Falls | None = None  # among perturbed starts; None where none were tried
     found: Found | None = None  # the search that adapted it; None as it is
 
