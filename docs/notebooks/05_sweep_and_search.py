@@ -10,7 +10,7 @@
 #
 # For whoever has more questions than one run answers. A sweep tries all combinations and becomes a data
 # frame; a search finds the best within limits; a check on walks that the search did not see says what that
-# best is worth.
+# best is worth. It needs `pip install 'afo-sim[study,show]'`.
 
 # %%
 import matplotlib.pyplot as plt
@@ -98,8 +98,8 @@ for name, sets in held.items():
     print(f"{name:26} {clearance!s:>10}  {against!s:>18}  {'kept' if kept else 'BROKEN'}")
 
 # %% [markdown]
-# A design at its limit keeps it for the one walker that it was made for. **Do not** build the best of a
-# search on one walk:
+# A design at its limit keeps it for the walk that it was made for; three of the four others break it. **Do
+# not** build the best of a search on one walk:
 #
 # - give the search `patients=`, so that a share of drawn patients must keep each limit ([the best
 #   design](../search.md));

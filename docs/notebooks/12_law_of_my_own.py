@@ -10,7 +10,7 @@
 #
 # For those who have a formula for a muscle's force that is not among the shipped ones. You register it, see
 # what is refused, fit it to a measured table beside shipped laws, and walk with it. At the end stands what
-# such a run is worth. It needs `pip install 'afo-sim[show]'`. Other parts of your own:
+# such a run is worth. It needs `pip install 'afo-sim[show,compile]'`. Other parts of your own:
 # [Extending](../extending.md).
 #
 # ## The formula
