@@ -52,7 +52,7 @@ print(worn, *worn.notices, f"controls of your own: {worn.own_controls}", sep="\n
 # Hold the foot at each angle, fill the muscles, and read `qfrc_actuator` of the ankle: no other actuator
 # pulls there.
 
-# %% alt="Torque of the device over the ankle's angle at 1 to 4 bar: 8 N·m at −25° and 4 bar, none at 15°"
+# %% alt="Torque of the device over the ankle's angle at 1 to 4 bar: 8 N·m at −25° and 4 bar, 0.3 at 15°"
 joint = worn.model.joint("ankle_right")
 angles = np.linspace(-25, 15, 41)  # °, dorsiflexion positive
 data, posture = worn.data(), worn.model.qpos0.copy()
@@ -68,8 +68,8 @@ axes.set(xlabel="ankle, dorsiflexion positive [°]", ylabel="torque of the devic
 _ = axes.legend()
 
 # %% [markdown]
-# The device pulls hardest where the foot hangs, and less with every degree of lift, down to nothing: its
-# muscles have shortened as far as they can. So ask for the torque at the angle where you need it.
+# The device pulls hardest where the foot hangs, and less with every degree of lift, down to nearly nothing at
+# 15°: its muscles have shortened as far as they can. So ask for the torque at the angle where you need it.
 #
 # ## Step both together
 #
