@@ -185,7 +185,7 @@ def test_a_static_host_serves_the_site_and_its_search_below_a_path(
 @pytest.mark.skipif(not (CHROMIUM and AXE), reason="no Chromium or axe-playwright-python here")
 @pytest.mark.parametrize("width", [400, 1280])  # of a telephone's and a desk's page [CSS pixel]
 def test_nothing_bars_a_reader(site: pathlib.Path, tmp_path: pathlib.Path, width: int) -> None:
-    """axe-core finds nothing on pages of each kind: first page, tutorial, reference, tables and code."""
+    """axe-core finds nothing on pages of each kind: first page, notebook, reference, tables and code."""
     assert AXE and AXE.origin
     script = pathlib.Path(AXE.origin).with_name("axe.min.js").read_text(encoding="utf-8")
     found, browser = {}, Browser(tmp_path)
@@ -193,7 +193,7 @@ def test_nothing_bars_a_reader(site: pathlib.Path, tmp_path: pathlib.Path, width
         browser.resize(width)
         for page in (
             "index",
-            "tutorials/1_first_walk",
+            "notebooks/01_papers",
             "reference/keys",
             "reference/python_study",
             "patients",
