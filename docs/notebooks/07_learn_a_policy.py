@@ -90,7 +90,7 @@ for axes in (left, right):
     axes.legend(loc="upper center", ncols=3, frameon=False, fontsize=8)
 
 # %% [markdown]
-# Left: four generations suffice (of nine seeds and widths one got stuck at "vented"). Right: in all three
+# Left: four generations suffice with this seed; another may get stuck. Right: in all three
 # patients the learned rule earns more than the shipped timing. Do not take it for the better controller: a
 # muscle that is filled once and shut earns more than all, and the timing less than open outlets. **This
 # reward does not pay for timing**, and the search found that out.
@@ -117,7 +117,7 @@ for name, run in {"shipped timing": shipped, "learned": walked}.items():
         print(textwrap.fill(told, 84, subsequent_indent=12 * " "))
 
 # %% [markdown]
-# The "policy" holds the muscle at supply pressure. It lifts the toe by 2 mm more and resists push-off by a
-# fifth more; stretched, the muscle passes 4 bar, where its law ends, so that nothing of it is GOOD. It
+# The "policy" holds the muscle at supply pressure. It lifts the toe by 2 mm more and resists push-off more, as
+# printed; stretched, the muscle passes 4 bar, where its law ends, so that nothing of it is GOOD. It
 # learned nothing about when to fill. To learn timing, change what is paid (wrap the environment's reward) and
 # ask again. No reward here is a clinical outcome: shank and hip walk as recorded, and nobody adapts.
