@@ -67,7 +67,7 @@ CENTRE = ("RLMAL", "RMMAL", "RAJC")
     ("plates", "empty", "mass", "field", "words"),
     [
         (FEET, CENTRE, None, "markers", "holds RLMAL and RMMAL of the right ankle without a single place"),
-        (LATE, (), None, "time", "nobody stands on a plate while the motion is known"),
+        (LATE, (), None, "time", "nobody stands on a plate"),
         (LIGHT, (), PLAIN.walker.mass, "mass", "pounds (lbf)"),
         (LEFT, (), None, "side", "the left foot is on plate"),
     ],
