@@ -24,7 +24,7 @@ FEWEST = 8  # patients of whom anything is told
 BOOTSTRAP = 2000
 CANNOT = "cannot tell"
 _RECORDED = (
-    "The recorded walk is a person's, with the patient's muscles and the device added; hip and knee move as "
+    "The recorded walk is people's, with the patient's muscles and the device added; hip and knee move as "
     "recorded, whatever the ankle does. The patients' hip and knee respond; how they do so is experimental."
 )
 _DAYS = (
@@ -349,7 +349,7 @@ def _beside(population: Population, recorded: Recorded) -> Iterator[str]:
         found.append((recorded.without > 0.0) != (bare > 0.0))
         if found[0]:
             steps = "the patients in that people with a drop foot step higher, but not by how much."
-            believe = steps if bare > 0.0 else "the recorded walk here: its hip and knee are a real person's."
+            believe = steps if bare > 0.0 else "the recorded walk here: its hip and knee are real people's."
             clear = f"{1e3 * bare:.0f} mm".replace("-", "−")
             yield f"The two contradict: without a device, patients clear it by {clear}. Trust {believe}"
     case = next((each for each in (DEVICE + WEEKS, DEVICE) if each in population.cases), None)
