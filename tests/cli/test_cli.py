@@ -14,7 +14,7 @@ from command import Call
 
 import afo_sim
 from afo_sim.cli import common
-from afo_sim.common import assets
+from afo_sim.common import assets, read_json
 from afo_sim.model import supply_and_timer as schedule
 
 ROOT = pathlib.Path(__file__).parents[2]
@@ -157,7 +157,10 @@ def test_inlet_and_outlet_open_together_warns(tmp_path: pathlib.Path, call: Call
     sets = ["--set", 'timer.dorsiflexor.outlet=[["3.5 s", "8 s"]]', "--set", "duration=1 s"]
     code, printed, _ = call("run", *sets, "--out", str(tmp_path / "a"))
     assert code == 0
-    assert "open together from 3.5 s to 4 s" in printed
+    assert "'dorsiflexor'" in printed and "from 3.5 s to 4 s" in printed
+    notices = read_json(tmp_path / "a" / "summary.json")["notices"]
+    told = [each["data"]["overlaps"] for each in notices if each["code"] == "valves-open-together"]
+    assert told == [[[3.5, 4.0]]]
 
 
 def test_unwritable_folder_is_refused_before_the_work(tmp_path: pathlib.Path, call: Call) -> None:
@@ -322,7 +325,7 @@ def test_failing_check_is_exit_1_and_says_where(
         ('column = "ankle/angle"\nbelow = "1 bar"', "does not convert to rad"),
         ('column = "ankle/angle"\nbelow = 10', "has no unit"),
         ('column = "ankle/angle"\nbelwo = "1 deg"', "did you mean 'below'"),
-        ('metric = "strides_per_bottle"\nabove = 1000', "the run does not hold it"),
+        ('metric = "strides_per_bottle"\nabove = 1000', "strides_per_bottle"),
         ('metric = "strides_per_botle"\nabove = 1000', "the run has no such metric"),
     ):
         checks.write_text(f"[[check]]\n{broken}\n")

@@ -83,7 +83,7 @@ def test_whose_walk_it_is_is_asked_before_anything_is_read(call: Call) -> None:
     assert "--walker" in complaint and "healthy (" in complaint and "patient (" in complaint
     both = ("--walker", "patient", "--side", "both")
     code, _, complaint = call("gait", "import", "not_there.c3d", "--out", "x.csv", *both)
-    assert code == 2 and "--side" in complaint and "not alike" in complaint
+    assert code == 2 and "--side = 'both'" in complaint and "each, or right or left" in complaint
     code, _, complaint = call("gait", "import", "not_there.c3d", "--write-map", "roles.toml")
     assert code == 2 and "walker" not in complaint and "not_there" in complaint
 

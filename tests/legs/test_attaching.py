@@ -491,7 +491,7 @@ def test_the_bare_file_is_limp_without_callbacks_and_asks_for_air_with_them(tmp_
         leg.reset(data)
         mujoco.mj_step(model, data)
     text = (tmp_path / "leg.xml").read_text(encoding="utf-8")
-    assert "Loaded by MuJoCo alone its muscles carry no force" in text
+    assert "limp" in text
 
 
 SHIPPED = ROOT / "models" / "mjcf" / "s1_afo.xml"

@@ -388,10 +388,10 @@ BAD = {
         ["link 'foot'", "is attached to itself"],
     ),
     "two links of a name": (
-        robot(link("shank") + link("foot") + link("foot") + joint("fixed")), ["link 'foot'", "stands twice"],
+        robot(link("shank") + link("foot") + link("foot") + joint("fixed")), ["link 'foot'", "twice"],
     ),
     "two joints of a name": (
-        robot(THREE + joint("fixed") + joint("fixed", child="toes")), ["joint 'ankle'", "stands twice"],
+        robot(THREE + joint("fixed") + joint("fixed", child="toes")), ["joint 'ankle'", "twice"],
     ),
     "link without a name": (GOOD.replace('<link name="foot">', "<link>"), ["<link> in line 1", "no name"]),
     "a colour of words": (

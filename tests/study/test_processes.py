@@ -115,7 +115,7 @@ def test_less_work_than_there_was_before_starts_no_process(
 def test_a_process_that_is_killed_is_one_error(alone: dict[int, Any]) -> None:
     with Processes(1, 0.0) as beside:
         os.kill(ready(beside)[0], signal.SIGKILL)
-        with pytest.raises(InputError, match=r"was ended \(exit code -9; out of memory\?\)"):
+        with pytest.raises(InputError, match=r"\(exit code -9; "):
             found(beside)
         assert found(beside) == alone  # by this process
 

@@ -82,7 +82,7 @@ def test_a_valve_has_its_limit_too() -> None:
         ("pressure", "seated", {"limits": ["fill_time_foo <= 3 s"]}, "fill_time_foo': is not of a chamber"),
         ("pressure", "seated", {"limits": ["fill_time_dorsiflex <= 3 s"]}, "mean 'fill_time_dorsiflexor'"),
         ("pressure", "seated", {"limits": ["peak_pressure_calf >= 3 bar"]}, "peak_pressure_dorsiflexor"),
-        ("pressure", "seated", {"threads": 0}, "threads = 0: is out of range"),
+        ("pressure", "seated", {"threads": -1}, "threads = -1: is out of range"),
         ("pressure", "seated", {"length": "2 m"}, "is an option of tube"),
         ("pressure", "walk-dropfoot-afo", {"cadence": 1000}, "30 to 240 steps/min"),
         ("pressure", "walk-dropfoot-afo", {"colour": 1}, "is not a valid option"),
