@@ -33,7 +33,7 @@ def test_every_scenario_runs_a_second(name: str) -> None:
         "extrapolated",
         "no whole stride",
         "the timer drifts",
-        "cuff: it must press with",
+        "cuff: it must press",
         "have no minimum",
         "plantarflexor_1 never pulls",
         "plantarflexor_2 never pulls",
