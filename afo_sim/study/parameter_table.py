@@ -74,7 +74,7 @@ class StrictTable(BaseModel):
                 entries = error.errors(include_url=False)
             found += [_told(file, rest, entry) for entry in entries]
             strange = [
-                (entry["loc"], entry["ctx"]["key"]) for entry in entries if entry.get("ctx", {}).get("key")
+                (e["loc"], e["ctx"]["key"]) for e in entries if e.get("ctx", {}).get("problem") == _STRANGE
             ]
             if not strange:
                 break
