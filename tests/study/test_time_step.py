@@ -36,7 +36,11 @@ def test_numbers_that_twice_the_step_moves_are_named(
     (tmp_path / "sweep.toml").write_text(SWEEP.format(step=step))
     code, printed, _ = call("sweep", tmp_path / "sweep.toml", "--out", tmp_path / "out", "--threads", "1")
     told = read_json(tmp_path / "out" / STEPS)
-    assert code == 0 and remark(tmp_path / "out") in " ".join(printed.split()) and (told["sample"], told["checked"]) == (2, 2)
+    assert (
+        code == 0
+        and remark(tmp_path / "out") in " ".join(printed.split())
+        and (told["sample"], told["checked"]) == (2, 2)
+    )
     assert (not told["beyond"]) is fine
     named = {name for names in told["beyond"].values() for name in names}
     assert all(name in remark(tmp_path / "out") for name in named)  # by them nobody should decide
