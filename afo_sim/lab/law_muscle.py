@@ -155,8 +155,8 @@ def rank(fits: Sequence[LawFit]) -> list[LawFit]:
     ranked = sorted(zip(errors, fits, strict=True), key=lambda pair: (pair[0], pair[1].spread, pair[1].rms))
     best = ranked[0][1]
     # of errors within one standard error of the least a law that is determined (Breiman et al. 1984, CART)
-    parts = best.held_out[kind].errors.values() if kind in best.held_out else ((0.0, 0.0),) * 2
-    squares = [np.mean(np.square(part)) for part in parts]
+    held = best.held_out.get(kind)
+    squares = [held.of(name) ** 2 for name in held.parts] if held else [0.0, 0.0]
     most = ranked[0][0] ** 2 + np.std(squares, ddof=1) / math.sqrt(len(squares))
     best = next((fit for error, fit in ranked if error**2 < most and _determined(fit)), best)
     return sorted((fit for _, fit in ranked), key=lambda fit: fit is not best)
