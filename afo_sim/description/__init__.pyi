@@ -88,6 +88,7 @@ from .reader import unchanged as unchanged
 from .rest_curves import at_rest as at_rest
 from .scenario import MAX_STEPS as MAX_STEPS
 from .scenario import Scenario as Scenario
+from .scenario_text import NOT_OF_OWN_WALK as NOT_OF_OWN_WALK
 from .scenario_text import body_height as body_height
 from .scenario_text import body_mass as body_mass
 from .scenario_text import facts as facts

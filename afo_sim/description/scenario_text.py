@@ -13,8 +13,9 @@ _REFERENCES = {  # who the same patient's other run is
     "shoe": "the same patient in the {shoe}, without orthosis",
     "orthosis-off": "the same patient with the orthosis and no air",
 }
-# of the patient: what an own walk was recorded with, and is not applied again
-NOT_OF_OWN_WALK = ("dorsiflexor_strength", "plantarflexor_strength", "stiffness", "spasticity")
+# of the patient: what an own walk was recorded with, and is not applied again; as healthy people have it
+NOT_OF_OWN_WALK = dict.fromkeys(("dorsiflexor_strength", "plantarflexor_strength", "stiffness"), 1.0)
+NOT_OF_OWN_WALK |= {"spasticity": 0.0}
 
 
 def joint_words(scenario: _Scenario) -> Joint:

@@ -13,7 +13,7 @@ import numpy as np
 
 from afo_sim import native
 from afo_sim.common import InputError, JsonMapping, Notice, Shown
-from afo_sim.description import Orthosis, Scenario, load, unapplied
+from afo_sim.description import NOT_OF_OWN_WALK, Orthosis, Scenario, load, unapplied
 from afo_sim.gait import STANCE_FORCE
 from afo_sim.model import person, time_step_limits
 from afo_sim.model.air_checks import check_air_path
@@ -207,7 +207,11 @@ def _with_walking(built: Built, foot: Foot, bare: Foot) -> Built:
         bare = geometry_of(recorded, _circuit(recorded), size).feet(size.heavier)[1]
         own = own_active(lay_out(recorded, bare), bare, person.own_tissue(recorded), built.body_mass)
         text = "{subject} is not applied: the walk is the patient's own, whose muscles act as recorded"
-        idle = [Notice("strength-not-applied", text, subject=key) for key in unapplied(scenario.description)]
+        patient, set_here = scenario.patient, unapplied(scenario.description)
+        for key, healthy in NOT_OF_OWN_WALK.items():  # by hand: a preset tells where its values are from
+            if patient and key not in patient.provenance and getattr(patient, key) != healthy:
+                set_here.append(f"patient.{key}")
+        idle = [Notice("strength-not-applied", text, subject=key) for key in dict.fromkeys(set_here)]
     else:
         own = active(walk, bare, scenario, built.body_mass)
     doubts = (*idle, *person.signs_of_compensation(scenario), *person.doubts_of_trial(scenario))

@@ -7,9 +7,8 @@ from collections.abc import Iterator
 from dataclasses import asdict, dataclass, replace
 
 from afo_sim.common import InputError, Json, JsonDict, assets, in_unit, parse_quantity
-from afo_sim.description import load
+from afo_sim.description import NOT_OF_OWN_WALK, load
 from afo_sim.description.keys import Key
-from afo_sim.description.scenario_text import NOT_OF_OWN_WALK
 from afo_sim.model import walker_of
 from afo_sim.studio.design import Design
 

@@ -8,6 +8,7 @@ import pytest
 
 import afo_sim
 from afo_sim.common import InputError, assets, with_code
+from afo_sim.description import load
 from afo_sim.gait import GaitCycle, at_speed, stance, write
 from afo_sim.gait import file as gait
 from afo_sim.gait_lab.trial.plausibility import walker_doubts
@@ -230,3 +231,12 @@ def test_a_strength_that_is_not_applied_is_told_as_a_warning_and_in_the_report(
     assert [each.endswith("(not applied)") for each in changed if "strength" in each] == [idle]
     assert not any("not applied" in each for each in changed if "strength" not in each)
     assert not with_code(build("walk-dropfoot-afo", own).warnings, "strength-not-applied")
+
+
+def test_a_strength_written_by_hand_that_an_own_walk_leaves_out_is_warned_of(own: dict[str, object]) -> None:
+    """A patient in the scenario's own file is somebody's wish, as healthy people are nobody's."""
+    weak = load("scenario", "walk-dropfoot-afo", own).with_values(
+        patient={"name": "mine", "dorsiflexor_strength": 0.1, "plantarflexor_strength": 1.0}
+    )
+    told = with_code(build(weak).warnings, "strength-not-applied")
+    assert [each.subject for each in told] == ["patient.dorsiflexor_strength"]
