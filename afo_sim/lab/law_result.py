@@ -300,10 +300,8 @@ def remarks(result: StaticFit) -> list[str]:
         line += "below zero; put a load of 0 N at which contraction was measured into a column `load`"
         lines.append(line)
     if result.left_out:
-        line = (
-            f"{result.left_out} points without pressure or tension, or of a stretched muscle, were left out: "
-        )
-        lines.append(f"{line}static laws do not apply to them")
+        line = f"{result.left_out} points without pressure or tension, or of a stretched muscle, were left "
+        lines.append(f"{line}out: static laws do not apply to them")
     lacking = dict.fromkeys(name for data in best.problem.data for name in law_muscle.taken_over(data))
     if lacking:
         lines.append(f"grade C at most: {', '.join(lacking)} are taken from {result.like}, not measured")

@@ -94,9 +94,8 @@ def _compressor(metrics: Numbers, words: str) -> tuple[Status, str]:
         if math.isfinite(share) and has(metrics, "free_air_per_minute"):
             gives = f"{100.0 * metrics['free_air_per_minute'].value / share:.1f} l/min"
         return "bad", f"{stated} and cannot keep up: at the set pressure it delivers {gives}."
-    return (
-        "doubtful" if duty >= 100.0 else "good"
-    ), f"{stated}; the flow is {three(share)} % of its delivery."
+    status: Status = "doubtful" if duty >= 100.0 else "good"
+    return status, f"{stated}; the flow is {three(share)} % of its delivery."
 
 
 def _sags(metrics: Numbers) -> bool:

@@ -209,10 +209,8 @@ def of_walker(scenario: JsonMapping) -> list[Notice]:
         found.append(Notice("walker-mass", words, subject="patient.body_mass", **data))
     found += _of_height(cycle, scenario)
     if own_walk(scenario):
-        words = (
-            "the recorded walk is the patient's own, without the device: the muscles act as recorded, and "
-        )
-        words += "the torque that the patient lacks is unknown"
+        words = "the recorded walk is the patient's own, without the device: the muscles act as recorded, "
+        words += "and the torque that the patient lacks is unknown"
         found.append(Notice("own-walk", words, subject="gait.walker"))
     return found
 

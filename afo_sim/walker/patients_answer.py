@@ -247,9 +247,8 @@ def replies(population: Population, recorded: Recorded) -> tuple[Reply, ...]:
     ranges = "; ".join(f"{name}: {each.source}" for name, each in condition.ranges.items())
     who = f"Patients are drawn (seed {condition.seed}); none is real. {ranges[:1].upper()}{ranges[1:]}. "
     who += f"After weeks the search has continued, which may bring gains by itself. {_searches(population)}"
-    bottle = (
-        "The bottle of the recorded walk, divided by the air per stride; leaks and pauses are not included."
-    )
+    bottle = "The bottle of the recorded walk, divided by the air per stride; leaks and pauses are not "
+    bottle += "included."
     answers = (
         ("Who gains, and who loses?", _gains(population), who),
         ("Do they fall (in simulation)?", _falls(population), FALLS),
