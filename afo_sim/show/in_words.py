@@ -16,8 +16,8 @@ def described(figure: Foreign) -> str:
     """A figure's title, and of each panel what over what, its named curves and bars from where to where."""
     told = [*map(_said, figure.texts)]
     for axis in figure.axes:
-        upright = axis.get_xaxis_transform(which="grid")  # of an upright line, whose height is the panel's
-        lines = [line for line in axis.lines if line.get_transform() != upright]
+        # without upright lines, whose height is the panel's
+        lines = [line for line in axis.lines if line.get_transform() != axis.get_xaxis_transform()]
         drawn = [(line.get_label(), line.get_ydata()) for line in lines]
         drawn += [(bars.get_label(), getattr(bars, "datavalues", ())) for bars in axis.containers]
         drawn += [("colours", each.get_array()) for each in axis.collections if each.get_array() is not None]
@@ -25,12 +25,12 @@ def described(figure: Foreign) -> str:
             f"{unescaped(label)} {ends}" for label, y in drawn if label[:1] != "_" and (ends := _ends(y))
         ]
         title, up, across = map(_said, (axis._left_title, axis.yaxis.label, axis.xaxis.label))
-        words = ", ".join(text for text in (title or axis.get_title(), up) if text)
+        words, extent = ", ".join(filter(None, (title or axis.get_title(), up))), "interval" + "xy"[bool(up)]
         words += f" over {across}" if across and up else across
         if not axis.axison:
             told += map(_said, axis.texts)
         elif words:
-            told.append(f"{words}: {'; '.join(ranges) or _ends(axis.dataLim.intervaly)}")
+            told.append(f"{words}: {'; '.join(ranges) or _ends(getattr(axis.dataLim, extent))}")
     return " ".join(f"{text}." for text in told if text)
 
 
@@ -71,5 +71,5 @@ def _said(text: Foreign) -> str:
 def _ends(values: np.ndarray) -> str:
     """The least and the most of what is known."""
     numbers = np.asarray(np.ma.filled(values, np.nan), float)
-    known = numbers[np.isfinite(numbers)]
+    known = np.where(np.abs(numbers) < 1e-13, 0.0, numbers)[np.isfinite(numbers)]  # of round-off
     return f"{known.min():.3g} to {known.max():.3g}".translate(_MINUS) if known.size else ""
