@@ -219,21 +219,31 @@ def notices() -> str:
         "your case; … are words that depend on it.",
     ]
     found: dict[str, str] = {}
+    others: set[str] = set()  # codes that their file computes, or has in a table
     sources = [
         path.read_text(encoding="utf-8") for path in pathlib.Path(afo_sim.__file__).parent.rglob("*.py")
     ]
     for tree in (ast.parse(text) for text in sources if "Notice(" in text):
-        known = _texts(tree.body, {})
-        for scope in (*(each for each in ast.walk(tree) if isinstance(each, ast.FunctionDef)), tree):
-            names = known if scope is tree else _texts(ast.walk(scope), known)
-            for call in (each for each in ast.walk(scope) if isinstance(each, ast.Call)):
-                if len(call.args) > 1 and ast.unparse(call.func).rpartition(".")[2] == "Notice":
-                    name, text = (_text(each, names) for each in call.args[:2])
-                    maybe = [each.value for each in ast.walk(tree) if isinstance(each, ast.Constant)]
-                    for each in [name] if "…" not in name else filter(CODE.fullmatch, map(str, maybe)):
-                        found[each] = max(text, found.get(each, ""), key=len)
+        known, told = _texts(tree.body, {}), {}
+        for scope in (tree, *(each for each in ast.walk(tree) if isinstance(each, ast.FunctionDef))):
+            lines_of = sorted(filter(lambda node: hasattr(node, "lineno"), ast.walk(scope)), key=_line)
+            for call in (each for each in lines_of if isinstance(each, ast.Call) and len(each.args) > 1):
+                if ast.unparse(call.func).rpartition(".")[2] == "Notice":
+                    names = _texts((each for each in lines_of if _line(each) < _line(call)), known)
+                    told[call] = [_text(each, names) for each in call.args[:2]]  # the inner scope's is kept
+        for name, text in told.values():
+            if "…" not in name:
+                found[name] = max(text, found.get(name, ""), key=len)
+            else:
+                constants = (each.value for each in ast.walk(tree) if isinstance(each, ast.Constant))
+                others |= set(filter(CODE.fullmatch, map(str, constants)))
+    found = dict.fromkeys(others, "…") | found
     rows = [(code(name), plain(text)) for name, text in sorted(found.items())]
     return "\n\n".join([*lines, table(("code", "sentence"), rows)])
+
+
+def _line(node: Any) -> int:
+    return int(node.lineno)
 
 
 def _texts(nodes: Iterable[ast.AST], known: dict[str, str]) -> dict[str, str]:
