@@ -295,7 +295,7 @@ def test_the_knee_is_told_as_a_knee(tmp_path: pathlib.Path) -> None:
     assert not any("dorsiflexion" in sign or "foot" in sign for sign in signs.values())
     afo.report(run, tmp_path / "knee.html")
     text = (tmp_path / "knee.html").read_text(encoding="utf-8")
-    assert "thigh held still" in text and "knee angle" in text and "dorsiflexion" not in text
+    assert "thigh fixed" in text and "knee angle" in text and "dorsiflexion" not in text
 
 
 @pytest.mark.parametrize("joint", ["knee", "hip"])
