@@ -110,6 +110,6 @@ def as_healthy(cycle: GaitCycle) -> tuple[Notice, ...]:
     beyond = swing_off_norm(cycle)[1]
     if beyond > PEOPLE:
         return ()
-    text = "in swing the ankle is within {beyond:.0f} deg (RMS) of the norm's band, as healthy people's is "
-    text += "({limit:.0f} deg): is it the patient's own walk, without the device ({subject})?"
-    return (Notice("looks-healthy", text, subject="walker", limit=PEOPLE, beyond=beyond),)
+    text = "in swing the ankle moves as healthy people's does ({beyond:.0f} deg RMS off the norm's band; "
+    text += "healthy people up to {limit:.0f}): is it the patient's own walk, without the device ({subject})?"
+    return (Notice("trial-looks-healthy", text, subject="walker", limit=PEOPLE, beyond=beyond),)

@@ -37,7 +37,7 @@ CAPPED: tuple[tuple[Status, tuple[str, ...], str], ...] = (
     ("doubtful", (FORCE,), "path-jumps-below-range path-jumps-above-range path-through-bone"),
     ("doubtful", (FORCE,), "muscle-length muscle-bends surface-not-touched law-of-your-own"),
     ("doubtful", (FLOW,), "law-volume"),
-    ("doubtful", (MOTION,), "passive-ankle-extrapolated walker-not-usual looks-healthy side-assumed"),
+    ("doubtful", (MOTION,), "passive-ankle-extrapolated walker-not-usual trial-looks-healthy side-assumed"),
     ("doubtful", (MOTION,), "stop-reached stop-in-the-air"),
     ("doubtful", (MOMENT,), "ground-recorded"),
     ("doubtful", (MOTION, MOMENT), "trial-doubted"),

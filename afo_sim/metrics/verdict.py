@@ -44,7 +44,7 @@ from afo_sim.metrics.covered import worth
 from afo_sim.metrics.verdict_air import adds_limit, air, air_adds
 
 NO_DEVICE = "A simulation, not a measurement and not a medical device."
-UNJUDGED = "* Judged without uncertainty (--uncertainty 200 adds it)."
+UNJUDGED = "* Judged without uncertainty (`run --uncertainty 200` adds it)."
 ENOUGH, UNSURE = "the device helps enough", "the device helps, but not reliably in every stride"
 REFERENCES = {  # {scenario's reference: how the patient walks in it, and in the run}
     "shoe": ("Without the device", "with it"),

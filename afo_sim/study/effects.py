@@ -243,7 +243,8 @@ def effects(
         outcome = iter(who.in_order(as_taken(description, walk), cases, asked, _DOING, progress))
     base = {name: walk.metrics[name] for name in METRICS if name in walk.metrics}
     tried = [_tried(step, next(outcome), base, walk) if step.status == "run" else step for step in offered]
-    aim = aim_of({answer.name: answer.status for answer in walk.verdict})
+    by_numbers = dataclasses.replace(walk, warnings=()).verdict  # no step betters what a warning doubts
+    aim = aim_of({answer.name: answer.status for answer in by_numbers})
     ranked = rank(tried, {name: metric.value for name, metric in base.items()}, limits_of(walk), aim)
     return Effects(aim, base, tuple(ranked), as_run(as_taken(description, walk)).timestep)
 

@@ -127,4 +127,4 @@ def test_what_cannot_be_walked_without_compensation_is_not_known(tmp_path: pathl
     help_, lift = dataclasses.replace(walk, metrics=known).verdict[:2]
     assert help_.status == "unknown" and lift.status == "unknown"
     assert [answer.status for answer in walk.verdict[:2]] == ["doubtful"] * 2  # a healthy person's walk
-    assert "looks-healthy" in {warning.code for warning in walk.warnings}
+    assert "trial-looks-healthy" in {warning.code for warning in walk.warnings}

@@ -166,7 +166,7 @@ def test_a_family_of_two_walkers_says_nothing(tmp_path: pathlib.Path) -> None:
         ("healthy", 15.0, "walker-not-usual"),
         ("healthy", 0.0, ""),
         ("patient", 15.0, ""),
-        ("patient", 0.0, "looks-healthy"),
+        ("patient", 0.0, "trial-looks-healthy"),
         (None, 15.0, ""),
     ],
 )
@@ -198,12 +198,14 @@ def test_a_doubted_trial_leaves_no_good_answer_on_its_moment(
 def test_a_healthy_walk_said_to_be_a_patients_is_not_helped(walk: str) -> None:
     """Whatever file says so, no answer on its swing is good, nor says that it helps; push-off's may be."""
     sets: dict[str, object] = {**SETS, "gait.cycle": walk, "gait.walker": "patient"}
-    (doubt,) = with_code(build("walk-dropfoot-afo", sets).warnings, "looks-healthy")
+    (doubt,) = with_code(build("walk-dropfoot-afo", sets).warnings, "trial-looks-healthy")
     good = [Answer(name, "", "good", f"toe passes: {ENOUGH}.", "") for name in ("help", "lift", "push_off")]
     helps, lifts, hinders = capped(good, [doubt])
     assert (helps.status, lifts.status, hinders.status) == ("doubtful", "doubtful", "good")
     assert ENOUGH not in helps.text
-    assert not with_code(build("walk-dropfoot", sets).warnings, "looks-healthy")  # nothing is worn there
+    assert not with_code(
+        build("walk-dropfoot", sets).warnings, "trial-looks-healthy"
+    )  # nothing is worn there
 
 
 @pytest.mark.parametrize("drop", [8.0, 15.0])
@@ -214,7 +216,7 @@ def test_a_patients_walk_is_not_taken_for_a_healthy_one(drop: float, tmp_path: p
         angle = cycle.ankle_angle - np.radians(drop) * np.sin(np.pi * share)
         write(tmp_path / "own.csv", dataclasses.replace(cycle, ankle_angle=angle, walker="patient"))
         warned = build("walk-dropfoot-afo", {**SETS, "gait.cycle": str(tmp_path / "own.csv")}).warnings
-        assert not with_code(warned, "looks-healthy"), walk
+        assert not with_code(warned, "trial-looks-healthy"), walk
 
 
 @pytest.mark.parametrize(("walker", "idle"), [("patient", True), ("healthy", False)])

@@ -30,7 +30,7 @@ from afo_sim.gait_lab.trial.walking_frame import find_frame
 # Between a given mass and the plates'; half a foot beside a plate makes 17 % (assumed) [-]
 _MASS_LIMIT = 0.25
 QUALITY = "quality"  # note of a cycle: which faults were looked for, and which were found
-_USUAL = "looks-healthy"  # a patient's stride that looks like a healthy walker's
+_USUAL = "trial-looks-healthy"  # a patient's stride that looks like a healthy walker's
 _POUND = 0.2248  # pounds-force in a newton
 _LIGHTEST = 9.0  # body mass over squared height that nobody walks with; 13 of thin children; assumed [kg/m²]
 _LEG = 0.491  # hip centre to ankle centre over body height (Winter 2009)

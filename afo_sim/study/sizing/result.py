@@ -192,7 +192,7 @@ class Sizing(Shown):
         facts = list(dict.fromkeys(name for each in self.ran for name in each.facts))
         units = [UNITS.get(r.unit, r.unit) for r in self.requirements]
         limits = [f"{k} [{unit}]" if unit else f"{k}" for k, unit in enumerate(units, 1)]
-        header = [self.kind, *facts, *limits, f"air [{words(self.air).unit}]", "meets all"]
+        header = [self.kind, *facts, *limits, f"air [{words(self.air).unit}]", "limits met"]
         rows, best = [], self.best
         for each in self.ran:
             air = each.values.get(self.air, math.nan)
