@@ -117,7 +117,8 @@ for name, run in {"shipped timing": shipped, "learned": walked}.items():
         print(textwrap.fill(told, 84, subsequent_indent=12 * " "))
 
 # %% [markdown]
-# The "policy" holds the muscle at supply pressure. It lifts the toe by 2 mm more and resists push-off more, as
-# printed; stretched, the muscle passes 4 bar, where its law ends, so that nothing of it is GOOD. It
-# learned nothing about when to fill. To learn timing, change what is paid (wrap the environment's reward) and
-# ask again. No reward here is a clinical outcome: shank and hip walk as recorded, and nobody adapts.
+# The "policy" holds the muscle at supply pressure. It lifts the toe by 2 mm more and resists push-off
+# more, as printed; stretched, the muscle passes 4 bar, where its law ends, so that nothing of it is GOOD.
+# It learned nothing about when to fill. To learn timing, change what is paid (wrap the environment's
+# reward) and ask again. No reward here is a clinical outcome: shank and hip walk as recorded, and nobody
+# adapts.
