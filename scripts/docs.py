@@ -277,12 +277,13 @@ def build(out: pathlib.Path, tell: Callable[[str], None] = print) -> int:
         (source / "iframe-worker.js").write_text(SCRIPT)  # of this name, or Zensical fetches one
         with concurrent.futures.ThreadPoolExecutor(2) as pool:
             run = partial(notebook, folder=source / NOTEBOOKS.name)
-            for name in pool.map(run, sorted(NOTEBOOKS.glob("*.py"))):
+            ran = pool.map(run, sorted(NOTEBOOKS.glob("*.py")))  # in processes of their own
+            for name, text in (*docs_reference.pages(tell), *docs_python.pages()):
+                target = source / "reference" / f"{name}.md"
+                target.parent.mkdir(exist_ok=True)
+                target.write_text(text, encoding="utf-8")
+            for name in ran:
                 tell(f"has run {name}")
-        for name, text in (*docs_reference.pages(tell), *docs_python.pages()):
-            target = source / "reference" / f"{name}.md"
-            target.parent.mkdir(exist_ok=True)
-            target.write_text(text, encoding="utf-8")
         (root / "zensical.toml").write_text(tomli_w.dumps(configuration(navigation(source))))
         done = subprocess.run(
             [sys.executable, "-m", "zensical", "build", "--strict"],

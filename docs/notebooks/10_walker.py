@@ -22,7 +22,7 @@ import numpy as np
 import afo_sim as afo
 from afo_sim.walker import verdict
 
-found = afo.walk("walk-dropfoot-afo", duration="6 s", starts=10, threads=1)
+found = afo.walk("walk-dropfoot-afo", duration="6 s", starts=5, threads=1)
 
 # %% [markdown]
 # Nothing is recorded here. *As they are* means the reflexes of the healthy walk, as on the first steps;
@@ -76,8 +76,8 @@ for reply in verdict(found):
 # %% [markdown]
 # What somebody could take from this wrongly:
 #
-# - **"Without a device this patient falls."** Ten of ten starts fall before they adapt, none after. The falls
-#   compare walkers and are never a patient's risk.
+# - **"Without a device this patient falls."** Five of five starts fall before they adapt, none after. The
+#   falls compare walkers and are never a patient's risk.
 # - **"The device costs speed."** One search tells no two speeds apart that differ by less than 0.12 m/s.
 # - **"It saves energy."** All these walkers cost twice what people do; differences under 10 % are not told.
 # - **"It works for drop feet."** One body is an anecdote: `afo-sim walk walk-dropfoot-afo` lets twenty
