@@ -185,7 +185,8 @@ def doubts(fits: Sequence[LawFit]) -> list[Notice]:
             text += "so laws are not ranked by it; measure at {fewest} or more"
             groups = _groups(fits, kind)
             found.append(Notice("too-few-groups", text, subject=kind, groups=groups, fewest=FEWEST[kind]))
-    if whole := [fit for fit in fits if _determined(fit)] * (not _determined(best)):
+    whole = list(filter(_determined, fits))
+    if whole and not _determined(best):
         text = "the data do not determine all parameters of {subject}: trust it only where measured; "
         text += f"of {{whole}} they do ({factor * whole[0].rms:.3g} {unit} RMS), which --law fits alone"
         first, other = (fit.problem.law.name for fit in (best, whole[0]))

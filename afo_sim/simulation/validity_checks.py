@@ -152,7 +152,7 @@ def _muscle_limits(name: str, group: MuscleGroup, columns: Columns) -> Iterator[
                 beyond=float(values[worst]) - limit,
                 unit=unit,
                 time=float(columns["time"][worst]),
-                kind=provenance_note(limits, key) + _FURTHER * (key == "contraction_max"),
+                kind=provenance_note(limits, key) + (_FURTHER if key == "contraction_max" else ""),
             )
 
 
