@@ -14,7 +14,7 @@ from typing import Any
 
 import pytest
 from browser import CHROMIUM, Browser
-from campaign import nightly
+from campaign import nightly, sampled
 from documents import PAGES, script
 
 import afo_sim
@@ -260,7 +260,7 @@ def test_a_notebook_that_fails_warns_or_lacks_a_text_makes_no_page(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("file", NOTEBOOKS, ids=lambda file: file.stem)
+@pytest.mark.parametrize("file", sampled(NOTEBOOKS, 2), ids=lambda file: file.stem)
 def test_each_notebook_runs(docs: Any, tmp_path: pathlib.Path, file: pathlib.Path) -> None:
     docs.notebook(file, tmp_path)
     assert "\n    " in (tmp_path / f"{file.stem}.md").read_text(encoding="utf-8")

@@ -182,7 +182,7 @@ def test_only_the_newest_of_many_changes_is_answered_to_the_end(tab: Tab) -> Non
         ({"patient.body_mass": 1e30}, "body_mass"),
         ({"orthosis.muscle.dorsiflexor.count": 2.5}, "count"),
         ({"phases.dorsiflexor.inlet": [[0.9, "x"]]}, "inlet"),
-        ({"patient": "../../etc/passwd"}, "passwd"),
+        ({"patient": "../../etc/passwd"}, "patient"),
         ({"leg.file": "/etc/passwd"}, "leg.file"),
         ({PRESSURE: {"a": 1}}, "not a valid value"),
     ],
