@@ -828,19 +828,21 @@ def test_an_fmu_without_its_folder_is_refused(uri: str, unzipped: pathlib.Path) 
 def test_instances_may_have_threads(unzipped: pathlib.Path) -> None:
     pytest.importorskip("fmpy")
     found: dict[int, float] = {}
+    # FMPy changes the process's folder while it loads a library: in two threads at once it would stay there.
+    instances = [Fmu(unzipped, str(k)) for k in range(4)]
 
     def play(k: int) -> None:
-        own = Fmu(unzipped, str(k))
         for _ in range(20):
-            own.step(0.1)
-        found[k] = own.get(ANGLE)
-        own.close()
+            instances[k].step(0.1)
+        found[k] = instances[k].get(ANGLE)
 
     threads = [threading.Thread(target=play, args=[k]) for k in range(4)]
     for thread in threads:
         thread.start()
     for thread in threads:
         thread.join()
+    for each in instances:
+        each.close()
     assert len(found) == 4 and len(set(found.values())) == 1
 
 
