@@ -11,7 +11,12 @@ from .assets import names as names
 from .assets import parse_toml as parse_toml
 from .assets import read_toml as read_toml
 from .assets import shipped_name as shipped_name
+from .child import ALONE as ALONE
+from .child import LIMITS as LIMITS
+from .child import Child as Child
+from .child import ChildEnded as ChildEnded
 from .child import child_environment as child_environment
+from .child import complaint as complaint
 from .child import safe_children as safe_children
 from .compiling import compile_all as compile_all
 from .csv_table import RATIOS as RATIOS
