@@ -97,16 +97,14 @@ def beside(name: str, own: FloatOrArray, sure: bool = True) -> Compared:
     """Wearers' responses beside a published one.
 
     They agree where the sign is right and their median lies in the published spread. A sign is told where
-    four of five wearers share it; below `claimed` no size is compared.
+    four of five wearers share it.
     """
     told, each = _told(name), np.ravel(own)
     known, (low, high) = each[np.isfinite(each)], told.setdefault("spread", UNKNOWN)
     median, least, most = map(float, np.quantile(known, (0.5, 0.0, 1.0))) if len(known) else (math.nan,) * 3
     verdict: Verdict = "cannot tell"
-    claimed = told.pop("claimed", 0.0)
     if sure and np.mean(np.sign(each) == np.sign(median)) >= ALIKE:
-        near = low <= median <= high and abs(median) >= claimed
-        verdict = "agrees" if near else "sign agrees"
+        verdict = "agrees" if low <= median <= high else "sign agrees"
         verdict = verdict if median * told["measured"] > 0.0 else "disagrees"
     if len(known) < len(each):
         told["why"] += f"; {len(each) - len(known)} of {len(each)} unknown"

@@ -110,7 +110,7 @@ def check_limits(**asked: float) -> None:
 
 def stronger(left: Mapping[str, float]) -> list[dict[str, float]]:
     """Those through whom a patient's gait is searched for: by a share, and no stronger than healthy."""
-    return [{n: min(own + share, 1.0) if own < 1.0 else own for n, own in left.items()} for share in STRONGER]
+    return [{n: max(min(own + share, 1.0), own) for n, own in left.items()} for share in STRONGER]
 
 
 def prepared(

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from afo_sim.description import load
-from afo_sim.walker import Case, Falls, Response, difference, in_brief, read_gait, table, verdict
+from afo_sim.walker import Case, Falls, Response, difference, in_brief, in_lines, read_gait, table, verdict
 from afo_sim.walker.gait_file import with_vector
 
 NUMBERS = (
@@ -169,5 +169,6 @@ def test_cells_have_their_units() -> None:
     assert rows["air per stride [g]"][1] == "0.096"
     assert rows["device's torque in swing [N·m]"] == ["–", "1.00"]  # nobody healthy wears it
     brief = in_brief(found["device"])
+    assert in_lines(found) == [brief]  # of one patient without the healthy
     assert brief["case"] == "with device, not adapted" and brief["toe clearance in mid-swing [mm]"] == "18"
     assert np.isfinite(float(brief["speed [m/s]"]))

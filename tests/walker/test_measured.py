@@ -13,7 +13,8 @@ import pytest
 
 from afo_sim.common import GRAVITY
 from afo_sim.physics import LEG_MUSCLES
-from afo_sim.walker import Walked, measured, norm_at, numbers
+from afo_sim.walker import Cost, Walked, measured, norm_at, numbers
+from afo_sim.walker.strides import contacts
 
 MASS, SPEED, HEIGHT = 80.0, 1.2, (0.03, 0.03, -0.02, 0.03)  # HEIGHT: of the foot in mid-swing, by stride [m]
 ROOT = pathlib.Path(__file__).parents[2]
@@ -121,6 +122,49 @@ def test_a_walk_that_fell_before_its_third_stride_has_no_numbers_of_strides() ->
         "fell": 1.0,
         "strides": 0.0,
     }
+
+
+def cut(whole: Walked, first: int, last: int, fell: float | None = None) -> Walked:
+    """Some rows of a walk."""
+    return Walked(whole.body, {name: values[first:last] for name, values in whole.columns.items()}, fell)
+
+
+def test_a_record_that_begins_within_a_stance_has_the_same_strides() -> None:
+    """Two rows after the right foot's touch, before its reflexes stand."""
+    whole = walked()
+    later = cut(whole, 32, 910)
+    for side, begun in (("right", 0), ("left", 53)):  # as far as what is recorded of that stance
+        found, shifted = contacts(whole, side), contacts(later, side)
+        assert shifted[0] == begun and (shifted[1:] == found[-len(shifted) + 1 :] - 32).all()
+        assert (np.diff(found) == 110).all() and found[0] == {"right": 30, "left": 85}[side]
+    assert numbers(later) == pytest.approx(numbers(whole) | {"duration": 9.09}, rel=1e-9, nan_ok=True)
+
+
+def test_the_cost_of_a_walk_by_hand() -> None:
+    """Seven whole strides after the first second, each part by its definition."""
+    whole, x = walked(100, speed=SPEED), np.arange(0.0, 1.0, 0.01)
+    for side in ("right", "left"):
+        whole.columns[f"{side}/load"] = 1.5 * whole[f"{side}/load"]  # type: ignore[index]
+    load = np.where(x < 0.6, 1.5 * (0.1 + 1.1 * np.sin(math.pi * x / 0.6)), 0.0)
+    knee = math.radians(4.0) - 0.5 + 0.5 * np.cos(2.0 * math.pi * x)
+    energy = 2 * len(LEG_MUSCLES) * 10.0 * 8.0  # 8 s
+    expected = {
+        "fall": 150.0 * (1.0 - 8.0 / 20.0),
+        "speed": 300.0 * (SPEED - 1.0 - 0.02),
+        "effort": 0.5 * energy / (MASS * 8.0 * SPEED),
+        "activation": 20.0 * 0.5**3 * (1.0 + 3.0 * 0.5**2 / 2.0),
+        "force": 200.0 * np.maximum(load - 1.25, 0.0).mean(),
+        "knee": 250.0 * np.maximum(knee, 0.0).mean(),
+        "lean": 300.0 * (0.13 - 0.09),
+    }
+    found, later = Cost(1.0).of(cut(whole, 0, 801, 8.0), 20.0), Cost(1.0).of(cut(whole, 0, 801), 20.0)
+    assert found == pytest.approx(expected, rel=5e-3)
+    assert later["fall"] == 0.0 and Cost(1.4).of(cut(whole, 0, 801), 20.0)["speed"] == pytest.approx(54.0)
+    assert Cost(1.21).of(cut(whole, 0, 801), 20.0)["speed"] == 0.0  # as near as 0.02 m/s
+    still = cut(walked(100, speed=0.01), 0, 801)
+    assert Cost(1.0).of(still, 20.0)["effort"] == pytest.approx(0.5 * energy / MASS)  # as over a metre
+    early = Cost(1.0, likeness=40.0).of(cut(whole, 0, 151, 1.5), 20.0)  # no strides: each is 3 bounds away
+    assert early["likeness"] == pytest.approx(40.0 * (3.0**2 + 12.0 * 2.2**2))
 
 
 @pytest.mark.parametrize(("rows", "verdict"), [(110, "agrees"), (150, "disagrees")])
@@ -245,7 +289,7 @@ def test_the_best_spring_is_told_beyond_chance_and_scatter(rising: int, steep: f
         ("leaf_loading", [5.0] * 4 + [math.nan], "agrees"),
         ("leaf_speed", [0.14, 0.14], "sign agrees"),  # without a published spread
         ("dorsiflexor_swing_burst", [-3.0, -3.0], "disagrees"),  # published: none
-        ("plantarflexor_cost", [-9.0, -9.0], "sign agrees"),  # below what is claimed of a cost
+        ("plantarflexor_cost", [-9.0, -9.0], "sign agrees"),
     ],
 )
 def test_a_verdict_follows_its_rule(name: str, own: list[float], verdict: str) -> None:

@@ -79,7 +79,6 @@ def assert_same(one: Population, other: Population) -> None:
             assert np.array_equal(list(a.numbers.values()), list(b.numbers.values()), equal_nan=True)
 
 
-@pytest.mark.slow
 def test_a_patient_walks_as_by_hand(walked: Population) -> None:
     assert list(walked.cases) == [WITHOUT, DEVICE, SPRING]  # nobody has adapted
     assert walked.asked["unadapted"] == 2
@@ -108,7 +107,6 @@ def test_a_patient_walks_as_by_hand(walked: Population) -> None:
                 assert (curve == strides.mean("ankle")).all()
 
 
-@pytest.mark.slow
 def test_threads_and_the_seed_of_starts(walked: Population, condition: pathlib.Path) -> None:
     again = populate(SCENARIO, patients=condition, spring=30.0, **BRIEF | {"threads": 3})
     assert_same(walked, again)
@@ -127,7 +125,7 @@ def test_who_adapts_goes_on_after_a_kill(
             raise KeyboardInterrupt
         return walk_body(body, vector, 0.3, *of, **more)
 
-    monkeypatch.setattr(SEARCH, "walk", brief)
+    monkeypatch.setattr(SEARCH, "walk_body", brief)
     monkeypatch.setattr(module, "DRAWN_WITH", 1)
     asked = {"patients": condition, "generations": 1, **BRIEF, "starts": 0}
     whole = populate(SCENARIO, **asked)
@@ -254,7 +252,6 @@ def test_a_device_is_known_by_all_that_it_does_and_a_patient_by_nothing_of_it() 
     assert len({key, *(device_key(scenario.set(other)) for other in others)}) == 1 + len(others)
 
 
-@pytest.mark.slow
 def test_whose_gait_is_known_does_not_search_again(
     adapted: Population, condition: pathlib.Path, tmp_path: pathlib.Path
 ) -> None:
@@ -265,7 +262,6 @@ def test_whose_gait_is_known_does_not_search_again(
     assert found.gaits == bare and not list(tmp_path.iterdir()) and found.asked["unadapted"] == 0
 
 
-@pytest.mark.slow
 def test_gaits_of_after_weeks_are_those_of_this_device(
     adapted: Population, condition: pathlib.Path, tmp_path: pathlib.Path
 ) -> None:

@@ -3,6 +3,7 @@
 import json
 import math
 import pathlib
+import re
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -135,6 +136,35 @@ def test_gain_and_loss_are_those_counted_by_hand(made: Callable[..., Population]
     relative = changes(population, DEVICE, "cost_of_transport")
     assert relative[13] == pytest.approx(8.7 / 8.0 - 1.0) and np.isnan(relative[16:]).all()
     assert np.flatnonzero(np.isnan(changes(population, DEVICE, "speed"))).tolist() == [16, 17, 18, 19]
+
+
+def test_cells_are_the_median_and_ends_of_those_who_walk(made: Callable[..., Population]) -> None:
+    """Of 11 evenly apart the middle and half a step from the ends; a change is each patient's own."""
+    steps = [(k * 4) % 11 for k in range(11)]  # in no order
+    bare = [
+        ({"speed": 1.0 + 0.02 * k, "cost_of_transport": 5.0, "right/clearance": 2e-3 * k}, 0) for k in steps
+    ]
+    worn = [
+        ({"speed": 1.0 + 0.06 * k, "cost_of_transport": 5.5 - 0.1 * k, "right/clearance": -2e-3 * k}, 0)
+        for k in steps
+    ]
+    population = made(without=[*bare, (FELL, 2)], device=[*worn, (FELL, 2)])
+
+    def cells(row: list[str]) -> list[list[float]]:
+        said = [re.findall(r"[+−]?\d+\.?\d*", cell.rpartition(":")[2]) for cell in row[1:]]
+        return [[float(number.replace("−", "-")) for number in each] for each in said]
+
+    shown, changed = (
+        {row[0].partition(" [")[0]: cells(row) for row in rows} for *_, (_, rows) in tables(population)
+    )
+    assert shown["speed"] == [[1.1, 1.01, 1.19], [1.3, 1.03, 1.57]]
+    assert changed["speed"] == [[0.2, 0.02, 0.38]]
+    assert changed["cost of transport"] == [[0.0, -9.0, 9.0]]  # [%]
+    clearance = "toe clearance in mid-swing, device's leg"
+    assert shown[clearance] == [[10.0, 1.0, 19.0], [-10.0, -19.0, -1.0]]  # [mm]
+    assert changed[clearance] == [[-20.0, -38.0, -2.0]]
+    line = in_lines(population)[1]
+    assert cells(["", line["speed [m/s]"]]) == [[1.3, 1.03, 1.57]]
 
 
 def test_nobody_of_twenty_is_not_nobody(made: Callable[..., Population]) -> None:
@@ -339,6 +369,11 @@ def test_what_decides_is_what_was_made_to(made: Callable[..., Population]) -> No
     assert deciding(made(without=same(20), device=same(20)), DEVICE) == {}
     few: dict[str, Any] = {"without": same(7), "device": worn[:7]}
     assert deciding(made(**few), DEVICE) == {}
+    eight = [
+        ({"speed": 1.5 if k < 4 else 1.0}, 0)
+        for k in np.argsort(np.argsort([one["tibialis"] for one in drawn[:8]]))
+    ]
+    assert list(deciding(made(without=same(8), device=eight), DEVICE)) == ["tibialis"]
 
 
 def test_every_case_has_a_name_and_a_look(made: Callable[..., Population]) -> None:

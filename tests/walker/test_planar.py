@@ -127,5 +127,6 @@ def test_a_walk_that_is_no_number_is_an_error() -> None:
     gains = vector.gains.copy()
     gains[0, GAINS.index("soleus_force")] = np.nan
     for engine in ("planar", "mujoco"):
-        with pytest.raises(SimulationError):
+        with pytest.raises(SimulationError) as found:
             walk_body(body_of(BODIES["bare"]), dataclasses.replace(vector, gains=gains), 0.5, engine=engine)
+        assert [each for each in native.COMPLAINTS if each in str(found.value)] == [native.COMPLAINTS[0]]

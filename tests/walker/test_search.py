@@ -35,7 +35,7 @@ from afo_sim.walker import (
 )
 from afo_sim.walker.bounds import BOUNDS, LEAST, MOST
 from afo_sim.walker.gait import OFFSETS
-from afo_sim.walker.search import adapt, pushes_at
+from afo_sim.walker.search import ADAPTING, adapt, pushes_at
 
 MODULE = sys.modules["afo_sim.walker.search"]  # its name in the room is the function's
 SHORT: dict[str, Any] = {"generations": 3, "duration": 0.5, "seed": 3}
@@ -218,6 +218,29 @@ def test_a_search_stays_within_bounds_and_begins_there(body: Body) -> None:
     assert len({tuple(each) for each in tried[:16]}) == 16  # and does not stick to them
 
 
+def test_a_number_is_searched_as_widely_below_zero_as_above(
+    body: Body, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A first standard deviation of 8 %, by the same draws."""
+    natural, free = (
+        read_gait("natural").vector,
+        Free(("lean_offset", "tibialis_swing"), pose=False, alike=True),
+    )
+    apart = []
+    for sign in (1.0, -1.0):
+        gains, tried = natural.gains.copy(), list[np.ndarray]()
+        gains[:, [GAINS.index(name) for name in free.names]] = begun = sign * np.array([0.5, 0.25])
+
+        def seen(body: Body, vector: Any, *_: Any, tried: Any = tried) -> Any:
+            tried.append(free.pack(vector))
+            return walk_body(body, vector, 0.05)
+
+        monkeypatch.setattr(MODULE, "walk_body", seen)
+        search([body], dataclasses.replace(natural, gains=gains), CHEAP, free, threads=1, **SHORT)
+        apart.append((tried[:16] - begun) / begun * sign)
+    assert apart[0] == pytest.approx(apart[1]) and 0.04 < np.std(apart[0]) < 0.16
+
+
 def test_every_number_of_a_gait_has_bounds_and_every_shipped_one_lies_within() -> None:
     assert {*GAINS, *OFFSETS} == set(BOUNDS)
     assert all(low < high and low <= 0.5 for low, high in BOUNDS.values())
@@ -285,6 +308,11 @@ def test_who_adapts_goes_by_way_of_the_stronger_and_on_after_a_kill(
     found = adapt(stages, natural, CHEAP, FEW, generations=4, threads=2, progress=stopped, kept=tmp_path)
     assert_same(found, whole)
     assert told[3:] == [(1, 5), (2, 5), (3, 5), (4, 5), (5, 5)] and found.evaluations == 80
+    alone, once = (
+        adapt([stages[0]], natural, CHEAP, FEW, generations=1),
+        {"generations": 1, "spread": ADAPTING},
+    )
+    assert_same(search(stages[0], natural, CHEAP, FEW, **once), alone)  # one stage is one search
     with pytest.raises(InputError, match=r"2\.json: began with another gait"):
         adapt(stages, natural, CHEAP, FEW, generations=8, kept=tmp_path)
 

@@ -9,11 +9,11 @@ import pytest
 
 from afo_sim import native
 from afo_sim.common import GRAVITY
-from afo_sim.physics import GAINS, LEG_MUSCLES
-from afo_sim.walker import Push, build_body, prepared, read_gait, strides_of, walk_body
+from afo_sim.physics import GAINS, LEG_MUSCLES, tendon_force
+from afo_sim.walker import ROOT, Push, build_body, prepared, read_gait, strides_of, walk_body
 from afo_sim.walker.gait import start
 from afo_sim.walker.strides import swing_clearance
-from afo_sim.walker.walking import _Board, _fill
+from afo_sim.walker.walking import _Board, _fill, _Recorder
 
 ANKLE_MUSCLES = ("gastrocnemius", "soleus", "tibialis")
 
@@ -172,6 +172,58 @@ def test_looking_at_a_walk_does_not_change_it() -> None:
         found.append(data.qpos.copy())
     # to rounding: what a pad's gain adds and its bias takes off is of another size then
     assert np.abs(found[0] - found[1]).max() < 1e-9
+
+
+def test_a_muscle_pulls_as_its_tendon_is_stretched() -> None:
+    """What a fibre's length leaves of the path at the recorded angles stretches the tendon, which only pulls."""
+    body, row = body_of(step="0.25 ms"), native.LEG_MUSCLE_ROW
+    walked, model = walk_body(body, read_gait("natural").vector, 2.0), body.model
+    data, found = mujoco.MjData(model), []
+    for k in range(20, 200, 20):
+        for joint in map(model.joint, range(model.njnt)):
+            side = "left" if joint.name.startswith("left_") else "trunk" if joint.name in ROOT else "right"
+            data.qpos[joint.qposadr] = walked[f"{side}/{joint.name.removeprefix('left_')}"][k]
+        mujoco.mj_fwdPosition(model, data)
+        for side, muscles in zip(("right", "left"), body.muscles, strict=True):
+            for i, name in zip(muscles, LEG_MUSCLES, strict=True):
+                own, length = model.actuator_user[i], walked[f"{side}/{name}/length"][k]
+                along = own[row.optimal] * np.sqrt(length**2 - own[row.width] ** 2)
+                strain = (data.actuator_length[i] - along) / own[row.slack] - 1.0
+                pull = own[row.force] * tendon_force(strain, own[row.strain])[0]
+                found.append((walked[f"{side}/{name}/force"][k], pull))
+    force, pull = np.transpose(found)
+    assert force.max() > 1000.0 and np.abs(force - pull).max() < 50.0  # the force is of half a step before
+
+
+def test_a_controller_sees_each_leg_as_it_is() -> None:
+    """Lean to the plumb on a slope, moments as forces times how lengths change, loads as the floor's."""
+    sets = {"timestep": "1 ms", "patient": "healthy", "worn_on": "both", "ground.slope": "5 deg"}
+    body = build_body(prepared("walk-dropfoot-afo", sets))
+    model, data = body.model, start(body, read_gait("natural").vector)
+    with native.installed():
+        _fill(body, data)
+        mujoco.mj_step(model, data, nstep=300)
+        mujoco.mj_forward(model, data)
+        recorder, other = _Recorder(body, 3), mujoco.MjData(model)
+        recorder.take(data)
+        ahead, up = np.array(
+            [[c := np.cos(np.radians(5.0)), 0.0, -(s := np.sin(np.radians(5.0)))], [s, 0.0, c]]
+        )
+        for leg, prefix in enumerate(("", "left_")):
+            seen, ankle = recorder.seen(data, _Board(body.scenario, body, leg)), model.joint(f"{prefix}ankle")
+            shank = data.body(f"{prefix}shank").xmat.reshape(3, 3) @ [0.0, 0.0, 1.0]
+            assert seen["shank/angle"] == pytest.approx(np.arctan2(shank @ ahead, shank @ up), abs=1e-9)
+            assert seen["ankle/angle"] == data.qpos[ankle.qposadr][0]
+            assert seen["ankle/velocity"] == data.qvel[ankle.dofadr][0]
+            moment, muscles = 0.0, body.muscles[leg]
+            for way in (1.0, -1.0):  # virtual work
+                other.qpos[:] = data.qpos
+                other.qpos[ankle.qposadr] += way * 1e-6
+                mujoco.mj_fwdPosition(model, other)
+                moment += way * data.actuator_force[muscles] @ other.actuator_length[muscles] / 2e-6
+            assert seen["ankle/moment/biological"] == pytest.approx(moment, rel=1e-6) and abs(moment) > 1.0
+            load = seen["foot/heel_load"] + seen["foot/toe_load"]
+            assert seen["ground/force_z"] == pytest.approx(load) and (load > 50.0) == (leg == 0)
 
 
 def test_a_push_gives_its_impulse() -> None:
