@@ -76,6 +76,16 @@ def test_an_infrared_sensor_needs_the_inverse_curve() -> None:
     assert calibrate(data)[0]["RMS residual"][0] > 0.1 > 1e-9 > found["RMS residual"][0]
 
 
+def test_a_falling_line_has_the_numbers_of_a_rising_one() -> None:
+    """All but the sign of the slope, and an intercept at the other end."""
+    volts = 0.5 + 0.3 * BOTH + 0.002 * BOTH**2 + np.repeat([-0.01, 0.01], 11)
+    rising, falling = (calibrate(log(BOTH, each))[0] for each in (volts, 5.0 - volts))
+    rising["slope"], rising["intercept"] = (-rising["slope"][0], "V/bar"), (5.0 - rising["intercept"][0], "V")
+    assert falling.keys() == rising.keys() and rising["0.01 V at 10 bar"] > (0.0, "")
+    for name, (value, unit) in rising.items():
+        assert falling[name] == (pytest.approx(value), unit), name
+
+
 @pytest.mark.parametrize(
     ("unit", "si", "slope"),
     [

@@ -16,7 +16,7 @@ from afo_sim.common import InputError, assets
 from afo_sim.description import load
 from afo_sim.lab import FitRun, differences, fit_run
 from afo_sim.lab.run_fit import Errors, doubts
-from afo_sim.lab.run_problem import find_parameters, pose, run_at
+from afo_sim.lab.run_problem import Channel, find_parameters, pose, run_at
 from afo_sim.lab.run_report import remarks, write
 from afo_sim.show import write_log_figure
 from afo_sim.simulation import Recording
@@ -30,6 +30,17 @@ WALLS = {  # in the ratio that they have in the orthosis
     "orthosis.chamber.plantarflexor.wall_conductance": "0.594 W/K",
 }
 NOISE = {"angle": 0.1, "pressure dorsiflexor": 0.01}  # [deg], [bar]
+
+
+def test_noise_of_a_channel_is_that_of_its_samples() -> None:
+    """About a line at uneven times, 1 % of standard error; of rounding alone a step over √12."""
+    random = np.random.default_rng(4)
+    time = np.cumsum(random.uniform(0.5, 1.5, 20_000))
+    for sigma in (0.3, 2.0):
+        values = 5.0 - 0.7 * time + sigma * random.standard_normal(len(time))
+        assert Channel("x", ("x",), "", 1.0, values).noise(time) == pytest.approx(sigma, rel=0.05)
+    steps = 0.25 * np.round(4.0 * np.sin(1e-3 * time))
+    assert Channel("x", ("x",), "", 1.0, steps).noise(time) == pytest.approx(0.25 / np.sqrt(12.0))
 
 
 def write_log(

@@ -3,6 +3,8 @@
 import functools
 import pathlib
 import tomllib
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,7 +17,7 @@ from afo_sim.description import load
 from afo_sim.lab import LawFit, Measured, fit, fit_law, pose, read_measured, select
 from afo_sim.lab.law_fit import alike
 from afo_sim.lab.law_muscle import muscle
-from afo_sim.lab.law_problem import errors, predict
+from afo_sim.lab.law_problem import LawProblem, errors, predict
 from afo_sim.lab.law_result import remarks, write
 
 LAW = "tondu_lopez_2000_bladder"
@@ -27,6 +29,23 @@ TRIALS = size(
 BRAID = {"bore": "20 mm", "total_length": "25 cm"}
 FORM = {"pressure [bar]": np.repeat([1.0, 2.0, 3.0, 4.0], 8), "change of length [cm]": np.tile(range(8), 4)}
 FORM["change of length [cm]"] = 0.4 * FORM["change of length [cm]"]
+
+
+RHO = {"linear": lambda z: z, "soft_l1": lambda z: 2.0 * np.sqrt(1.0 + z) - 2.0, "cauchy": np.log1p}
+RHO["huber"] = lambda z: np.where(z <= 1.0, z, 2.0 * np.sqrt(z) - 1.0)
+
+
+@pytest.mark.parametrize("loss", RHO)
+def test_the_variance_under_a_loss_is_hubers(loss: str) -> None:
+    """Σψ²/freedom/(mean ψ′)², ψ and ψ′ by differences of half of the loss that SciPy documents."""
+    residuals, scale, step = np.linspace(-3.01, 2.97, 40), 1.3, 1e-4
+    low, middle, high = (
+        0.5 * scale**2 * RHO[loss](((residuals + way * step) / scale) ** 2) for way in (-1.0, 0.0, 1.0)
+    )
+    psi, slope = (high - low) / (2.0 * step), (high - 2.0 * middle + low) / step**2
+    problem: Any = SimpleNamespace(loss=loss, outlying=scale)
+    expected = np.sum(psi**2) / 30.0 / np.mean(slope) ** 2
+    assert LawProblem.variance(problem, residuals, 30.0) == pytest.approx(expected, rel=1e-4)
 
 
 def points(**columns: np.ndarray) -> Measured:

@@ -3,6 +3,8 @@
 import json
 import math
 import pathlib
+import re
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -13,9 +15,10 @@ from documents import PAGES, script
 
 from afo_sim import InputError
 from afo_sim.lab import ledger as lab
+from afo_sim.lab import ledger_predictions
 from afo_sim.lab.air_log import air_row
 from afo_sim.lab.ledger import LedgerRow
-from afo_sim.metrics import coverages
+from afo_sim.metrics import Metric, coverages
 
 DEVICES, LABORATORIES = lab.devices(), lab.laboratories()
 BAND = (80.0, 90.0, 100.0)
@@ -86,6 +89,30 @@ def test_summary_counts() -> None:
     scores = [20.0 / 90.0, (20.0 + 20.0 * 35.0) / 45.0, (20.0 + 20.0 * 80.0) / 180.0]
     assert f"median {np.median(scores):.2f}, mean {np.mean(scores):.2f}" in fourth
     assert f"{(0.5 * (scores[0] + scores[1]) + scores[2]) / 2.0:.2f}" in fourth
+
+
+def test_whoever_touches_the_band_lies_in_it() -> None:
+    """Of values at its ends, beside it by their error, and by more: two within, three with their error."""
+    each = ((80.0, 0.0), (100.0, 0.0), (102.0, 2.0), (102.0, 1.9))
+    rows = [LedgerRow("a", "q", "N", BAND, *one, bench=name) for one, name in zip(each, "AABB", strict=True)]
+    inside, of, *_, near = map(int, re.findall(r"\b\d+\b", lab.summary(rows)[2]))
+    assert (inside, of, near) == (2, 4, 3)
+
+
+def test_a_drawn_shift_is_added_in_the_metrics_unit(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of a run that is asked for with what is drawn, but for the shift."""
+    asked: list[Any] = []
+
+    def run(name: str, sets: Any, step: str) -> Any:
+        asked.append(sets)
+        return SimpleNamespace(metrics={"toe_clearance": Metric(12.0, "mm")})
+
+    monkeypatch.setattr(ledger_predictions, "run", run)
+    drawn, at = {"draw": 3, "patient.body_mass": "80 kg"}, {"metric": "toe_clearance"}
+    assert ledger_predictions.scenario("seated", at, drawn) == pytest.approx(0.012)
+    assert ledger_predictions.scenario("seated", at, drawn | {"shift": "-2 mm"}) == pytest.approx(0.010)
+    for sets in asked:
+        assert sets["patient.body_mass"] == "80 kg" and not {"draw", "shift"} & sets.keys()
 
 
 def test_counts_of_each_kind() -> None:

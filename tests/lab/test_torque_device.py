@@ -9,9 +9,11 @@ from devices import device
 from knee import knee_orthosis
 
 from afo_sim import native
+from afo_sim.common import InputError
 from afo_sim.description import Orthosis, reader
 from afo_sim.lab import paths, statics
 from afo_sim.lab import validation_knee as pin_knee
+from afo_sim.lab.torque_problem import choose_chamber
 from afo_sim.model import Built, muscle_names, sweep_ankle
 from afo_sim.model.build import build
 from afo_sim.model.torque_map import chamber_torque
@@ -115,3 +117,17 @@ def test_a_change_of_the_law_is_the_muscles_own() -> None:
     expected = statics(other, geometry, "flexor", test.pressure, device())[0]
     assert found == pytest.approx(expected, rel=1e-12)
     assert np.abs(found - statics(orthosis, geometry, "flexor", test.pressure, device())[0]).max() > 0.1
+
+
+def test_the_only_chamber_is_the_one_that_was_filled() -> None:
+    """Whatever its name; of several that which is asked for, or the dorsiflexor."""
+    one = reader.load("orthosis", "pin_knee")
+    (name,) = one.chamber
+    assert name != "dorsiflexor" and choose_chamber(one, "", ()) == name
+    both = reader.load("orthosis", "arm_s1")
+    assert choose_chamber(both, "extensor", ("flexor",)) == "extensor"
+    assert choose_chamber(both, "", ("flexor", "flexor")) == "flexor"
+    assert choose_chamber(reader.load("orthosis", "s1"), "", ()) == "dorsiflexor"
+    with pytest.raises(InputError) as refused:
+        choose_chamber(both, "", ())
+    assert refused.value.field == "chamber"

@@ -16,7 +16,7 @@ import afo_sim
 from afo_sim.common import InputError
 from afo_sim.description import reader
 from afo_sim.lab import TorqueFit, fit_torque, paths, statics
-from afo_sim.lab.torque_report import tables
+from afo_sim.lab.torque_report import as_json, tables
 
 STIFFNESS, OFFSET = 20e3, 4e-3
 ANGLE = np.tile(np.radians(np.linspace(-25.0, 15.0, 9)), 3)
@@ -144,6 +144,7 @@ def test_a_cuffs_displacement_tells_its_stiffness() -> None:
     found = fit_torque(data, "s1", ("offset",), hold_out="none")
     interval = found.intervals["cuff_stiffness"]
     assert interval is not None and interval[0] < 6e3 < interval[1] and interval[1] < 1.1 * interval[0]
+    assert as_json(found)["parameters"]["cuff_stiffness"]["refused"] is None
     anchor = found.orthosis.anchor["shank"]
     assert anchor.stiffness == found.parameters["cuff_stiffness"]
     assert anchor.provenance["stiffness"].kind == "fitted"
@@ -158,6 +159,11 @@ def test_torque_alone_does_not_tell_a_cuff_from_cables() -> None:
     found = fit_torque(data_of(torque + noise), "s1_short_links", names, hold_out="none")
     assert found.intervals == dict.fromkeys(names)
     assert abs(found.solution.correlation[0, 1]) > 0.98 or found.verdict
+    told = as_json(found)["parameters"]
+    assert all(told[name]["refused"] and told[name]["interval_95"] is None for name in names)
+    for kind, count in (("angle", 5), ("pressure", 3)):  # each reading is left out once
+        parts = [*found.problem.parts(kind).values()]
+        assert len(parts) == count and (np.sum(parts, axis=0) == 1).all()
 
 
 @pytest.mark.parametrize(("cuff", "said"), [(16e3, True), (3e3, False)])

@@ -461,6 +461,26 @@ def test_bad_request_says_what_is_possible(
     assert not list(tmp_path.rglob("*.*"))
 
 
+@pytest.mark.parametrize("low", ["0 bar", "1 bar", "2.4 bar"])
+def test_usual_pressures_are_the_whole_bars_of_the_laws_range(low: str) -> None:
+    """Of those at which the muscle pulls, up to what the muscle, its law and the supply bear."""
+    muscle = load("muscle", "dmsp_10", {"laws.sarosi_2012.pressure_range": [low, "5.5 bar"]}).using(
+        law="sarosi_2012"
+    )
+    found = plan("isobaric", muscle, laboratory=Laboratory(supply=5.2e5)).set_points * 1e-5
+    assert found == pytest.approx([bar for bar in range(1, 6) if bar >= float(low[:-4])])
+
+
+def test_curves_together_are_stepped_as_finely_as_the_finest_alone() -> None:
+    """A stiff spring rings on a light carriage, however soft the others are."""
+    for kind, points in (("auxotonic", [1e3, 9e5]), ("isotonic", [1.0, 1000.0])):
+        together, *alone = (
+            plan(kind, load("muscle", "dmsp_20"), of).timestep  # type: ignore[arg-type]
+            for of in (points, points[::-1], points[:1], points[1:])
+        )
+        assert together == min(alone) and alone[0] == together
+
+
 def test_range_is_of_this_muscle() -> None:
     muscle = load("muscle", "dmsp_20")
     assert force_at(muscle, slack(muscle, 3e5) + 1e-6, 3e5) == 0.0

@@ -68,7 +68,7 @@ def condition(tmp_path_factory: pytest.TempPathFactory) -> pathlib.Path:
 
 @pytest.fixture(scope="module")
 def walked(condition: pathlib.Path) -> Population:
-    return populate(SCENARIO, patients=condition, spring=30.0, **BRIEF)
+    return populate(SCENARIO, patients=condition, spring=30.0, **BRIEF | {"threads": 3})
 
 
 def assert_same(one: Population, other: Population) -> None:
@@ -108,7 +108,7 @@ def test_a_patient_walks_as_by_hand(walked: Population) -> None:
 
 
 def test_threads_and_the_seed_of_starts(walked: Population, condition: pathlib.Path) -> None:
-    again = populate(SCENARIO, patients=condition, spring=30.0, **BRIEF | {"threads": 3})
+    again = populate(SCENARIO, patients=condition, spring=30.0, **BRIEF | {"threads": 0})
     assert_same(walked, again)
     assert again.drawn == walked.drawn
 

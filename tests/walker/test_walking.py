@@ -175,7 +175,7 @@ def test_looking_at_a_walk_does_not_change_it() -> None:
 
 
 def test_a_muscle_pulls_as_its_tendon_is_stretched() -> None:
-    """What a fibre's length leaves of the path at the recorded angles stretches the tendon, which only pulls."""
+    """What a fibre leaves of the path at the recorded angles stretches the tendon, which only pulls."""
     body, row = body_of(step="0.25 ms"), native.LEG_MUSCLE_ROW
     walked, model = walk_body(body, read_gait("natural").vector, 2.0), body.model
     data, found = mujoco.MjData(model), []
