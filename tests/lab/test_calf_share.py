@@ -48,7 +48,7 @@ def test_energy_is_gained_by_what_joints_floor_and_trunk_give(name: str) -> None
 
 
 def test_positive_work_is_the_mean_of_positive_power_times_the_time() -> None:
-    """Of push-off that between heel rise and toe-off, which for this stride is nearly all that the ankle gives."""
+    """Of push-off that between heel rise and toe-off: nearly all that the ankle gives."""
     cycle = read(find_gait("bovi2011_natural"))
     work, powers = positive_work(cycle), joint_powers(cycle)
     for joint, power in powers.items():

@@ -7,10 +7,13 @@ import numpy as np
 import pytest
 from campaign import nightly, size
 from command import Call
+from sweep_case import write_sweep
 
 import afo_sim as afo
 from afo_sim.common import assets
 from afo_sim.model import fits
+from afo_sim.study import read
+from afo_sim.study.scales import human_scale
 from afo_sim.study.search import plan
 from afo_sim.study.search.best import BestDesign
 
@@ -68,6 +71,29 @@ def test_results_in_words() -> None:
     assert repr(found) == "<Results: grid of 2 cases over pressure; 1 metric>"
     page = found._repr_html_()
     assert "best cases" in page and page.count("<table>") == page.count("</table>") >= 3
+
+
+def test_units_are_of_the_largest_number_whatever_its_sign() -> None:
+    for unit, low, human in (
+        ("m", 0.02, "mm"),
+        ("m", 0.5, "cm"),
+        ("m", 2.0, "m"),
+        ("s", 0.3, "ms"),
+        ("s", 3.0, "s"),
+    ):
+        for values in ([low, 0.0], [-low, 0.001], [np.nan, -low]):
+            factor, found = human_scale(unit, np.array(values))
+            assert found == human and afo.Metric(factor * low, found) == f"{low} {unit}", (unit, values)
+
+
+@pytest.mark.parametrize("times", [1, 2])
+def test_a_grid_has_each_cell_once(times: int, tmp_path: pathlib.Path) -> None:
+    a, b = (np.tile(each, times) for each in ([3.0, 1.0, 3.0, 1.0], [2.0, 2.0, 5.0, 5.0]))
+    write_sweep(tmp_path / "s", "grid", {"a": (a, ""), "b": (b, "")}, {"y": (a * b, "")})
+    levels = read(tmp_path / "s").levels()
+    assert (levels is None) == (times == 2)
+    if levels is not None:
+        assert {name: each.tolist() for name, each in levels.items()} == {"a": [1.0, 3.0], "b": [2.0, 5.0]}
 
 
 @pytest.mark.slow

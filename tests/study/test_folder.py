@@ -252,6 +252,12 @@ def test_columns_are_named_by_the_end_of_their_key() -> None:
         "gait_seed",  # seed is another column of the results
     ]
 
+    for key, name in (
+        ("phases.dorsiflexor.inlet[0][1]", "inlet_0_1"),
+        ("orthosis.range_of_motion[1]", "range_of_motion_1"),
+    ):
+        assert column_names([key]) == {key: name}  # a number alone is no name
+
 
 def test_a_search_without_a_file_is_its_file_s(tmp_path: pathlib.Path) -> None:
     text = SEARCH + '[[limits]]\nmetric = "range_of_motion"\nat_least = "2 deg"\nshare = 0.5\n'

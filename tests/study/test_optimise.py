@@ -6,6 +6,7 @@ import math
 import pathlib
 import re
 import sys
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -27,8 +28,9 @@ from afo_sim.study import OBJECTIVE, Columns, Problem, best_of, cases_of, statem
 from afo_sim.study.constraint import read_constraint
 from afo_sim.study.parameter import Parameter, Range
 from afo_sim.study.search import plan, store
-from afo_sim.study.search.aim import LACKING, OUTSIDE, Aim, Limit, Objective
-from afo_sim.study.search.loop import Answers, evolve
+from afo_sim.study.search.aim import LACKING, OUTSIDE, PATIENT, Aim, Limit, Objective
+from afo_sim.study.search.loop import Answers, _judged, evolve
+from afo_sim.study.search.surrogate import Surrogate, _fitted, _monomials
 
 LOWEST = Objective("f", "lowest")
 X = Parameter("x", ("x",), "", Range(0.1, 5.0))
@@ -69,6 +71,64 @@ def solved(
     problem = Problem(parameters, read, aim, seed, method=method, **told)
     columns = evolve(problem, folder, generations, evaluate)[0]  # type: ignore[arg-type]
     return columns, best_of(aim, columns), aim
+
+
+def test_a_model_of_runs_is_exact_for_a_cubic_and_as_wrong_as_its_noise() -> None:
+    """Where one run is left out, by a run's own share; a value that nothing explains is its mean."""
+    random = np.random.default_rng(3)
+    at, other = random.uniform(-1.0, 1.0, (2, 200, 2))
+
+    def cubic(x: np.ndarray) -> np.ndarray:
+        return 1.0 + x[:, 0] - 2.0 * x[:, 1] + 3.0 * x[:, 0] * x[:, 1] - x[:, 1] ** 3
+
+    noise = random.standard_normal(200)
+    values, one = np.column_stack([cubic(at), cubic(at) + 0.1 * noise, noise]), np.ones(200)
+    error, powers, factors = _fitted(at, values, one, one > 0.0, np.zeros((1, 0)))
+    assert error[0] < 1e-6 and error[1:] == pytest.approx([0.1, 1.0], rel=0.15)
+    found = _monomials(other, powers) @ factors[:, :, 0]
+    assert found[:, 0] == pytest.approx(cubic(other), abs=1e-5)
+    assert np.sqrt(np.mean((found[:, 1] - cubic(other)) ** 2)) < 0.05 and np.abs(found[:, 2]).max() < 1.0
+
+
+@pytest.mark.parametrize(
+    ("cost", "keeps", "place", "radius", "margin"),
+    [  # before 1.0, promised 0.0, in a region of 0.1 and with a margin of 0.2
+        (0.5, True, 0.08, 0.16, 0.1),  # found: twice the largest step
+        (0.5, True, 0.01, 0.05, 0.1),  # at least half
+        (0.5, True, 0.30, 0.20, 0.1),  # at most twice
+        (0.95, True, 0.08, 0.05, 0.1),  # less than a tenth of what was promised
+        (1.5, True, 0.08, 0.05, 0.1),
+        (0.5, False, 0.08, 0.16, 0.4),  # a broken limit asks for more margin
+    ],
+)
+def test_the_region_follows_sound_steps_and_shrinks_after_others(
+    cost: float, keeps: bool, place: float, radius: float, margin: float
+) -> None:
+    search: Any = object.__new__(Surrogate)
+    search._radius, search._margin, search._best, search._centre = 0.1, 0.2, 1.0, np.array([0.5, 0.5])
+    search._keeps, search.aim = True, SimpleNamespace(feasible=lambda found: [keeps or found == 1.0])
+    search._cost = lambda each: np.array([each])
+    search._predicted = lambda _: 0.0
+    search._follow(cost, np.array([[0.5 + place, 0.5 - 0.1 * place]]))
+    assert (search._radius, search._margin) == pytest.approx((radius, margin))
+    search._radius, search._keeps = 0.1, False
+    search._follow(cost, np.array([[0.5, 0.5 + place]]))  # whatever a design that keeps the limits costs
+    assert search._radius == pytest.approx(min(max(2.0 * place, 0.05), 0.2) if keeps or cost < 0.9 else 0.05)
+
+
+def test_a_search_runs_as_often_as_it_tells_before() -> None:
+    """Of one patient, and of three, who are simulated with the model's best design alone."""
+    for patients in (1, 3):
+        traits = np.linspace(0.0, 1.0, patients)
+        problem = Problem((X, Y), (), Aim(LOWEST, ()), 0, traits=traits[:, None])
+        evaluate: Any = of_functions(traits, f=lambda x, y, t: x**2 + y + t)
+        search, runs = Surrogate(problem, 0), 0
+        for generation in range(3):
+            shares, only = search.ask()
+            runs += sum(patients if each < 0 else 1 for each in only)
+            asked = problem.values(shares) | {PATIENT: only}
+            search.tell(_judged(problem, (generation, 0), 0, asked, evaluate))
+        assert runs == search.runs(3)
 
 
 # -- limits and shares ------------------------------------------------------------------------------------
@@ -214,6 +274,7 @@ def test_a_limit_in_large_numbers_does_not_drown_another() -> None:
         ("1 < x < 4", [0.0, 0.0, 1.0]),
         ("not (x < y or y < 2)", [0.5, 0.5, 1.0]),
         ("x == 1", [0.0, 0.5, 1.0]),
+        ("0 < -x", [1.0, 1.0, 0.0]),
     ],
 )
 def test_excess_of_a_constraint(text: str, expected: list[float]) -> None:

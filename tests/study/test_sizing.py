@@ -13,7 +13,7 @@ from afo_sim.description import load
 from afo_sim.model import fits
 from afo_sim.study import Requirement
 from afo_sim.study.sizing.candidates import link_for, why_not
-from afo_sim.study.sizing.limits import read_requirements, usual
+from afo_sim.study.sizing.limits import read_requirements, shown, usual
 from afo_sim.study.sizing.sizes import size
 from afo_sim.study.sizing.three_way import one_coil, times_for, two_coils, within
 
@@ -224,6 +224,12 @@ def test_limits_by_default_and_as_they_are_written() -> None:
     assert usual(seated) == ()
     fill, share = read_requirements(["fill_time <= 150 ms", "muscle_share_of_force <= 80 %"], "calf")
     assert (fill.metric, fill.bound, share.bound) == ("fill_time_calf", pytest.approx(0.15), 80.0)
+
+
+@pytest.mark.parametrize(("value", "unit"), [(0.012, "s"), (12.0, "s"), (0.5, "h"), (30.0, "h"), (3.0, "mm")])
+def test_a_negative_number_is_shown_in_the_unit_of_a_positive_one(value: float, unit: str) -> None:
+    assert shown(-value, unit) == f"−{shown(value, unit)}"
+    assert shown(0.012, "s") == "12 ms" and shown(0.5, "h") == "30 min"
 
 
 def test_the_answer_as_a_table_a_frame_and_html() -> None:

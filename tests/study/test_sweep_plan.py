@@ -487,6 +487,7 @@ def pressure(text: str, name: str = "p") -> str:
 
 
 TWO = 'values = ["1 ms", "2 ms"]'
+NONE_LEFT = 'distribution = "lognormal"\nmedian = "1 N*m"\nsd = 0.1\nto = "0 N*m"'
 MASS = '[parameters.p]\nkey = "patient.body_mass"\ndistribution = "normal"\n'
 
 
@@ -532,6 +533,7 @@ MASS = '[parameters.p]\nkey = "patient.body_mass"\ndistribution = "normal"\n'
         ('[parameters.p]\nkey = "gait.seed"\nfrom_seed = false', "from_seed", "has no effect", None),
         (keyed("leg.friction", 'from = "0 N*m"\nto = "1 N*m"\nscale = "log"'), "from", "logarithm", None),
         (MASS + 'mean = "75 kg"', "sd", "is missing", None),
+        (keyed("leg.friction", NONE_LEFT), "to", "leaves nothing", None),
         (MASS + 'mean = "75 kg"\nsd = 10', "sd", "has no unit", None),
         (MASS + 'mean = "75 kg"\nsd = "0 kg"', "sd", "more than zero", None),
         (MASS + 'mean = "75 kg"\nmedian = "75 kg"\nsd = "3 kg"', "median", "does not go with normal", None),

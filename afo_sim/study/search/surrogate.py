@@ -53,7 +53,7 @@ def _fitted(
         factors[:-1] = np.where(found < error, solved, factors[:-1])
         error = np.minimum(found, error)
     factors[-1] = weights @ (values - terms[:, :-1] @ factors[:-1]) / np.sum(weights)
-    factors *= scales[:, None]
+    factors[:-1] *= scales[:-1, None]  # the constant is in no scaled term
     size = count - traits.shape[1]
     designs, where = np.unique(powers[:, :size], axis=0, return_inverse=True)
     of_patients = np.zeros((len(designs), values.shape[1], len(traits)))

@@ -3,6 +3,7 @@
 import dataclasses
 import json
 import pathlib
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,7 @@ from afo_sim.simulation.run import run
 from afo_sim.study import with_studies
 from afo_sim.study.engine import CYCLE
 from afo_sim.study.uncertainty.running import (
+    _notes,
     check_draws,
     quantiles,
     shares_of_one,
@@ -223,3 +225,16 @@ def test_share_of_one_wearer_is_that_of_the_path_alone() -> None:
     path = 0.003 * stats.norm.ppf((np.arange(20_000) + 0.5) / 20_000)
     found = shares_of_one(np.array([0.006, 0.0, -0.1, 0.1]), path, 0.0)
     assert found == pytest.approx([stats.norm.cdf(-2.0), 0.5, 1.0, 0.0], abs=1e-3)
+
+
+@pytest.mark.parametrize(("own", "beside"), [(0.5, 0), (-0.1, 1), (1.1, 1), (np.nan, 0)])
+def test_a_run_beside_its_own_band_is_noted(own: float, beside: int) -> None:
+    """Draws from 0 to 1; of those that are all alike nothing is said."""
+    values = np.linspace(0.0, 1.0, 101)
+    found: Any = SimpleNamespace(
+        outcomes=[], ok=values >= 0.0, draws=SimpleNamespace(groups=[]), metric=lambda _: values
+    )
+    walked: Any = SimpleNamespace(metrics={"toe_clearance": own})
+    assert len(_notes(found, walked)) == beside
+    values = np.full(101, 2.0)
+    assert _notes(found, walked) == []
