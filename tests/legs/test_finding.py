@@ -1,11 +1,13 @@
 """Shank, foot and ankle are found by names and by how they hang together; what does not fit is refused."""
 
+import ast
 import dataclasses
+import itertools
 import pathlib
 
 import numpy as np
 import pytest
-from turned_leg import hinge, in_a_body, shipped, told_otherwise, turned_round, with_ankle
+from turned_leg import hinge, in_a_body, in_axes, shipped, told_otherwise, turned_round, with_ankle
 
 from afo_sim.common import InputError
 from afo_sim.description.orthosis import Side
@@ -64,7 +66,8 @@ def test_a_robots_ankle_is_its_pitch() -> None:
 
 
 def test_of_hinges_without_telling_names_the_lateral_one_is_the_ankle() -> None:
-    assert find(robot("left_a", "left_b"), shank="left_knee_link").ankle == "left_a"
+    found = find(robot("left_a", "left_b"), shank="left_knee_link")
+    assert found.ankle == "left_a" and "left_a" not in found.how["ankle"] and "left_b" in found.how["ankle"]
 
 
 def test_the_foot_may_be_named_by_what_hangs_on_it() -> None:
@@ -369,6 +372,42 @@ def test_a_foot_that_points_nowhere_is_refused() -> None:
         InputError, match=r"reaches 0 mm to one side of the ankle's axis and 0 mm to the other.*--forward"
     ):
         find(blind)
+    box = Shape("box", "box", at(0, 0, -0.03), np.array([0.1, 0.03, 0.01]))
+    alike = dataclasses.replace(SHANK_AND_FOOT[1], centre=np.array([0.01, 0.0, -0.03]), shapes=(box,))
+    with pytest.raises(InputError) as caught:  # of a foot that is seen, its mass does not show it
+        find(tree(SHANK_AND_FOOT[0], alike))
+    assert caught.value.field == "foot"
+
+
+def test_a_direction_is_shown_as_it_can_be_given() -> None:
+    with pytest.raises(InputError) as caught:
+        find(tree(*SHANK_AND_FOOT), forward=(0.0, 2.0, 0.0))
+    assert caught.value.field == "forward" and ast.literal_eval(str(caught.value.value)) == (0.0, 1.0, 0.0)
+
+
+@pytest.mark.parametrize("lean", [3.0, -3.0, 8.0])
+def test_the_shanks_own_axis_is_up_whichever_of_the_six_it_is(lean: float) -> None:
+    """A mass 3 deg off it is on it; of one 8 deg off the line there is up, and the axis is none."""
+    ahead = 0.2 * float(np.tan(np.radians(lean)))
+    shank = body("shank", None, np.eye(4), centre=(ahead, 0, 0.2))
+    up = np.array([ahead, 0.0, 0.2]) if abs(lean) > 5.0 else np.array([0.0, 0.0, 1.0])
+    for axes in itertools.permutations(np.eye(3)):
+        for signs in itertools.product([1.0, -1.0], repeat=3):
+            own = np.eye(4)
+            own[:3, :3] = np.array(axes) * np.array(signs)[:, None]
+            if np.linalg.det(own) < 0.0:
+                continue
+            parts = in_axes(shank, own, np.eye(4)), in_axes(SHANK_AND_FOOT[1], np.eye(4), own)
+            found = find(tree(*parts))
+            np.testing.assert_allclose(found.axes[:, 2], up / np.linalg.norm(up), atol=1e-12)
+
+
+@pytest.mark.parametrize("side", [0.2, -0.2])
+def test_a_mass_beside_the_shank_shows_no_up(side: float) -> None:
+    """It lies along the ankle's axis, on either side of it: the shank's longest side is up."""
+    long = ((0, 0, 0.2), (0.02, 0.02, 0.2))
+    found = find(tree(body("shank", None, np.eye(4), centre=(0, side, 0.02), box=long), SHANK_AND_FOOT[1]))
+    np.testing.assert_allclose(found.axes[:, 2], [0.0, 0.0, 1.0], atol=1e-12)
 
 
 def test_dm_controls_humanoid() -> None:

@@ -13,8 +13,10 @@ from turned_leg import told_otherwise
 import afo_sim as afo
 from afo_sim.common import InputError
 from afo_sim.description import JOINTS
-from afo_sim.legs import Found, tree_of
+from afo_sim.legs import Found, Part, Tree, tree_of
 from afo_sim.legs.finding_joint import NAMED, find_worn
+from afo_sim.legs.flexing import body_left, cluster_of
+from afo_sim.legs.tree import Joint
 
 FLEXORS = {
     "hip_pitch": "hip",
@@ -316,3 +318,67 @@ def test_of_two_hinges_at_a_thumbs_base_neither_is_guessed() -> None:
         ).sign
         == 1.0
     )
+
+
+AWAY = np.sqrt(1.0 - 0.87**2)
+
+
+@pytest.mark.parametrize("way", [1.0, -1.0])
+@pytest.mark.parametrize(
+    ("kind", "axis", "place", "one"),
+    [
+        ("knee", (1, 0, 0), (0, 0, 0.06), True),
+        ("knee", (1, 0, 0), (0, 0, 0.0625), False),
+        ("knee", (0, 1, 0), (0, 5.0, 0.01), True),  # along the same line
+        ("knee", (0, 1, 0), (0, 0, 0.0105), False),
+        ("knee", (AWAY, 0.87, 0), (0, 0, 0.03), True),
+        ("knee", (AWAY - 0.01, 0.88, 0), (0, 0, 0.03), False),
+        ("ankle", (1, 0, 0), (0, 0, -0.064), True),  # OpenSim's subtalar axis
+        ("ankle", (1, 0, 0), (0, 0, -0.085), False),
+        ("finger", (1, 0, 0), (0.014, 0, 0), True),
+        ("finger", (1, 0, 0), (0.016, 0, 0), False),
+        ("hip", (0, 0, 1), (0, 0, -0.3), True),  # along the thigh, which it lies in
+        ("shoulder", (0, 0, 1), (0, 0, -0.3), True),
+        ("knee", (0, 0, 1), (0, 0, -0.3), False),
+        ("hip", (1, 0, 0), (0, 0, -0.3), False),
+        ("hinge", (1, 0, 0), (0, 0, 0), False),
+    ],
+)
+def test_hinges_are_one_joint_by_their_lines_and_not_by_the_sense_of_their_axes(
+    kind: str, axis: tuple[float, ...], place: tuple[float, ...], one: bool, way: float
+) -> None:
+    """Close by, and where they are parallel on one line."""
+    for first, second in ((way, 1.0), (1.0, way)):
+        upper = Joint("upper", "hinge", np.array([0.0, first, 0.0]), np.zeros(3))
+        lower = Joint("lower", "hinge", second * np.array(axis, float), np.array(place, float))
+        bare = np.eye(4), 1.0, np.zeros(3), np.eye(3)
+        parts = Part("a", None, *bare), Part("b", "a", *bare, (upper,)), Part("c", "b", *bare, (lower,))
+        tree = Tree(None, {part.name: part for part in parts})
+        assert [part.name for part in cluster_of(tree, "upper", kind)] == ["b", "c"][: 1 + one]
+
+
+@pytest.mark.parametrize(
+    ("hips", "knees", "seen"),
+    [
+        (0.001, 0.0, False),
+        (0.0011, 0.0, True),
+        (-0.1, 0.0, True),
+        (0.1875, -0.0625, False),
+        (0.1875, -0.06, True),
+        (0.1, -0.1, False),
+    ],
+)
+def test_left_and_right_show_left_where_they_lie_apart_and_about_agree(
+    hips: float, knees: float, seen: bool
+) -> None:
+    """More than 2 mm apart, and what is against it less than a third of what is for it."""
+    bare = np.eye(4), 1.0, np.zeros(3), np.eye(3)
+    parts = {"base": Part("base", None, *bare)}
+    for side, sign in (("left", 1.0), ("right", -1.0)):
+        above = "base"
+        for name, aside in (("hip", hips), ("knee", knees)):
+            joint = Joint(f"{side}_{name}", "hinge", np.eye(3)[0], np.array([0.0, sign * aside, 0.0]))
+            parts[f"{side} below {name}"] = Part(f"{side} below {name}", above, *bare, (joint,))
+            above = f"{side} below {name}"
+    left = body_left(Tree(None, parts), "right_knee")
+    assert left is None if not seen else left == pytest.approx([0.0, np.sign(hips + knees), 0.0])

@@ -239,3 +239,39 @@ def test_a_leg_that_is_written_and_read_again_keeps_its_axes(tmp_path: pathlib.P
             assert again.leg.parts[name].centre == pytest.approx(first.leg.parts[name].centre, abs=1e-9)
         assert again.found.shank_length == pytest.approx(first.found.shank_length, abs=1e-9)
         assert again.found.foot_length == pytest.approx(first.found.foot_length, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("shank", "foot", "length", "codes"),
+    [
+        (1.0, 1.0, 1.0, set()),
+        (1.1, 0.9, 0.9, set()),
+        (1.2, 1.0, 1.1, {"mass-unlike"}),
+        (0.8, 1.0, 1.0, {"mass-unlike"}),
+        (1.0, 1.2, 1.0, {"mass-unlike"}),
+        (1.0, 0.8, 1.0, {"mass-unlike"}),
+        (1.0, 1.0, 1.2, {"height-unlike"}),
+        (1.0, 1.0, 0.8, {"height-unlike"}),
+    ],
+)
+def test_a_leg_is_held_against_the_person_by_winters_shares(
+    tmp_path: pathlib.Path, shank: float, foot: float, length: float, codes: set[str]
+) -> None:
+    """Of a person's mass the shank has 0.0465, the foot 0.0145; the shank is 0.246 of the height."""
+    long = 0.246 * 1.8 * length
+    text = f"""<mujoco><worldbody><body name="thigh" pos="0 0 1"><freejoint/><geom size=".1" mass="5"/>
+    <body name="right_shin" pos="0 0 -.4"><joint name="right_knee" axis="0 1 0"/>
+    <inertial pos="0 0 -.2" mass="{0.0465 * 80.0 * shank}" diaginertia=".05 .05 .005"/>
+    <body name="right_foot" pos="0 0 {-long}"><joint name="right_ankle" axis="0 -1 0" range="-50 30"/>
+    <inertial pos=".05 0 -.03" mass="{0.0145 * 80.0 * foot}" diaginertia=".001 .004 .004"/>
+    <geom type="box" size=".12 .04 .02" pos=".05 0 -.05" mass="0"/></body></body></body></worldbody>
+    </mujoco>"""
+    (tmp_path / "body.xml").write_text(text, encoding="utf-8")
+    notes = import_leg(tmp_path / "body.xml", body_mass=80.0, body_height=1.8).notes
+    told = {note.code: note.data for note in notes if note.code.endswith("-unlike")}
+    assert told.keys() == codes
+    if "mass-unlike" in told:
+        assert told["mass-unlike"]["shank"] == pytest.approx(80.0 * shank)
+        assert told["mass-unlike"]["foot"] == pytest.approx(80.0 * foot)
+    if "height-unlike" in told:
+        assert told["height-unlike"]["shank"] == pytest.approx(1.8 * length)

@@ -7,10 +7,11 @@ import mujoco
 import numpy as np
 import pytest
 from leg_models import random_inertia
-from urdf_texts import BODY, INERTIA, joint, link, robot, two
+from urdf_texts import BODY, INERTIA, inertial, joint, link, robot, two
 
 from afo_sim.common import InputError
 from afo_sim.legs import Tree, tree_of
+from afo_sim.legs.mjcf_out import movable
 from afo_sim.legs.urdf import read_urdf
 
 
@@ -107,11 +108,14 @@ def test_a_link_without_mass_stays_and_is_noted(read) -> None:
     assert noted(tree) == {"massless-links": ["shank", "foot"]}
 
 
-def test_a_point_mass_is_read_where_it_is_fixed(read) -> None:
-    point = BODY.replace(INERTIA, '<inertia ixx="0" iyy="0" izz="0" ixy="0" ixz="0" iyz="0"/>')
-    tree = read(two("fixed", foot=point))
+@pytest.mark.parametrize("moment", [0.0, 9e-15, 1e-14])
+def test_a_point_mass_is_read_where_it_is_fixed(read, moment: float) -> None:
+    """It is noted where a joint needs more inertia than that, and where it does not, not."""
+    point = inertial(2, "0.1 0 -0.2", f"{moment} {moment} {moment}")
+    tree = read(two("continuous", foot=point))
     assert tree.parts["foot"].mass == 2
-    assert noted(tree) == {"point-masses": ["foot"]}
+    raised = noted(movable(tree)).get("inertias-raised", [])
+    assert noted(tree).get("point-masses", []) == raised == (["foot"] if moment < 1e-14 else [])
 
 
 def test_a_joint_that_follows_another_is_noted(read) -> None:
@@ -198,6 +202,8 @@ def test_millimetres_are_noted_unless_they_are_scaled(read, tmp_path: pathlib.Pa
     trimesh.creation.box((100, 80, 400)).export(tmp_path / "bone.stl")
     assert noted(read(two("fixed", shank=mesh("bone.stl")))) == {"meshes-large": ["bone.stl, 400 m long"]}
     assert not read(two("fixed", shank=mesh("bone.stl", 'scale="0.001 0.001 0.001"'))).notes
+    trimesh.creation.box((0.1, 0.08, 0.4)).export(tmp_path / "small.stl")
+    assert not read(two("fixed", shank=mesh("small.stl"))).notes
     # of a crane, whose joints are as far apart
     assert not read(two("fixed", '<origin xyz="0 0 -300"/>', shank=mesh("bone.stl"))).notes
 
