@@ -1,13 +1,16 @@
 """The body's mass by plates that carry a known weight."""
 
+from contextlib import nullcontext
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from afo_sim.common import GRAVITY, InputError
-from afo_sim.gait_lab.trial.body_mass import find_mass
+from afo_sim.gait_lab.trial.body_mass import BodyMass, find_mass
 from afo_sim.gait_lab.trial.ground_force import PlateContact
+from afo_sim.gait_lab.trial.importing import _require_mass
 
 MASS, PERIOD, STANCE = 70.0, 1.1, 0.68  # [kg, s, s]
 TIME = np.arange(0.0, 6.0, 0.001)
@@ -141,3 +144,38 @@ def test_forces_in_another_unit_are_no_mass() -> None:
     with pytest.raises(InputError, match=r"the plates carry 0\.07 kg: forces in another unit"):
         find_mass(grounds, strides, None, None)
     assert "by the plates it is 0.1 kg" in find_mass(grounds, strides, 70.0, None).warnings[0]
+
+
+@pytest.mark.parametrize("later", [False, True])
+@pytest.mark.parametrize(("quiet", "told"), [(0.12, True), (0.08, False)])
+def test_a_plates_offset_is_what_it_reads_0_1_s_from_any_contact(
+    quiet: float, told: bool, later: bool
+) -> None:
+    """Nearer, a foot sets down: there it reads 15 N; what it reads for less than 0.1 s shows nothing."""
+    start, end = (0.05, 0.75) if later else (quiet + 0.1, quiet + 0.8)
+    time = np.arange(0.0, 0.85 + quiet, 0.001)
+    force = np.where((time < start - 0.1) | (time > end + 0.1), 8.0, 15.0)
+    force = np.where((time > start) & (time < end), 700.0, force)
+    ground = SimpleNamespace(
+        time=time,
+        force_z=force,
+        foreign=(PlateContact("1", start, end),),
+        contacts=(PlateContact("2", 0.0, 1.0),),
+        plates={"1": (time, force)},
+    )
+    found = find_mass({"right": ground}, [], 70.0, None)  # type: ignore[dict-item]
+    offsets = [notice.data["force"] for notice in found.notices if notice.code == "plate-offset-in-mass"]
+    assert offsets == ([8.0] if told else [])
+
+
+@pytest.mark.parametrize(("share", "refused"), [(0.72, True), (0.78, False), (1.22, False), (1.28, True)])
+@pytest.mark.parametrize("how", ["given", "of the file"])
+def test_a_mass_that_the_plates_contradict_is_refused(share: float, refused: bool, how: str) -> None:
+    """More than 25 % off either way; what one leg carries, or no plate, contradicts none."""
+    mass = BodyMass(share * MASS, how, MASS)
+    with pytest.raises(InputError) if refused else nullcontext() as caught:
+        _require_mass(mass)
+    if caught is not None:
+        assert caught.value.field == "mass"
+    for vague in (replace(mass, one_leg=True), replace(mass, estimated=None)):
+        _require_mass(vague)

@@ -8,7 +8,7 @@ from recorded_leg import leg, toe_off
 from walking import Walk
 
 from afo_sim.gait_lab.readers.signals import low_pass
-from afo_sim.gait_lab.trial.events import find_events
+from afo_sim.gait_lab.trial.events import find_events, posture_near, posture_return
 from afo_sim.gait_lab.trial.leg_motion import LegMotion
 
 TIME = np.arange(0.0, 4.3, 0.01)
@@ -35,15 +35,23 @@ def test_angles_give_the_hip_in_place_of_the_pelvis(walk: Walk) -> None:
         assert 0.0 <= walk.heel_strike(number) - strike <= 0.040
 
 
+@pytest.mark.parametrize("bounces", [False, True])
 @pytest.mark.parametrize(("heel", "toe"), [(0.0, 0.0), (0.08, 0.0)], ids=["flat", "forefoot"])
-def test_lowest_point_decides_where_the_heel_does_not_land_first(walk: Walk, heel: float, toe: float) -> None:
-    """Heel and toe come down at 0.3 m/s at phases that are known; the farthest heel is 36 ms early."""
+def test_lowest_point_decides_where_the_heel_does_not_land_first(
+    walk: Walk, heel: float, toe: float, bounces: bool
+) -> None:
+    """Heel and toe come down at 0.3 m/s at phases that are known; the farthest heel is 36 ms early.
+
+    A foot that bounces off the floor once more, for 60 ms, has landed before.
+    """
     motion = leg(walk, TIME)
 
     def height(lands: float) -> np.ndarray:
         phase = (walk.phase(TIME) - lands) % 1.0
         swing = np.clip((phase - 0.6) / 0.4, 0.0, None)
-        return low_pass(TIME, 0.3 * walk.cycle.stride_time * (1.0 - phase) * swing**2, 6.0)
+        path = low_pass(TIME, 0.3 * walk.cycle.stride_time * (1.0 - phase) * swing**2, 6.0)
+        after = (walk.phase(TIME) % 1.0) * walk.cycle.stride_time - 0.03
+        return path + bounces * 0.03 * np.sin(np.pi * np.clip(after / 0.06, 0.0, 1.0))
 
     assert motion.heel is not None and motion.toe is not None
     points = {
@@ -73,3 +81,38 @@ def test_a_foot_in_the_air_between_two_peaks_is_no_second_step(walk: Walk) -> No
     ripple = 0.005 * np.sin(2.0 * np.pi * 9.0 * TIME)
     shaken = dataclasses.replace(motion, heel=motion.heel + np.column_stack([ripple, 0.0 * TIME]))
     assert len(find_events(shaken).strikes) == 4
+
+
+PERIOD = 1.1337  # [s]
+
+
+def harmonic(end: float, phases: float = 0.0) -> LegMotion:
+    """A leg whose posture comes back after `PERIOD`, and no sooner; its heel is farthest at known times."""
+    time = np.arange(0.0, end, 0.01)
+    wave = 2.0 * np.pi * (time - phases) / PERIOD
+    still, ahead = np.zeros_like(time), np.column_stack([0.3 * np.cos(wave), 0.0 * time])
+    angles = 0.3 * np.sin(wave), 0.5 + 0.4 * np.cos(wave), 0.1 * np.sin(wave + 1.0)
+    return LegMotion(time, *angles, still, still, heel=ahead, toe=ahead, pelvis_x=still)
+
+
+@pytest.mark.parametrize("start", [0.3, 0.7345, 1.002])
+def test_events_and_postures_are_found_to_a_part_of_a_sample(start: float) -> None:
+    """To 0.5 ms of samples of 10 ms."""
+    motion = harmonic(4.0, start)
+    assert posture_return(motion, start) == pytest.approx(start + PERIOD, abs=5e-4)
+    for about in (start + PERIOD - 0.03, start + PERIOD + 0.04):
+        assert posture_near(motion, start, about, 0.1) == pytest.approx(start + PERIOD, abs=5e-4)
+    assert posture_near(motion, start, start + 1.5 * PERIOD, 0.1) is None
+    found = find_events(motion)
+    strikes = [time for time in start + PERIOD * np.arange(-1, 4) if 0.05 < time < 3.94]
+    assert found.strikes == pytest.approx(strikes, abs=5e-4)
+    offs = [time for time in start + PERIOD * (np.arange(-1, 4) + 0.5) if 0.05 < time < 3.94]
+    assert found.toe_offs == pytest.approx(offs, abs=5e-4)
+
+
+def test_a_recording_that_is_cut_where_the_posture_returns_ends_there() -> None:
+    start = 0.4
+    cut = harmonic(start + PERIOD)
+    assert posture_return(cut, start) == pytest.approx(cut.time[-1], abs=1e-12)
+    for end in (start + 0.45, start + 0.7 * PERIOD):
+        assert posture_return(harmonic(end), start) is None

@@ -7,7 +7,7 @@ import osim_text
 import pytest
 from real_trials import FOLDER, MOCO, SUBJECT01, where_recorded
 
-from afo_sim.common import InputError
+from afo_sim.common import InputError, with_code
 from afo_sim.gait_lab import Choices, Markers
 from afo_sim.gait_lab.readers.opensim_model import OpenSimModel, read_opensim_model
 from afo_sim.gait_lab.readers.opensim_table import OpenSimTable, read_opensim_table
@@ -143,7 +143,7 @@ def test_what_the_foot_tells(tmp_path):
     assert leg.outline == pytest.approx({"heel": -0.07, "toe": 0.21})
     assert leg.ankle_height is None
     under = legs_from_angles(model(tmp_path, spheres=True), table(walk()), False)["right"]
-    assert under.ankle_height == pytest.approx(0.045 + 0.02)  # spheres reach 20 mm below the foot's origin
+    assert under.ankle_height == pytest.approx(0.045 + 0.02)  # the heel's sphere reaches lower than the toes'
 
 
 def test_names_need_not_be_written_alike(tmp_path):
@@ -224,14 +224,18 @@ def test_angles_that_are_missing(tmp_path):
 
 
 def test_angles_of_another_model_are_doubted(tmp_path):
-    """A knee that bends to the other side leaves the range that the model states."""
+    """A knee that bends to the other side leaves the model's range; 9 deg beyond are no doubt."""
     parts, markers, extra = osim_text.walker()
-    text = osim_text.version_3(parts, markers, extra).replace("<range>-2.0 2.0", "<range>-2.0 0.2")
-    made = read_opensim_model(osim_text.write(tmp_path / "walker.osim", text))
-    columns = walk() | {"knee_angle_r": -walk()["knee_angle_r"]}
-    legs = legs_from_angles(made, table(columns), False)
-    assert any("knee_angle_r goes from" in line for line in legs["right"].warnings)
-    assert not any("knee_angle_l goes from" in line for line in legs["left"].warnings)
+    knees = {f"knee_angle_{side}": walk()[f"knee_angle_{side}"] for side in "rl"}
+    low, high = (float(end(knees["knee_angle_l"])) for end in (np.min, np.max))
+    for below, above, told in ((9.0, 9.0, False), (11.0, 9.0, True), (9.0, 11.0, True)):
+        text = osim_text.version_3(parts, markers, extra)
+        limits = low + np.radians(below), high - np.radians(above)
+        text = text.replace("<range>-2.0 2.0", "<range>{} {}".format(*limits))
+        made = read_opensim_model(osim_text.write(tmp_path / "walker.osim", text))
+        legs = legs_from_angles(made, table(walk() | {"knee_angle_r": -knees["knee_angle_r"]}), False)
+        odd = {n.subject for leg in legs.values() for n in with_code(leg.notices, "beyond-model-range")}
+        assert odd & knees.keys() == {"knee_angle_r", *["knee_angle_l"][:told]}
 
 
 def test_a_model_without_legs(tmp_path):

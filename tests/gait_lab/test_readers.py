@@ -1,5 +1,6 @@
 """Laboratory files → gait cycle: a known walk is written as .mot, .sto, .trc and .c3d, and recovered."""
 
+import dataclasses
 import pathlib
 
 import numpy as np
@@ -16,11 +17,13 @@ from walking import (
 )
 
 from afo_sim.common import GRAVITY, InputError
-from afo_sim.gait_lab import Choices, Imported, import_gait
+from afo_sim.gait_lab import Choices, Imported, WalkingTrial, import_gait
 from afo_sim.gait_lab.readers.opensim_table import read_opensim_table
 from afo_sim.gait_lab.readers.signals import even_clock, evenly, fill_gaps, low_pass
 from afo_sim.gait_lab.trial.events import posture_return
+from afo_sim.gait_lab.trial.files import read_trial
 from afo_sim.gait_lab.trial.ground_force import find_contacts, foot_force
+from afo_sim.gait_lab.trial.legs import find_legs
 
 SLOW, FAST = np.arange(0.0, 3.2, 0.01), np.arange(0.0, 3.2, 0.001)  # 100 Hz and 1 kHz
 MASS = 67.2
@@ -99,6 +102,33 @@ def test_body_positions_give_the_ankle(walk: Walk, tmp_path: pathlib.Path) -> No
     assert_recovered(import_gait([*files, bodies], PLAIN), walk)
 
 
+def test_joint_angles_lie_in_the_plane_in_which_the_ankle_is_seen_to_walk(
+    walk: Walk, tmp_path: pathlib.Path
+) -> None:
+    """Without the pelvis' way the markers show it, with gaps; who turns the laboratory turns the leg."""
+    table = read_opensim_table(write_angles(tmp_path / "ik.mot", walk, SLOW))
+    angles = dataclasses.replace(
+        table, columns={name: c for name, c in table.columns.items() if not name.startswith("pelvis_t")}
+    )
+    angles.columns["pelvis_tilt"] = table.columns["pelvis_tilt"]
+    (marked,) = (read_trial([write_trc(tmp_path / "walk.trc", walk, SLOW)]).markers,)
+    assert marked is not None
+    places: dict[float, dict[str, np.ndarray]] = {}
+    for yaw in (0.0, 0.7, 2.5):
+        turn = np.array([[np.cos(yaw), 0, np.sin(yaw)], [0, 1, 0], [-np.sin(yaw), 0, np.cos(yaw)]])
+        turned = {name: path @ turn.T for name, path in marked.positions.items()}
+        for path in turned.values():
+            path[:3] = path[-2:] = np.nan
+        trial = WalkingTrial((marked.file,), (), dataclasses.replace(marked, positions=turned), angles)
+        leg = find_legs(trial, Choices(), None)[0]["right"]
+        places[yaw] = {role: point.path @ turn for role, point in leg.points.items()}
+        for role, path in places[yaw].items():
+            np.testing.assert_allclose(path, places[0.0][role], atol=1e-9, err_msg=role)
+    lean = places[0.0]["knee"] - places[0.0]["ankle"]
+    shank = np.interp(SLOW, angles.time, walk.angle("shank_angle", SLOW))
+    np.testing.assert_allclose(np.arctan2(lean[:, 0], lean[:, 1])[5:-5], shank[5:-5], atol=1e-6)
+
+
 @pytest.mark.parametrize("rate", [1000.0, 100.0])
 def test_contact_is_found_within_a_sample(rate: float) -> None:
     """Half-sine steps of 0.7 s with known edges, noise of 10 N between them."""
@@ -115,6 +145,32 @@ def test_contact_is_found_within_a_sample(rate: float) -> None:
         assert abs(contact.start - start - edge) < allowed
         assert abs(contact.end - (start + 0.7 - edge)) < allowed
         assert contact.whole
+
+
+def test_a_contact_begins_and_ends_where_the_line_between_two_samples_meets_20_newtons() -> None:
+    """Samples of no even steps whose lines have each a slope of their own."""
+    time = np.array([0.0, 0.01, 0.025, 0.03, 0.05, 0.09, 0.14, 0.16, 0.17, 0.18, 0.2])
+    force = np.array([0.0, 2.0, 12.0, 40.0, 300.0, 640.0, 700.0, 450.0, 90.0, 4.0, 0.0])
+    (contact,) = find_contacts("1", time, force)
+    assert contact.start == pytest.approx(np.interp(20.0, force[:5], time[:5]), abs=1e-12)
+    assert contact.end == pytest.approx(np.interp(-20.0, -force[6:], time[6:]), abs=1e-12)
+    assert contact.whole
+    late, cut = find_contacts("1", time[4:], force[4:]), find_contacts("1", time[:7], force[:7])
+    assert [(c.begins, c.ends, c.start) for c in late] == [(False, True, 0.05)]
+    assert [(c.begins, c.ends, c.end) for c in cut] == [(True, False, 0.14)]
+
+
+@pytest.mark.parametrize(
+    ("most", "lasts", "count"),
+    [(49.9, 0.3, 0), (50.0, 0.3, 0), (50.1, 0.3, 1), (700.0, 0.095, 0), (700.0, 0.105, 1)],
+)
+def test_a_contact_that_is_weak_or_brief_is_none(most: float, lasts: float, count: int) -> None:
+    """Above 50 N and for 0.1 s; a brief one that the recording cuts may have lasted longer."""
+    time = np.arange(0.0, 0.5, 0.0001)
+    force = np.where((time > 0.1) & (time < 0.1 + lasts), most, 0.0)
+    assert len(find_contacts("1", time, force)) == count
+    cut = time < 0.1 + 0.5 * lasts
+    assert len(find_contacts("1", time[cut], force[cut])) == (most > 50.0)
 
 
 def test_posture_agrees_with_force_on_the_recorded_trial() -> None:
@@ -146,6 +202,8 @@ def test_filter_is_6_hz_over_both_passes_and_delays_nothing() -> None:
         gain = low_pass(time, wave, 6.0)[middle] @ wave[middle] / (wave[middle] @ wave[middle])
         assert gain == pytest.approx(expected, abs=0.02)
     assert np.array_equal(low_pass(time, wave, 0.0), wave)
+    assert np.array_equal(low_pass(time, wave, 60.0), wave)  # beyond what 100 Hz can tell
+    assert np.array_equal(low_pass(time[:12], wave[:12], 6.0), wave[:12])
 
 
 def test_uneven_time_is_made_even() -> None:

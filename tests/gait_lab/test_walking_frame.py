@@ -310,7 +310,13 @@ def test_heading_of_a_circle() -> None:
     found = heading(TIME, path, 1.0)
     assert found.turn == pytest.approx(0.3, abs=0.005)
     assert found.speed == pytest.approx(1.2, rel=0.01)
-    assert np.degrees(found.off) == pytest.approx(0.5 * (np.degrees(0.3) + 15.0), abs=0.5)
+    # a run of strides within 15 deg, each 0.003 rad on; its ends turn by half a stride's turn more
+    assert 2.0 * found.off - found.turn == pytest.approx(np.radians(15.0) // 0.003 * 0.003, abs=1e-6)
+    straight = heading(TIME, np.column_stack([1.2 * TIME, 0.5 * TIME]), 1.0)
+    assert straight.whole and straight.span == pytest.approx((TIME[0], TIME[-1]))
+    assert (straight.off, straight.turn) == pytest.approx((0.0, 0.0), abs=1e-9)
+    assert straight.speed == pytest.approx(1.3) and straight.stride_length == pytest.approx(1.3)
+    assert straight.direction == pytest.approx([12.0 / 13.0, 5.0 / 13.0])
 
 
 # ---- slopes, stairs, chairs ------------------------------------------------------------------------------

@@ -157,9 +157,9 @@ def walker(*, spheres: bool = False) -> tuple[list[Part], dict, str]:
         f"<radius>0.03</radius></ContactSphere>"
         for b, place in (
             ("calcn_r", (0.0, 0.01, 0.0)),
-            ("toes_r", (0.05, 0.01, 0.0)),
+            ("toes_r", (0.05, 0.013, 0.0)),
             ("calcn_l", (0.0, 0.01, 0.0)),
-            ("toes_l", (0.05, 0.01, 0.0)),
+            ("toes_l", (0.05, 0.013, 0.0)),
         )
     )
     extra = f"<ContactGeometrySet><objects>{shapes}</objects></ContactGeometrySet>" if spheres else ""

@@ -15,7 +15,7 @@ from afo_sim.gait_lab.trial.leg_points import LegPoints, Legs
 from afo_sim.gait_lab.trial.walking_frame import WalkingFrame
 
 EDGE = 20.0  # vertical force at which a contact begins and ends [N]
-_SURE = 50.0  # vertical force that a contact must reach, so that noise about the edge is none [N]
+_SURE = 50.0  # vertical force that a contact must exceed, so that noise about the edge is none [N]
 _SHORTEST = 0.1  # whole contact that is a step [s]
 _LEVEL = 0.01  # height of the plates that is none (assumed) [m]
 _UNDER_FOOT = (-0.25, 0.35)  # where the centre of pressure can be ahead of the same leg's ankle [m]
