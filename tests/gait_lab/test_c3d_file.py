@@ -170,6 +170,13 @@ def test_a_header_that_the_file_refutes(tmp_path: pathlib.Path, word: int, value
     assert contradictions(found) == HEADER_SAYS[word, value]
 
 
+def test_a_header_whose_frame_rate_is_0_leaves_it_to_the_parameters(tmp_path: pathlib.Path) -> None:
+    file = recorded(header={11: 0, 12: 0})
+    found = read(file, tmp_path)
+    assert_read(found, file)
+    assert (found.layout.frame_rate, found.layout.samples_a_frame) == (RATE, SAMPLES)
+
+
 PARAMETERS_SAY: dict[str, tuple[str, str, Any, dict[str, float]]] = {  # and what is taken in spite of it
     "ANALOG:USED of 0": ("ANALOG", "USED", np.array([0]), {"channels": CHANNELS}),
     "no ANALOG:USED": ("ANALOG", "USED", None, {}),

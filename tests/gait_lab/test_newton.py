@@ -93,7 +93,9 @@ def test_a_cane_shows_as_a_plate_that_carries_less() -> None:
     done = recorded(laboratory, lost=0.15, walker="patient")
     low, high = law(done).masses["r"][0], law(done).masses["l"][0]
     assert low / high == pytest.approx(0.85, abs=0.02)
-    assert {check.notice.code for check in done.checks if check.notice} == {"plates-unlike"}
+    (notice,) = (check.notice for check in done.checks if check.notice)
+    assert (notice.code, notice.subject, notice.data["other"]) == ("plates-unlike", "r", "l")
+    assert notice.data["percent"] == pytest.approx(100.0 * (1.0 - low / high), abs=1e-6)
 
 
 def test_a_foot_half_beside_its_plate_is_left_out_and_named() -> None:

@@ -17,7 +17,7 @@ from walking import (
 )
 
 from afo_sim.common import GRAVITY, InputError
-from afo_sim.gait_lab import Choices, Imported, WalkingTrial, import_gait
+from afo_sim.gait_lab import Choices, Imported, WalkingTrial, import_gait, read_options
 from afo_sim.gait_lab.readers.opensim_table import read_opensim_table
 from afo_sim.gait_lab.readers.signals import even_clock, evenly, fill_gaps, low_pass
 from afo_sim.gait_lab.trial.events import posture_return
@@ -276,6 +276,19 @@ def test_choices_are_checked(walk: Walk, tmp_path: pathlib.Path) -> None:
     ):
         with pytest.raises(InputError):
             Choices(**bad)
+
+
+def test_options_are_read_with_their_units() -> None:
+    given = {
+        "mass": "158.733 lb", "height": "172 cm", "sole": "25 mm", "belt_speed": "4.32 km/h", "cutoff": "6 Hz",
+        "thigh": "43 cm", "shank": "0.4 m", "hip": ("-6.3 cm", "-72 mm"), "ankle_height": "7 cm",
+    }  # fmt: skip
+    found = vars(read_options(given))
+    for name, value in {
+        "mass": 72.0, "height": 1.72, "sole": 0.025, "belt_speed": 1.2, "cutoff": 6.0,
+        "thigh": 0.43, "shank": 0.4, "hip": (-0.063, -0.072), "ankle_height": 0.07,
+    }.items():  # fmt: skip
+        assert found[name] == pytest.approx(value, rel=1e-5), name
 
 
 def test_simms_header_is_understood(tmp_path: pathlib.Path) -> None:
