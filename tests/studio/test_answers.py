@@ -51,9 +51,7 @@ def test_the_figure_is_rigid_and_its_joints_have_the_angles_of_the_curves(settle
     assert np.ptp(np.linalg.norm(foot, axis=1)) < 4e-4
     lean, pitch = np.arctan2(shank[:, 0], shank[:, 1]), np.arctan2(foot[:, 1], foot[:, 0])
     ankle = np.radians(np.interp(FRAMES, PHASES, told["curves"]["ankle"]))
-    assert (
-        np.ptp(pitch + lean - ankle) < 3e-3
-    )  # the foot is pitched by the ankle's angle less the shank's lean
+    assert np.ptp(pitch + lean - ankle) < 3e-3  # the ankle's angle less the shank's lean
     assert np.ptp(ankle) > 0.1 and np.ptp(lean) > 0.5
     flat = np.abs(pitch) < 0.02
     assert flat.any() and np.abs(poses["sole"][flat][:, :2, 1]).min() < 5e-3  # it stands on the floor
