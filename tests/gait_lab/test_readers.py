@@ -281,7 +281,8 @@ def test_choices_are_checked(walk: Walk, tmp_path: pathlib.Path) -> None:
 def test_options_are_read_with_their_units() -> None:
     given = {
         "mass": "158.733 lb", "height": "172 cm", "sole": "25 mm", "belt_speed": "4.32 km/h",
-        "cutoff": "6 Hz", "thigh": "43 cm", "shank": "0.4 m", "hip": ("-6.3 cm", "-72 mm"), "ankle_height": "7 cm",
+        "cutoff": "6 Hz", "thigh": "43 cm", "shank": "0.4 m",
+        "hip": ("-6.3 cm", "-72 mm"), "ankle_height": "7 cm",
     }  # fmt: skip
     found = vars(read_options(given))
     for name, value in {
