@@ -70,13 +70,20 @@ def test_a_heel_beside_the_plate_is_told(walk: Walk) -> None:
     assert "the heel landed 0.14 s before, beside the plate" in found[1].by
 
 
-def test_a_foot_that_leaves_the_plate_early_is_told(walk: Walk) -> None:
+@pytest.mark.parametrize(("by", "when"), [(-0.2, "before"), (0.2, "after"), (-0.12, ""), (0.12, "")])
+def test_a_foot_that_leaves_the_plate_before_or_after_its_toe_off_is_told(
+    walk: Walk, by: float, when: str
+) -> None:
+    """By more than 15 % of the stride of 1.1 s, which no event of a motion is off by."""
     motion = leg(walk, TIME)
     own = plate(walk, FAST, motion)
-    short = tuple(dataclasses.replace(contact, end=contact.end - 0.3) for contact in own.contacts)
-    found = find_strides(motion, dataclasses.replace(own, contacts=short))
-    assert not found[0].loaded
-    assert "the foot leaves the plate 0.30 s before its toe-off" in found[0].by
+    moved = tuple(dataclasses.replace(contact, end=contact.end + by) for contact in own.contacts)
+    strides = find_strides(motion, dataclasses.replace(own, contacts=moved))
+    found = [stride for stride in strides if stride.closed is None]
+    assert len(found) == 3
+    for stride in found:
+        assert stride.loaded is not bool(when)
+        assert not when or f"the foot leaves the plate 0.20 s {when} its toe-off" in stride.by
 
 
 def test_hidden_markers_leave_strides_out(walk: Walk) -> None:
