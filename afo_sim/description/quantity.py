@@ -243,8 +243,7 @@ class Described(Shown, BaseModel):
             return called(self, {k: v for k, v in self if v is not None and k != "provenance"})
         return f"<{type(self).__name__} {name!r}{': ' if about else ''}{about}>"
 
-    def __str__(self) -> str:
-        return repr(self)
+    __str__ = __repr__
 
     read_key: ClassVar[Callable[["Described", str], Any]]  # filled by `schema`, which knows all fields
 
@@ -298,6 +297,12 @@ class OfChambers(Described, Generic[Part]):
 
     model_config = ConfigDict(extra="allow")
     __pydantic_extra__: dict[str, Part] = Field(init=False)
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, **told: Any) -> None:
+        known = (getattr(each, "__pydantic_generic_metadata__", {}) for each in cls.__mro__)
+        (of,) = next((each["args"] for each in known if each.get("args")), (Part,))
+        cls.__annotations__["__pydantic_extra__"] = dict[str, of]  # pydantic before 2.14 asks no base for it
 
     @property
     def chambers(self) -> dict[str, Part]:

@@ -28,7 +28,7 @@ from afo_sim.description.law_set import FrictionSet, LawSet
 from afo_sim.description.leg import Leg, Shoe
 from afo_sim.description.muscle import Muscle
 from afo_sim.description.orthosis import Orthosis, Valve
-from afo_sim.description.quantity import Described, OfChambers, Quantity, amount, unknown_key
+from afo_sim.description.quantity import Described, Quantity, amount, unknown_key
 from afo_sim.description.scenario import Scenario
 from afo_sim.description.walking import Limits, Patient
 from afo_sim.physics import FRICTIONS, LAWS
@@ -140,10 +140,8 @@ def table_names(annotation: Annotation, written: Iterable[str]) -> list[str]:
 
 def of_chambers(kind: Annotation) -> Annotation:
     """Type of the keys that a table has beside its fields, each a chamber; None where it has none."""
-    if not (isinstance(kind, type) and issubclass(kind, OfChambers)):
-        return None
-    of = (base.__pydantic_generic_metadata__["args"] for base in kind.__mro__ if issubclass(base, OfChambers))
-    return next(filter(None, of))[0]
+    extra = getattr(kind, "__annotations__", {}).get("__pydantic_extra__")
+    return get_args(extra)[1] if extra else None
 
 
 @functools.cache

@@ -8,14 +8,14 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from numbers import Real
-from typing import Annotated, Literal, TypeVar
+from typing import Annotated, Literal
 
 from pydantic import Field, ValidationInfo
 from pydantic_core import CoreSchema, core_schema
 
 from afo_sim.common import Foreign, Given, format_quantity, parse_quantity, read_any_quantity
 from afo_sim.description.law_set import GaugePressure
-from afo_sim.description.quantity import Described, OfChambers, Quantity, refusal, refused_name
+from afo_sim.description.quantity import Described, OfChambers, Part, Quantity, refusal, refused_name
 from afo_sim.description.walking import Phase
 
 
@@ -115,10 +115,7 @@ class SwitchTimes(ValveTimes):
     """Intervals [from, to] in which the coil of a valve between other nodes has current."""
 
 
-Times = TypeVar("Times", bound=ValveTimes)
-
-
-class Clock(OfChambers[Times]):
+class Clock(OfChambers[Part]):
     """Intervals of valves that repeat."""
 
     period: PositiveTime
