@@ -9,6 +9,7 @@ wheel for every platform, without the library.
 import base64
 import hashlib
 import importlib
+import importlib.metadata
 import json
 import os
 import pathlib
@@ -82,6 +83,21 @@ class DataFolders(BuildHookInterface):
             for path in sorted((root / name).rglob("*")):
                 if path.is_file() and path.suffix != ".png":  # pictures are the documents'
                     build_data["force_include"][str(path)] = f"afo_sim/{path.relative_to(root).as_posix()}"
+        self.list_parts(build_data)
+
+    def list_parts(self, build_data: dict[str, Any]) -> None:
+        """Have the wheel carry its bill of materials; what serves developers alone is left out."""
+        sys.path.append(str(pathlib.Path(self.root, "scripts")))
+        from sbom import bill
+
+        core, root = self.metadata.core, pathlib.Path(self.root)
+        needs = {"": core.dependencies, **core.optional_dependencies}
+        needs = {extra: needs[extra] for extra in needs if extra not in ("all", "docs", "test")}
+        files = [pathlib.Path(each).relative_to(root).as_posix() for each in build_data["force_include"]]
+        self.scratch = tempfile.TemporaryDirectory()
+        file = pathlib.Path(self.scratch.name, f"{core.name}.cdx.json")
+        file.write_bytes(bill(root, core.name, core.version or self.metadata.version, needs, files))
+        build_data["sbom_files"].append(str(file))
 
 
 def compiler() -> list[str]:
@@ -149,7 +165,11 @@ def link(root: pathlib.Path, scratch: pathlib.Path, name: str, header: str) -> N
     command += [*LINK, f"-I{scratch}", *map(str, (*sources, *objects)), *extra, "-o", str(scratch / name)]
     subprocess.run(command, check=True)
     digest = hashlib.sha256((scratch / name).read_bytes()).hexdigest()
-    said = json.dumps({"sha256": digest, "kinds": kinds, "header": header})
+    version = [*command[: command.index(LINK[0])], "--version"]
+    made = {"C compiler": subprocess.run(version, capture_output=True, text=True).stdout.partition("\n")[0]}
+    made |= {each: importlib.metadata.version(each) for each in ("llvmlite", "mujoco", "numba")}
+    made |= {"linked, dynamically": " ".join(each for each in extra if each.startswith("-l"))}
+    said = json.dumps({"sha256": digest, "kinds": kinds, "header": header, "made": made})
     (scratch / "content.json").write_text(said)
     folder = root / "machine_code"
     folder.mkdir(exist_ok=True)

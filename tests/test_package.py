@@ -1,6 +1,7 @@
 """README, scripts and the wheel do what they say."""
 
 import contextlib
+import hashlib
 import inspect
 import itertools
 import json
@@ -114,9 +115,9 @@ def test_extras_and_programs_that_workflows_and_documents_name_are_there() -> No
     texts = [*workflows, TEXT, (ROOT / "CONTRIBUTING.md").read_text(), (ROOT / ".ci" / "run").read_text()]
     named = re.findall(r"(?:afo-sim|-e '\.)\[([a-z,]+)\]", "\n".join(texts))
     assert len(named) > 10 and {extra for names in named for extra in names.split(",")} <= set(extras)
-    programs = re.findall(r"(?:scripts/[\w/]+\.py|\.ci/\w+)", "\n".join(texts))
+    programs = re.findall(r"(?:scripts/[\w/]+\.py|\.ci/\w+(?:\.py)?)", "\n".join(texts))
     assert len(programs) > 10 and all((ROOT / name).is_file() for name in programs)
-    assert len(workflows) == 3
+    assert len(workflows) == 4
 
 
 def test_help_and_documents_have_every_command_in_its_group() -> None:
@@ -213,6 +214,10 @@ def test_wheel_carries_its_products_and_runs_alone(tmp_path: pathlib.Path) -> No
     assert {f"afo_sim/{name}" for name in products} <= set(names)
     content = zipfile.ZipFile(wheel).read(f"afo_sim/machine_code/{machine_code.CONTENT}")
     assert set(kinds) <= json.loads(content)["kinds"].keys()
+    bill = json.loads(zipfile.ZipFile(wheel).read(next(name for name in names if name.endswith(".cdx.json"))))
+    carried = {name.removeprefix("afo_sim/") for name in names if not name.endswith((".py", ".pyi"))}
+    beside = {name for name in carried if name.startswith(("models/", "gait_data/", "machine_code/"))}
+    assert beside == {part["name"] for part in bill["components"] if part["type"] != "library"}
     assert "-py3-none-" in wheel.stem and not wheel.stem.endswith("-any")
     assert not any(name.startswith(("tests", "scripts", "models/")) for name in names)
     target = tmp_path / "site"
@@ -224,6 +229,28 @@ def test_wheel_carries_its_products_and_runs_alone(tmp_path: pathlib.Path) -> No
     words = ("run", "--set", "duration=1 s", "--out", "out")
     run([sys.executable, "-c", no_compiler, *words], tmp_path, AFO_SIM_CACHE="off", **path)
     assert (tmp_path / "out" / "recording.rrd").is_file()
+
+
+def test_the_bill_of_materials_lists_needs_and_files_with_licences(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(str(ROOT / "scripts"))
+    from sbom import bill
+
+    needs = {"": ["numpy>=2", "mujoco>=3.17"], "rl": ["mujoco<4", "gymnasium>=1"], "all": ["own[rl]"]}
+    files = ["gait_data/norm_adult.csv", "models/scenarios/seated.toml"]
+    made = bill(ROOT, "own", "1.2", needs, files)
+    told = json.loads(made)
+    assert made == bill(ROOT, "own", "1.2", needs, files) and str(ROOT) not in str(told)
+    parts = {part["bom-ref"]: part for part in told["components"]}
+    assert parts.keys() == {f"pkg:pypi/{name}" for name in ("numpy", "mujoco", "gymnasium")} | set(files)
+    assert parts["pkg:pypi/gymnasium"]["scope"] == "optional"
+    assert [each["value"] for each in parts["pkg:pypi/mujoco"]["properties"]] == ["mujoco>=3.17", "mujoco<4"]
+    assert parts[files[0]]["licenses"] == [{"license": {"id": "CC-BY-4.0"}}]
+    whole = hashlib.sha256((ROOT / files[0]).read_bytes()).hexdigest()
+    assert parts[files[0]]["hashes"] == [{"alg": "SHA-256", "content": whole}]
+    (needed,) = told["dependencies"]
+    assert needed["ref"] == told["metadata"]["component"]["bom-ref"] == "pkg:pypi/own@1.2"
+    assert set(needed["dependsOn"]) == parts.keys() - {"pkg:pypi/gymnasium"}
+    assert re.fullmatch(r"urn:uuid:[0-9a-f]{8}-[0-9a-f]{4}-5[0-9a-f]{3}-[0-9a-f-]{17}", told["serialNumber"])
 
 
 @pytest.mark.parametrize("fails", ["Python", "C"])
@@ -244,6 +271,7 @@ def test_a_wheel_is_built_where_nothing_can_be_compiled(
         monkeypatch.setattr(build_hook, "compiler", lambda: [sys.executable, "-c", "import no_compiler"])
     build: Any = {"force_include": {}}
     nothing: Any = None
+    monkeypatch.setattr(build_hook.DataFolders, "list_parts", lambda hook, data: None)
     hook = build_hook.DataFolders(str(tmp_path), {}, nothing, nothing, "", "wheel", Application())
     hook.initialize("standard", build)
     assert build == {"force_include": {str(tmp_path / "models" / "a.toml"): "afo_sim/models/a.toml"}}

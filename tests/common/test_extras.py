@@ -1,11 +1,16 @@
 """One table of optional libraries; one sentence where one is missing."""
 
+import contextlib
+import fnmatch
+import importlib.metadata
+import itertools
 import pathlib
 import re
 import sys
 import tomllib
 
 import pytest
+from packaging.requirements import Requirement
 
 import afo_sim
 from afo_sim.common import EXTRAS, AfoSimError, MissingExtra, machine_code, missing_extra, optional
@@ -71,6 +76,71 @@ def test_the_page_of_the_installation_lists_each_library_with_its_licence() -> N
     listed = set(re.findall(r"[\w-]+", " ".join(rows)))
     extras = [PROJECT["optional-dependencies"][extra] for extra in EXTRAS]
     assert set().union(*map(named, (PROJECT["dependencies"], *extras))) <= listed
+
+
+def test_each_file_of_data_has_a_source_and_the_licence_that_it_states(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.syspath_prepend(str(ROOT / "scripts"))
+    from sbom import licences
+
+    _, rows = licences((ROOT / "docs" / "installation.md").read_text(encoding="utf-8"))
+    files = [
+        path for folder in ("models", "gait_data") for path in (ROOT / folder).rglob("*") if path.is_file()
+    ]
+    for path in (path for path in files if path.suffix != ".png"):  # pictures are drawn here, and stay here
+        name = path.relative_to(ROOT).as_posix()
+        ((source, licence),) = [said for pattern, said in rows.items() if fnmatch.fnmatch(name, pattern)]
+        assert source and licence, name
+        if name.startswith("gait_data") and path.suffix == ".csv":
+            stated = re.search(r"^# licence: (.+)$", path.read_text(encoding="utf-8"), flags=re.M)
+            assert stated and licence in (stated[1] + stated[1].replace(" ", "-")), name
+    assert all(any(fnmatch.fnmatch(str(path.relative_to(ROOT)), each) for path in files) for each in rows)
+
+
+def needed(name: str, found: set[str]) -> set[str]:
+    """What a library that is installed here needs, and what that needs, of what is installed."""
+    for each in map(Requirement, importlib.metadata.requires(name) or []):
+        if each.name not in found and (each.marker is None or each.marker.evaluate({"extra": ""})):
+            with contextlib.suppress(importlib.metadata.PackageNotFoundError):
+                found = needed(each.name, {*found, each.name})
+    return found
+
+
+def test_nothing_that_the_core_needs_is_under_a_copyleft_licence() -> None:
+    libraries = {
+        each for one in named(PROJECT["dependencies"]) - {"numba"} for each in {one, *needed(one, set())}
+    }
+    assert len(libraries) > 15
+    for each in libraries:
+        with contextlib.suppress(importlib.metadata.PackageNotFoundError):
+            told = importlib.metadata.metadata(each)
+            said = [told["License-Expression"] or "", *(told.get_all("Classifier") or [])]
+            assert not re.search(
+                r"GPL|MPL|General Public|Mozilla Public|EUPL|CDDL|Eclipse", " ".join(said)
+            ), each
+
+
+def test_the_lowest_versions_are_those_that_the_project_states(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(str(ROOT / ".ci"))
+    import versions
+
+    for each in versions.lowest():
+        constraint = Requirement(each)
+        (bound,) = constraint.specifier
+        stated = [*PROJECT["dependencies"], *itertools.chain(*PROJECT["optional-dependencies"].values())]
+        same = [
+            one
+            for one in map(Requirement, stated)
+            if (one.name, one.marker) == (constraint.name, constraint.marker)
+        ]
+        assert any(one.specifier.contains(bound.version) for one in same), each
+    assert {Requirement(each).name for each in versions.lowest()} >= named(PROJECT["dependencies"])
+    project = {"dependencies": ["a>=1.2,<3", "b[x]>=2; python_version < '3.13'", "c", "d<4"]}
+    monkeypatch.setattr(versions, "PROJECT", project)
+    monkeypatch.setattr(versions, "EXTRAS", {"more": ["own[all]", "a>1", "e>=0.4.1"]})
+    assert versions.lowest() == ["a==1.2", 'b==2; python_version < "3.13"', "e==0.4.1"]
+    assert versions.lowest("e") == ["e==0.4.1"]
 
 
 def test_code_that_must_be_compiled_names_its_extra_where_numba_and_llvm_are_missing(
