@@ -30,6 +30,7 @@ from afo_sim.common import (
 )
 
 # A name is imported when it is first asked for: MuJoCo and numba take a second, `afo-sim --help` must not.
+importlib.import_module("afo_sim.common.numba_settings")  # before numba
 _resolve, _, __all__ = lazy_loader.attach_stub(__name__, __file__)
 
 

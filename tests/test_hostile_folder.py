@@ -65,12 +65,26 @@ set.duration = "3.9 s"
 parameters.pressure = { key = "supply.pressure", from = "2 bar", to = "3 bar" }
 """
 # Stands outside the folder, as the console script does.
-DRIVER = f"""import shlex, sys
+# Settings that libraries look for in the current folder; matplotlib's is read, and without effect.
+DECOYS = {
+    ".numba_config.yaml": "disable_jit: 1\n",
+    **dict.fromkeys(("dask.yaml", "distributed.yaml", ".dask", ".env", ".netrc", "pip.conf"), "{"),
+    **dict.fromkeys(("fonts.conf", "setup.cfg", "pyproject.toml", "cma_signals.in", ".pdbrc"), "{"),
+    **dict.fromkeys(("ipython_config.py", "jupyter_config.py", ".rerun", "tox.ini", ".coveragerc"), "{"),
+}
+DRIVER = f"""import os, shlex, sys
+def watch(event, told):
+    name = os.path.basename(str(told[0])) if event == "open" else ""
+    if name in {set(DECOYS)!r} and os.path.realpath(told[0]) == os.path.join(os.getcwd(), name):
+        print("read", name, flush=True)
+sys.addaudithook(watch)
 from afo_sim.cli import app, error_handler
 if __name__ == "__main__":
     for name, arguments in {COMMANDS!r}.items():
         sys.argv = ["afo-sim", *name.split(), *shlex.split(arguments)]
         print(name, error_handler.run(app), flush=True)
+    import numba
+    print("just in time", numba.config.DISABLE_JIT)
 """
 PROGRAMS = ("ffmpeg", "latex", "rerun", "rerun-loader-any")
 
@@ -99,7 +113,9 @@ def hostile(tmp_path: pathlib.Path) -> pathlib.Path:
     for name in PROGRAMS:
         (folder / name).write_text(f"#!/bin/sh\necho {name} >> {mark}\n")
         (folder / name).chmod(0o755)
-    (folder / "matplotlibrc").write_text("text.usetex: True\n")
+    (folder / "matplotlibrc").write_text("text.usetex: True\nbackend: module://antigravity\n")
+    for name, text in DECOYS.items():
+        (folder / name).write_text(text)
     return folder
 
 
@@ -129,6 +145,7 @@ def test_no_command_runs_what_lies_in_its_folder(hostile: pathlib.Path, tmp_path
         line.rsplit(" ", 1) for line in said.stdout.splitlines() if re.fullmatch(r"[a-z -]+ \d+", line)
     )
     assert not (tmp_path / "mark").exists(), (tmp_path / "mark").read_text()
+    assert ends.pop("just in time") == "0" and "read " not in said.stdout, said.stdout
     assert ends.keys() == COMMANDS.keys(), said.stderr
     assert {name for name, code in ends.items() if code == "70"} == set()  # a bug
     ran = ("run", "figure", "report", "export", "sweep", "replay", "list", "check")
@@ -143,6 +160,19 @@ def test_the_console_script_runs_nothing_of_its_folder(hostile: pathlib.Path, tm
     script = pathlib.Path(sys.executable).with_name("afo-sim")
     subprocess.run([script, "list"], cwd=hostile, capture_output=True, check=True, timeout=120)
     assert not (tmp_path / "mark").exists()
+
+
+@pytest.mark.parametrize("first", ["afo_sim", "numba"])
+def test_numba_takes_no_settings_of_the_folder(first: str, tmp_path: pathlib.Path) -> None:
+    """Neither where it is imported after this package, nor when it compiles for it."""
+    (tmp_path / ".numba_config.yaml").write_text("disable_jit: 1\n")
+    code = f"import {first}, afo_sim, numba; numba.config.reload_config(); print(numba.config.DISABLE_JIT)"
+    environment = {**os.environ, "PYTHONPATH": str(PACKAGE.parent)}
+    said = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=120, check=True,
+    )  # fmt: skip
+    assert said.stdout.split() == ["0"]
 
 
 @pytest.mark.parametrize("named", ["evil:make", "evil.make", "./evil.py"])

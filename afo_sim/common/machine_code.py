@@ -125,8 +125,6 @@ def fingerprint(*follows: object) -> str | None:
         return None
     own = {name: value for name, value in os.environ.items() if name not in _WITHOUT_EFFECT}
     settings = sorted((name, value) for name, value in own.items() if name.startswith("NUMBA_"))
-    with suppress(OSError):  # which numba reads in the current folder
-        settings.append(("", pathlib.Path(".numba_config.yaml").read_bytes().hex()))
     target = f"{sys.platform}-{platform.machine()}"
     return hashlib.sha256(repr((user_cache.checksum(), target, follows, settings)).encode()).hexdigest()
 
