@@ -36,6 +36,7 @@ from .display_hooks import Shown as Shown
 from .display_hooks import called as called
 from .display_hooks import show_with as show_with
 from .display_hooks import shown as shown
+from .errors import MOST_FAULTS as MOST_FAULTS
 from .errors import AfoSimError as AfoSimError
 from .errors import CallbackError as CallbackError
 from .errors import ControllerError as ControllerError

@@ -23,6 +23,7 @@ _SEPARATOR = re.compile(r'"?sep=.?"?[,;\t]*', re.IGNORECASE)  # a spreadsheet's 
 _MARKS, _PADDING = (",", ";", "\t"), ",;\t "  # between cells; what follows the last one
 _MISTYPED = 0.75  # likeness from which on a header line is no comment
 _LARGEST_CSV = 2**26  # bytes; an hour of 15 columns at 100 Hz is less
+_MOST_COLUMNS = 5000
 RATIOS = {"-": 1.0, "1": 1.0, "%": 0.01}  # units of what has no dimension
 
 
@@ -50,6 +51,8 @@ def read_table(file: pathlib.Path, example: str) -> Table:
     if not numbered:
         raise InputError("holds no points", file=file, allowed=example)
     titles = _cells(file, *numbered[0])
+    if len(titles) > _MOST_COLUMNS:
+        raise InputError(f"has {len(titles)} columns", file=file, allowed=f"up to {_MOST_COLUMNS}")
     rows = []
     for number, line in numbered[1:]:
         cells = _cells(file, number, line)
@@ -178,7 +181,8 @@ def read_facts(table: Table, units: dict[str, str | None]) -> JsonDict:
 
 def _cells(file: pathlib.Path, number: int, line: str, mark: str = ",", trim: bool = True) -> tuple[str, ...]:
     try:
-        cells = next(csv.reader([line], delimiter=mark, skipinitialspace=trim), [])
+        quoted = csv.reader([line], delimiter=mark, skipinitialspace=trim) if '"' in line else None
+        cells = line.split(mark) if quoted is None else next(quoted, [])  # nearly all: by far the quickest
         return tuple(cell.strip() if trim else cell for cell in cells)
     except csv.Error as error:
         raise InputError(f"line {number} is not a line of a CSV: {error}", file=file) from None

@@ -1,5 +1,6 @@
 """What can go wrong, in words for the person who can mend it."""
 
+import itertools
 import operator
 import re
 from collections.abc import Callable, Iterable
@@ -8,6 +9,8 @@ from afo_sim.common.open_types import Mixed
 
 Rename = Callable[[str], str]
 _LONGEST = 100  # letters of a name that is compared with others
+_MOST_NAMES = 2000  # that one is compared with
+MOST_FAULTS = 100  # of one input that are told
 
 
 class AfoSimError(Exception):
@@ -127,7 +130,7 @@ class CallbackError(AfoSimError):
 
 def refuse(problems: Iterable[InputError]) -> None:
     """Raise the first problem, with the others beside it; nothing where there is none."""
-    if found := list(problems):
+    if found := list(itertools.islice(problems, MOST_FAULTS)):
         found[0].others = tuple(found[1:])
         raise found[0]
 
@@ -144,7 +147,7 @@ def unknown(
 
 def nearest_name(name: str, names: Iterable[str]) -> str | None:
     """The valid name that `name` most likely means, or None where none is near."""
-    found = {other: likeness(name, other) for other in names}
+    found = {other: likeness(name, other) for other in itertools.islice(names, _MOST_NAMES)}
     best = max(found, key=lambda other: found[other], default=None)
     return best if best is not None and found[best] > 0.0 else None
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from afo_sim.common.csv_table import read_table
-from afo_sim.common.errors import InputError, nearest_name, refuse
+from afo_sim.common.errors import MOST_FAULTS, InputError, nearest_name, refuse
 from afo_sim.common.magnitude import plausible
 from afo_sim.common.sealing import write_sealed
 
@@ -49,7 +49,7 @@ def read_phase_table(path: pathlib.Path, columns: Sequence[str]) -> PhaseTable:
             problems.append(InputError(problem, file=path, field=name, allowed=", ".join(columns)))
     values = np.empty((len(text.rows), len(names)))
     for k, (line, cells) in enumerate(text.rows):
-        for column, cell in enumerate(cells):
+        for column, cell in enumerate(cells if len(problems) < MOST_FAULTS else ()):
             try:
                 values[k, column] = float(cell) if cell else np.nan
             except ValueError:

@@ -15,7 +15,7 @@ from typing import Any, Generic, Literal, TypeVar, overload
 import numpy as np
 from pydantic import BaseModel, ValidationError
 
-from afo_sim.common import InputError, Shown, assets, nearest_name, refuse, takes, unknown
+from afo_sim.common import MOST_FAULTS, InputError, Shown, assets, nearest_name, refuse, takes, unknown
 from afo_sim.description import schema
 from afo_sim.description.air.regulator import Regulator
 from afo_sim.description.air.source import Source as GasSource
@@ -238,7 +238,7 @@ def _tree(kind: str, source: Any) -> Tree:
 def _problems(tree: Tree, error: ValidationError) -> list[InputError]:
     """Each validation error once, as a message for people: unfound names, unknown keys, then the rest."""
     found = list(tree.unfound.values())
-    entries = [(entry, _path(entry)) for entry in error.errors(include_url=False)]
+    entries = [(entry, _path(entry)) for entry in error.errors(include_url=False)[:MOST_FAULTS]]
     derived = "default_factory_not_called"  # of a default that follows from a refused field
     entries = [(e, path) for e, path in entries if path not in tree.unfound and e["type"] != derived]
     unknown = [(entry, path) for entry, path in entries if entry["type"] == "extra_forbidden"]
