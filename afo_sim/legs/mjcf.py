@@ -10,7 +10,7 @@ from typing import get_args
 import mujoco
 import numpy as np
 
-from afo_sim.common import Foreign, InputError, Notice, read_text
+from afo_sim.common import Foreign, InputError, Notice, read_bytes, read_text
 from afo_sim.legs import tree
 from afo_sim.model import examine
 
@@ -58,7 +58,7 @@ def spec_of_file(file: pathlib.Path) -> tuple[mujoco.MjSpec, tuple[str, ...]]:
         if file.suffix == ".xml":  # MuJoCo itself goes by the suffix
             spec = mujoco.MjSpec.from_file(str(file.absolute()))
         else:
-            pieces = {piece.name: piece.read_bytes() for piece in file.parent.glob("*.xml")}
+            pieces = {piece.name: read_bytes(piece) for piece in file.parent.glob("*.xml")}
             spec = mujoco.MjSpec.from_string(read_text(file), include=pieces)
             spec.modelfiledir = str(file.parent)
     spec.compiler.fusestatic = False  # a body that is fixed keeps its name and its mass

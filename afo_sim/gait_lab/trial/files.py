@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from afo_sim.common import InputError, Notice
+from afo_sim.common import InputError, Notice, read_bytes
 from afo_sim.gait_lab.noted import Noted, note
 from afo_sim.gait_lab.readers.csv_trial import read_csv_trial
 from afo_sim.gait_lab.readers.d_flow import read_d_flow
@@ -219,13 +219,7 @@ def _kind_of(file: pathlib.Path) -> str:
         instead = "AddBiomechanics' OpenSim results: IK/NAME_ik.mot, ID/NAME_grf.mot, Models/final.osim"
         raise InputError("is read by nimblephysics alone", file=file, allowed=instead)
     by_name = _READ_AS.get(file.suffix.lower(), "")
-    try:
-        with file.open("rb") as stream:
-            head = stream.read(20_000)
-    except OSError as error:
-        if by_name or not file.exists():
-            raise InputError(f"cannot be read: {error.strerror or error}", file=file) from None
-        raise
+    head = read_bytes(file)[:20_000]
     if head[1:2] == b"\x50" and by_name in ("c3d", "") and not head.startswith(b"\x89PNG"):
         return "c3d"
     text = head.replace(b"\0", b"").decode("latin-1").lower()
