@@ -2,14 +2,12 @@
 
 import base64
 import dataclasses
-import functools
 import hashlib
 import json
 import pathlib
 import random
 import shutil
 import warnings
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -19,134 +17,44 @@ import pytest
 import sweep_runs
 from campaign import size
 from command import call
-from skin_markers import body, markers_of
+from fuzz import written
+from fuzz.written import BESIDE, NUMBERS, VARIANT
 
 from afo_sim.common import (
     WRITTEN,
     InputError,
     assets,
     find,
-    find_gait,
     parquet_writer,
     read_json,
     read_parquet,
-    read_table,
     user_cache,
-    without_digests,
     write_json,
     write_parquet,
     write_sealed,
 )
-from afo_sim.control import read_log
-from afo_sim.control.switch_log import TITLES
 from afo_sim.description import load, toml_text
-from afo_sim.description.portable import portable
-from afo_sim.gait import file as gait_file
-from afo_sim.gait_lab import write_role_map
-from afo_sim.gait_lab.trial.roles import read_role_map
-from afo_sim.legs import attach, import_leg, write_attached
-from afo_sim.legs import read_attached as attached
-from afo_sim.simulation import Recording, intact_picture, read_recording, recover_recording
+from afo_sim.simulation import Recording, read_recording, recover_recording
 from afo_sim.simulation.files import FORMAT, RUN_KEY
-from afo_sim.studio import Design, Document, opened, save
-from afo_sim.study import SWEEP, read, recover, runner, time_step
-from afo_sim.study.folder import told_in
-from afo_sim.study.results import STEPS
-from afo_sim.study.search import store as search
-from afo_sim.walker import read_gait, save_table, write_gait
-
-Files = dict[str, tuple[pathlib.Path, Callable[[], Any]]]  # kind: the file, and what reads it
-# Files whose digest stands in another file, and one that is of this machine.
-BESIDE = ("picture", "worn model's file", "leg's file", "copied by a search", "copied by the studio", "cache")
-VARIANT = "variant"  # a scenario too, which the studio alone reads
-NUMBERS = (
-    "both legs",
-    "answer",
-    "stand summary",
-    "law fit",
-    "torque fit",
-    "run fit",
-    "gait search",
-    "walk",
-    "electronics",
-)
-TIME = np.arange(0.0, 1.5, 0.01)
+from afo_sim.study import recover, runner
 
 
 @pytest.fixture(scope="module")
-def run(seated: Recording, tmp_path_factory: pytest.TempPathFactory) -> pathlib.Path:
+def place(seated: Recording, tmp_path_factory: pytest.TempPathFactory) -> pathlib.Path:
     columns = {name: values[:400] for name, values in seated.columns.items()}
-    return dataclasses.replace(seated, columns=columns).save(tmp_path_factory.mktemp("sealed") / "run")
+    found = tmp_path_factory.mktemp("sealed")
+    written.make(found, dataclasses.replace(seated, columns=columns))
+    return found
 
 
 @pytest.fixture(scope="module")
-def files(run: pathlib.Path, seated: Recording) -> Files:
-    place = run.parent
-    runner.run(sweep_runs.opened(sweep_runs.written(place, sweep_runs.SEATED), place / "part"), part=(1, 3))
-    sweep_runs.swept(place / "whole", sweep_runs.SEATED)
-    columns = {"x": np.linspace(0.0, 1.0, 50), "word": np.array(["a", "b"] * 25, object)}
-    generation = place / "generation.parquet"
-    search.write_table(generation, columns, "generation", {}, {})
-    search.write_table(place / search.DESIGNS, columns, "designs", {"x": "m"}, {"search": "s"})
-    write_json(place / search.BEST, {"sets": {"supply.pressure": 3e5}, "feasible": True}, "best design")
-    gait_file.write(place / "stride.csv", gait_file.read(find_gait("opensim_walk")))
-    write_attached(attach("adult_75kg", "s1"), place / "worn.xml")
-    import_leg(find("leg", "adult_75kg").parent / "leg.xml", place / "leg", toes="toe")
-    user_cache.write("kind", "key", bytes(range(256)))
-    write_gait(place / "mine.toml", read_gait("natural"))
-    save_table([{"wearer": "a", "speed": "1.2"}, {"wearer": "b", "speed": "1.1"}], place / "walk", {})
-    write_role_map(place / "roles.toml", markers_of(body(TIME), {"heel": "{S}HEE"}, TIME))
-    write_sealed(place / "commands.csv", f"{','.join(TITLES)}\n0,front,0,1\n9,front,1,0\n", "commands")
-    for kind in ("orthosis", "muscle"):
-        text = toml_text(load(kind, {"orthosis": "s1", "muscle": "dmsp_10"}[kind]).model_dump(mode="json"))
-        write_sealed(place / f"{kind}.toml", text, kind)
-    for kind in NUMBERS:
-        write_json(place / f"{kind}.json", {"numbers": [1.5, None], "word": "a"}, kind)
-    for kind in ("stand", "walked columns"):
-        write_parquet(place / f"{kind}.parquet", pa.table({"x": columns["x"]}), kind)
-    own = place / "own.csv"  # a person's file without a digest, which is copied
-    own.write_text(without_digests((place / "stride.csv").read_text(encoding="utf-8")), encoding="utf-8")
-    document = Document(Design("walk-dropfoot-afo", {"gait.cycle": str(own)}))
-    document.keep()
-    studio, copied = save(document, place / "studio").parent, "files/gait_cycle/own.csv"
-    best = place / "search"
-    scenario = portable(document.design.scenario.resolved(), best)
-    write_sealed(best / "best.toml", toml_text(scenario), "scenario", best)
-    chunk = next((place / "part" / "chunks").iterdir())
-    results = place / "whole" / "out"
-    return {
-        "recording": (run / "recording.parquet", lambda: read_recording(run)),
-        "picture": (run / "recording.rrd", lambda: intact_picture(run)),
-        "summary": (run / "summary.json", lambda: intact_picture(run)),
-        "results": (results / "results.parquet", lambda: read(results)),
-        "chunk": (chunk, lambda: read(place / "part")),
-        "manifest": (results / "sweep.json", lambda: SWEEP.read(results)),
-        "time step": (results / STEPS, lambda: time_step.remark(results)),
-        "generation": (generation, lambda: search.read_table(generation)),
-        "designs": (place / "designs.parquet", lambda: search.read_table(place / search.DESIGNS)),
-        "best design": (place / "best.json", lambda: told_in(place / search.BEST, "")),
-        "scenario": (best / "best.toml", lambda: load("scenario", best / "best.toml")),
-        "copied by a search": (best / copied, lambda: load("scenario", best / "best.toml")),
-        VARIANT: (studio / "variant_A.toml", lambda: opened(str(studio))),
-        "copied by the studio": (studio / copied, lambda: opened(str(studio))),
-        "stride": (place / "stride.csv", lambda: gait_file.read(place / "stride.csv")),
-        "orthosis": (place / "orthosis.toml", lambda: load("orthosis", place / "orthosis.toml")),
-        "muscle": (place / "muscle.toml", lambda: load("muscle", place / "muscle.toml")),
-        "worn model's file": (place / "worn.xml", lambda: attached(place / "worn.xml")),
-        "worn model": (place / "worn.toml", lambda: attached(place / "worn.xml")),
-        "leg": (place / "leg" / "leg.toml", lambda: load("leg", place / "leg")),
-        "leg's file": (place / "leg" / "leg.xml", lambda: load("leg", place / "leg")),
-        "adapted gait": (place / "mine.toml", lambda: read_gait(place / "mine.toml")),
-        "wearers": (place / "walk" / "walk.csv", lambda: read_table(place / "walk" / "walk.csv", "")),
-        "role map": (place / "roles.toml", lambda: read_role_map(place / "roles.toml")),
-        "commands": (place / "commands.csv", lambda: read_log(place / "commands.csv", ["front"])),
-        "cache": (user_cache.folder() / "kind-key", lambda: user_cache.read("kind", "key")),
-        **{k: (place / f"{k}.json", functools.partial(read_json, place / f"{k}.json")) for k in NUMBERS},
-        **{
-            kind: (place / f"{kind}.parquet", functools.partial(read_parquet, place / f"{kind}.parquet"))
-            for kind in ("stand", "walked columns")
-        },
-    }
+def run(place: pathlib.Path) -> pathlib.Path:
+    return place / "run"
+
+
+@pytest.fixture(scope="module")
+def files(place: pathlib.Path) -> written.Files:
+    return written.files(place)
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -157,7 +65,7 @@ def own_cache(tmp_path_factory: pytest.TempPathFactory) -> Any:
 
 
 @pytest.mark.parametrize("kind", (*WRITTEN, *BESIDE, VARIANT))
-def test_no_flipped_bit_is_silent(kind: str, files: Files) -> None:
+def test_no_flipped_bit_is_silent(kind: str, files: written.Files) -> None:
     path, reader = files[kind]
     whole = path.read_bytes()
     assert reader() is not None

@@ -286,14 +286,14 @@ def calibrate_command(
     out: Annotated[Path, Option(help="folder for sensor.toml")] = Path("runs/calibration"),
 ) -> None:
     """Calibrate a sensor from readings at known values. The written sensor.toml works in a scenario."""
-    from afo_sim.common import write_text
+    from afo_sim.common import write_sealed
     from afo_sim.lab import calibrate
 
     check_folder(out)
     found, sensor = calibrate(log, inverse=inverse, step=quantity("--step", step, "V", above=0.0))
     rows = [[name, f"{value:.6g} {unit}"] for name, (value, unit) in found.items()]
     print_table(f"V = slope{'/x' if inverse else ' x'} + intercept", ["", ""], rows)
-    write_text(out / "sensor.toml", sensor)
+    write_sealed(out / "sensor.toml", sensor, "sensor")
     print(f'written: {out / "sensor.toml"}; in a scenario: type = "{out}"')
 
 

@@ -26,6 +26,7 @@ WRITTEN = (
     "chunk", "results", "manifest", "generation", "designs", "best design", "answer", "time step",
     "stand", "stand summary", "law fit", "torque fit", "run fit",
     "adapted gait", "gait search", "walk", "walked columns", "wearers", "role map", "electronics", "commands",
+    "sensor",
 )  # fmt: skip
 SEALED = "(delete this line when you edit the file)"
 _LINE = re.compile(r"# digest: ([0-9a-f]{32}) " + re.escape(SEALED))

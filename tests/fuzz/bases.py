@@ -1,11 +1,13 @@
-"""Whole files of each kind that people bring, small, with the command that reads them."""
+"""Whole files of each kind that people bring, small, with the command that reads them, or a function."""
 
+import functools
 import pathlib
 import shutil
+import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from afo_sim.common import assets
+from afo_sim.common import WRITTEN, assets
 
 Make = Callable[[pathlib.Path], object]
 IMPORT = ("gait", "import", "--force")
@@ -18,10 +20,18 @@ _SET = "opensim c3d"
 class Base:
     """A file in a folder with all that it needs."""
 
-    command: tuple[str, ...]  # in the folder
-    file: str  # that is damaged
+    command: tuple[str, ...]  # in the folder; none where a function reads it
+    file: str  # that is damaged, or its kind where a function reads it
     make: Make  # writes the folder's files
     share: int = 4  # of a campaign, against the others'
+
+    def path(self, folder: pathlib.Path) -> pathlib.Path:
+        """The file in a folder."""
+        return folder / self.file if self.command else _read(self.file, folder)[0]
+
+    def read(self, folder: pathlib.Path) -> object:
+        """What the function reads."""
+        return _read(self.file, folder)[1]()
 
 
 def _shipped(kind: str, name: str) -> Base:
@@ -124,6 +134,35 @@ def _measured(folder: pathlib.Path) -> None:
     (folder / "sweep.toml").write_text(head + "".join(texts))
 
 
+def _read(kind: str, folder: pathlib.Path) -> tuple[pathlib.Path, Callable[[], object]]:
+    from fuzz import written
+
+    return written.files(folder)[kind]
+
+
+@functools.cache
+def _all() -> pathlib.Path:
+    """A folder with a file of every kind that is written, for all bases of a process."""
+    from fuzz import written
+
+    import afo_sim
+
+    folder = pathlib.Path(tempfile.mkdtemp(prefix="afo-sim-fuzz-"))
+    written.make(folder, afo_sim.run("seated", {"duration": "2 s"}))
+    return folder
+
+
+def _own(kind: str) -> Base:
+    def make(folder: pathlib.Path) -> None:
+        from fuzz import written
+
+        shutil.copytree(_all(), folder, dirs_exist_ok=True)
+        written.unseal(written.files(folder)[kind][0])
+
+    return Base((), kind, make)
+
+
+OWN = (*WRITTEN, "variant", "population", "walker", "uncertainty", "gaits", "checks")
 BASES: dict[str, Base] = {
     f"{kind} {name}": _shipped(kind, name)
     for kind, names in {
@@ -163,5 +202,6 @@ BASES: dict[str, Base] = {
     ),
     "calibration": Base(("calibrate", "readings.csv", "--out", "own"), "readings.csv", _measured, 4),
     "log": Base(("fit", "log.csv", "--scenario", "seated"), "log.csv", _measured, 8),
+    **{f"read: {kind}": _own(kind) for kind in OWN},
     "parameters.csv": Base(("check", "sweep.toml"), "table.csv", _measured, 8),
 }  # fmt: skip

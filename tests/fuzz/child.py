@@ -1,11 +1,13 @@
 """Commands on damaged files, in one process: how each ended; an end of the process is the parent's.
 
-A line of the input is a row of `Damage`, or ["base", "seed"] of one to be drawn. By hand:
+A line of the input is a row of `Damage`, or ["base", "seed"] of one to be drawn, or ["$", "folder",
+"word", …] of a command among odd files. By hand:
     echo '["trc", "20260101 7"]' | PYTHONPATH=tests:tests/helpers python -m fuzz.child FOLDER
 """
 
 import contextlib
 import faulthandler
+import functools
 import io
 import json
 import os
@@ -13,11 +15,15 @@ import pathlib
 import resource
 import shutil
 import sys
+import traceback
+from collections.abc import Callable, Sequence
 
+from fuzz import odd
 from fuzz.bases import BASES, IMPORT
 from fuzz.damage import Damage, drawn
 
 from afo_sim.cli import app, error_handler
+from afo_sim.common import AfoSimError
 
 LONGEST = 20.0  # of a command [s]
 LARGEST = 2 * 2**20  # of the process [KiB]
@@ -33,15 +39,40 @@ def _peak() -> int:
 
 def ended(folder: pathlib.Path, damage: Damage, whole: bytes) -> tuple[str, str]:
     """How the command ended on a damaged file, and its words."""
-    base, said = BASES[damage.base], io.StringIO()
-    (folder / base.file).write_bytes(damage.of(whole))
-    sys.argv = ["afo-sim", *base.command]
+    base = BASES[damage.base]
+    base.path(folder).write_bytes(damage.of(whole))
+    reader = None if base.command else functools.partial(base.read, folder)
+    return answered(folder, base.command, reader, bounded=damage.operator != "none")
+
+
+def _code_of(reader: Callable[[], object]) -> int:
+    """The exit code of a command that would only read."""
+    try:
+        reader()
+    except (AfoSimError, json.JSONDecodeError) as error:  # whose callers name the file
+        print(error, file=sys.stderr)
+        return 2
+    except Exception:
+        traceback.print_exc()
+        return 70
+    return 0
+
+
+def answered(
+    folder: pathlib.Path,
+    command: Sequence[str],
+    reader: Callable[[], object] | None = None,
+    *,
+    bounded: bool = True,
+) -> tuple[str, str]:
+    """How a command or a function ended, and its words."""
+    said, sys.argv = io.StringIO(), ["afo-sim", *command]
     os.chdir(folder)
-    if damage.operator != "none":
+    if bounded:
         faulthandler.dump_traceback_later(LONGEST, exit=True)
     try:
         with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(said):
-            code = error_handler.run(app)
+            code = error_handler.run(app) if reader is None else _code_of(reader)
     finally:
         faulthandler.cancel_dump_traceback_later()
     words = said.getvalue()
@@ -67,12 +98,18 @@ def main(folder: pathlib.Path) -> None:
     draw = afo_sim.show.draw_gait
     for number, line in enumerate(sys.stdin):
         name, *rest = json.loads(line)
+        if name == "$":
+            print(line, file=sys.stderr, flush=True)
+            odd.make(folder / rest[0])
+            how, words = answered(folder / rest[0], rest[1:])
+            print(json.dumps([name, *rest, how, words]), file=answers, flush=True)
+            continue
         place = folder / name
         if not place.is_dir():
             making = folder / f"{name}.{os.getpid()}"
             making.mkdir(parents=True)
             BASES[name].make(making)
-            shutil.copy(making / BASES[name].file, making / "whole")
+            shutil.copy(BASES[name].path(making), making / "whole")
             making.rename(place)
             whole = (place / "whole").read_bytes()
             ended(place, Damage(name, "none", ""), whole)  # what it compiles is no part of a case's time
