@@ -115,12 +115,11 @@ def places(node: ast.AST, within: str = "") -> Iterator[tuple[str, str, ast.AST,
     if texts or table or isinstance(node, ast.Raise | ast.Assert | ast.JoinedStr):
         return
     yield from ((within, kind, getattr(node, "test", node), new) for kind, new in faults(node))
-    if isinstance(node, ast.FunctionDef | ast.Lambda):
-        within = getattr(node, "name", "lambda")
+    inside = getattr(node, "name", "lambda") if isinstance(node, ast.FunctionDef | ast.Lambda) else within
     for name, value in ast.iter_fields(node):
         for child in value if isinstance(value, list) else [value]:
             if isinstance(child, ast.AST) and name not in ("annotation", "returns", "decorator_list"):
-                yield from places(child, within)
+                yield from places(child, within if name == "args" else inside)  # defaults are of no call
 
 
 def mutants(room: str, seed: int) -> Iterator[Mutant]:
@@ -220,7 +219,8 @@ class Copy:
 
     def outcome(self, mutant: Mutant, after: str, tests: list[str]) -> str:
         """What tests make of a fault."""
-        source, place = (ROOT / mutant.path).read_bytes(), self.root / mutant.path
+        place = self.root / mutant.path
+        source = place.read_bytes()  # of the copy: the tree may change meanwhile
         place.write_bytes(source[: mutant.start] + after.encode() + source[mutant.end :])
         self.writes += 1
         os.utime(place, (1e9 + self.writes,) * 2)  # by which Python knows that its bytecode is stale
@@ -246,7 +246,7 @@ def near_tests(folders: tuple[str, ...], copy: Copy, file: pathlib.Path) -> Trac
     known = json.loads(file.read_text(encoding="utf-8")) if file.exists() else {}
     for folder in folders:
         parts = [f"tests/{folder}", *(f"afo_sim/{room}" for room in ROOMS if folder in NEAR[room])]
-        files = sorted(path for part in parts for path in (ROOT / part).rglob("*.py"))
+        files = sorted(path for part in parts for path in (copy.root / part).rglob("*.py"))
         digest = hashlib.sha256(b"".join(path.read_bytes() for path in files)).hexdigest()
         if known.get(folder, [""])[0] != digest:
             print(f"tracing tests/{folder}", file=sys.stderr, flush=True)
