@@ -388,6 +388,38 @@ def test_orders_that_contradict_each_other_are_told(characteristic: dict[int, Me
     assert doubts([near, far]) == []
 
 
+def test_laws_are_ranked_by_what_was_left_out_where_that_is_enough(
+    characteristic: dict[int, Measured],
+) -> None:
+    """Three pressures or loads; never by whole files; else by how well they fit, and that is told."""
+    near, far = (fit_law(pose(law, [characteristic[20]])) for law in ("sarosi_2012", "tondu_lopez_2000"))
+    one, none = np.ones(5), np.zeros(5)
+    for counts, best, code in (
+        ({"pressure": 3}, far, None),
+        ({"load": 3, "file": 2}, far, None),
+        ({"file": 4, "pressure": 3}, far, None),
+        ({"pressure": 2}, near, "too-few-groups"),
+        ({"file": 4, "load": 2}, near, "too-few-groups"),
+        ({"file": 4}, near, "nothing-left-out"),
+        ({}, near, "nothing-left-out"),
+    ):
+        ranked = rank(
+            [
+                dataclasses.replace(
+                    each,
+                    held_out={
+                        kind: HeldOut({str(k): (error * one, one, none) for k in range(count)})
+                        for kind, count in counts.items()
+                    },
+                )
+                for each, error in ((near, 9.0), (far, 1.0))
+            ]
+        )
+        assert ranked[0].problem.law is best.problem.law, counts
+        told = {each.code for each in doubts(ranked)} & {"too-few-groups", "nothing-left-out"}
+        assert told == ({code} if code else set()), counts
+
+
 @pytest.mark.parametrize("scatters", [False, True])  # as much as the means of readings else miss
 @pytest.mark.parametrize(("error", "first"), [(1.1, "tondu_lopez_2000"), (1.6, "sarosi_2012")])
 def test_of_laws_alike_one_that_the_data_determine_is_first(
