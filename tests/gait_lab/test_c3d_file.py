@@ -1,5 +1,6 @@
 """C3D files of all processors and kinds, and files that contradict themselves, written byte by byte."""
 
+import dataclasses
 import pathlib
 import random
 from typing import Any
@@ -171,7 +172,9 @@ def test_a_header_that_the_file_refutes(tmp_path: pathlib.Path, word: int, value
 
 
 def test_a_header_whose_frame_rate_is_0_leaves_it_to_the_parameters(tmp_path: pathlib.Path) -> None:
-    file = recorded(header={11: 0, 12: 0})
+    file = dataclasses.replace(recorded(), rate=0.0)
+    file.parameters["POINT"] = file.parameters.get("POINT", {}) | {"RATE": [RATE]}
+    file.parameters["ANALOG"] = file.parameters.get("ANALOG", {}) | {"RATE": [RATE * SAMPLES]}
     found = read(file, tmp_path)
     assert_read(found, file)
     assert (found.layout.frame_rate, found.layout.samples_a_frame) == (RATE, SAMPLES)
