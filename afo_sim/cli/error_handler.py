@@ -18,6 +18,7 @@ import typer
 from typer.core import TyperGroup
 
 from afo_sim.common import RETIRED, AfoSimError, Foreign, InputError, check_encoding, newer, safe_children
+from afo_sim.simulation import released
 
 _BUG, _INTERRUPTED = 70, 130  # exit codes; those of input are AfoSimError's
 _PACKAGES = ("afo-sim", "mujoco", "numpy", "numba", "scipy", "pyarrow", "rerun-sdk", "matplotlib", "typer")
@@ -60,7 +61,8 @@ class Commands(TyperGroup):
     def invoke(self, ctx: Foreign) -> object:
         """Run the command."""
         try:
-            return super().invoke(ctx)
+            with released():
+                return super().invoke(ctx)
         except InputError as error:
             raise with_options(error, self.get_command(ctx, ctx.invoked_subcommand or "")) from error
         except (KeyboardInterrupt, BrokenPipeError) as error:

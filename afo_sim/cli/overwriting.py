@@ -1,11 +1,14 @@
-"""Refusals to write over another run, or into a folder of another kind of output."""
+"""Refusals to write over another run, or into a folder of another kind of output, or of another process."""
 
 import json
+import re
+import sys
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 from afo_sim.common import InputError, JsonDict, JsonMapping
+from afo_sim.simulation import occupy
 
 # A file by which a folder is known, and what the folder then is.
 KNOWN_BY = {
@@ -28,10 +31,8 @@ _OTHER = "another folder with --out"
 
 def check_folder(folder: Path, kind: str = "") -> None:
     """Refuse a folder that cannot be written to, or holds another kind of output than `kind`."""
-    from afo_sim.common import check_writable
-
     _check_kind(folder, kind)
-    check_writable(folder)
+    take(folder)
 
 
 def _check_kind(folder: Path, kind: str) -> None:
@@ -62,8 +63,6 @@ def check_files(files: Iterable[Path], *, force: bool) -> None:
 
 def check_run_folder(folder: Path, scenario: JsonMapping, *, force: bool = False) -> None:
     """Refuse a folder that cannot be written to, or holds the run of another description."""
-    from afo_sim.common import check_writable
-
     before = _other(folder, "run", "recording.parquet", "summary.json", {"scenario": scenario}, force=force)
     if before is not None:
         found = before.get("scenario")
@@ -71,19 +70,24 @@ def check_run_folder(folder: Path, scenario: JsonMapping, *, force: bool = False
         what = f"the run of another scenario, {name!r}" if name not in (None, scenario["name"]) else ""
         what = what or f"a run of {scenario['name']!r} with other values"
         raise _refused(folder, f"holds {what}", "it")
-    check_writable(folder)
+    take(folder, scenario)
 
 
 def check_same(
     folder: Path, kind: str, file: str, now: JsonMapping, problem: str, *, force: bool, whom: str = "it"
 ) -> None:
     """Refuse a folder whose JSON `file` has other values than `now`; the problem has those in braces."""
-    from afo_sim.common import check_writable
-
     before = _other(folder, kind, file, file, now, force=force)
     if before is not None:
         raise _refused(folder, problem.format(**(dict.fromkeys(now) | before)), whom)
-    check_writable(folder)
+    take(folder, now)
+
+
+def take(folder: Path, now: JsonMapping | None = None) -> None:
+    """Take a folder for this command and what it is about; say whether it goes on."""
+    words = re.sub(r"--force|--threads[ =]\d+", "", " ".join(sys.argv[1:])).split()  # what changes no result
+    if said := occupy(folder, (words, now)):
+        print(f"afo-sim: {folder}: {said}", file=sys.stderr)
 
 
 def _other(

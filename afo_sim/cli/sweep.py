@@ -12,14 +12,12 @@ from typer import Argument, Option
 
 from afo_sim.cli import common
 from afo_sim.cli.common import print_line as print
-from afo_sim.cli.overwriting import check_folder
+from afo_sim.cli.overwriting import check_folder, take
 from afo_sim.common import InputError, Keywords
 
 if TYPE_CHECKING:
     from afo_sim.study import Opened, Store, SweepProgress
     from afo_sim.study.folder import Changed
-
-LINE_EVERY = 60.0  # of progress, where no terminal shows it [s]
 
 
 @dataclass(frozen=True)
@@ -61,11 +59,13 @@ def sweep(given: _Sweep) -> None:
     which = int(found[1]), int(found[2])
     with common.progress("reading the files, compiling the muscles") as report:
         from afo_sim.show import unseen
+        from afo_sim.simulation import occupy
         from afo_sim.study import SWEEP, design, left, pool, runner, sweep_plan, time_step
 
         plan = sweep_plan.read(given.source)
         plan = plan.walked() if given.plain else plan
         folder = given.out or Path("runs") / plan.file.stem
+        occupy(folder)  # beside other processes of the same sweep
         cases = design.cases_of(plan, sys.maxsize if given.yes_many else design.MOST)
         store = runner.open_store(plan, cases, folder, cast("Changed", given.if_changed))
         threads = given.threads or pool.processors()
@@ -161,20 +161,15 @@ def replay(
 
 
 def reporter(show: Callable[..., None]) -> Callable[["SweepProgress"], None]:
-    """Rate, failures and time left: on the terminal, or now and then as a line of a log."""
-    begun = printed = time.monotonic()
+    """Rate, failures and time left."""
+    begun = time.monotonic()
 
     def report(state: "SweepProgress") -> None:
-        nonlocal printed
-        now = time.monotonic()
         failed = f", {state.failed} failed" if state.failed else ""
-        rate = state.new / max(now - begun, 1e-9)
+        rate = state.new / max(time.monotonic() - begun, 1e-9)
         left = f", {common.duration((state.cases - state.done) / rate)} left" if rate > 0.0 else ""
         line = f"{state.done} of {state.cases} cases{failed}; {rate:.3g} per second{left}"
         show(state.done, state.cases, line)
-        if now - printed >= LINE_EVERY and not sys.stderr.isatty():
-            print(line, file=sys.stderr)
-            printed = now
 
     return report
 
@@ -204,6 +199,7 @@ def optimise(
         search = plan.read(source)
         search = search.walked() if plain else search
         folder = out or Path("runs") / search.file.stem
+        take(folder)
         opened = runner.open_search(search, folder, cast("Changed", if_changed))
         threads = threads or processors()
         print(_plan_text(opened, workers or (1 if scheduler else threads)))

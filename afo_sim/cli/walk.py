@@ -2,7 +2,6 @@
 
 import functools
 import os
-import shutil
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -156,9 +155,8 @@ def _walk(walk: _Walk, condition: str | None, key: str, values: Sequence[str | N
 
         run: Function = walker.walk if alone else walker.populate
         options["threads"] = walk.threads or os.cpu_count() or 1
-        searches = folder / "walk.searches"
         for one, its in zip(sets, each, strict=True):
-            options |= {own: its, "kept": searches / str(len(found) + 1)}
+            options |= {own: its}
             options |= {} if alone or not found else {"known": found[-1].gaits}
             found.append(run(walk.scenario, one, progress=moved, **options))
         report(0, 0, "drawing")
@@ -175,8 +173,6 @@ def _walk(walk: _Walk, condition: str | None, key: str, values: Sequence[str | N
         else:
             recorded = walker.recorded_walk(found[0].middle)
             walker.save_population(found[0], recorded, folder, command, show.write_population)
-    if walk.generations:
-        shutil.rmtree(searches, ignore_errors=True)
     if key:
         whose = "the wearer" if alone else f"{len(found[0].drawn)} patients ({condition})"
         _print(f"{described[0].name}: {whose} at values of {key}", table)

@@ -17,7 +17,7 @@ from afo_sim.description import Scenario, load
 from afo_sim.lab.identifiability import Believed, memory, refused, rms, unidentified
 from afo_sim.lab.run_problem import HELD_OUT, RunProblem, differences, pose, run_at, sets_of
 from afo_sim.lab.solution import FitParameter, FitProblem, Progress, believed, verdict
-from afo_sim.simulation import Recording
+from afo_sim.simulation import Recording, kept
 
 MISFIT = 1.15  # times the noise: above it, and above what chance does to so few samples, something is missing
 CHANCE = 3.0  # standard deviations
@@ -204,12 +204,16 @@ class RunSearch(FitProblem):
     def residuals(self, x: np.ndarray) -> np.ndarray:
         """Differences in units of the noise; infinite where there is no such run."""
         self.runs += 1
+        found = kept(lambda: (self.problem, x, self.mask), lambda: self._run(self.values(x)))
+        if np.isfinite(found).all():
+            self.report(f"run {self.runs}: {rms(found):.4g} × noise")
+        return found
+
+    def _run(self, values: Mapping[str, float]) -> np.ndarray:
         try:
-            found = self.scaled(self.values(x), run_at(self.problem, self.values(x)))
+            return self.scaled(values, run_at(self.problem, values))
         except (InputError, SimulationError):  # too fast for the time step, for example
             return np.full(int(self.mask.sum()) * len(self.problem.log.channels), np.inf)
-        self.report(f"run {self.runs}: {rms(found):.4g} × noise")
-        return found
 
     def slopes(self, x: np.ndarray) -> np.ndarray:
         """Central differences; one-sided at a bound, and where there is no run on one side."""

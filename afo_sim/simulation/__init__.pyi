@@ -35,6 +35,10 @@ from .loop import Commander as Commander
 from .loop import Loop as Loop
 from .loop import described_policy as described_policy
 from .loop import unit_of as unit_of
+from .parts import kept as kept
+from .parts import kept_each as kept_each
+from .parts import occupy as occupy
+from .parts import released as released
 from .recording import Recording as Recording
 from .recording import answers_of as answers_of
 from .recording import limits_of as limits_of

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 from afo_sim.common import Foreign, InputError, JsonMapping, Notice, optional, packed, take
 from afo_sim.description import Scenario
-from afo_sim.simulation import EVERYTHING, Asked
+from afo_sim.simulation import EVERYTHING, Asked, kept_each
 from afo_sim.study import engine
 from afo_sim.study.engine import Jobs, Outcome
 from afo_sim.study.folder import program
@@ -144,9 +144,14 @@ class Pool:
         report: Report | None,
     ) -> list[Outcome]:  # fmt: skip
         """The outcomes of a few cases, in their order."""
+        described = scenario.resolved()
         found: dict[int, Outcome] = {}
-        numbered = enumerate(cases)
-        for number, outcome in self.beside.outcomes(scenario.resolved(), numbered, self.threads, _FEW, asked):
+
+        def ran(rest: list[int]) -> Iterator[engine.Numbered]:
+            numbered = [(number, cases[number]) for number in rest]
+            return self.beside.outcomes(described, numbered, self.threads, _FEW, asked)
+
+        for number, outcome in kept_each([(described, asked, case) for case in cases], ran):
             found[number] = outcome
             if report is not None:
                 report(len(found), len(cases), doing)

@@ -16,6 +16,7 @@ from afo_sim.common import InputError, JsonDict, as_stored, called, check_text, 
 from afo_sim.common.versions import PACKAGE
 from afo_sim.description import Scenario
 from afo_sim.physics import GAINS
+from afo_sim.simulation import kept
 from afo_sim.walker.body import SIDES, Body, build_body
 from afo_sim.walker.bounds import LEAST, MOST
 from afo_sim.walker.cost import Cost
@@ -23,7 +24,7 @@ from afo_sim.walker.gait import OFFSETS, Vector
 from afo_sim.walker.gait_file import STARTS, read_gait
 from afo_sim.walker.population import SHARES, Condition, as_drawn, draw_about, read_condition
 from afo_sim.walker.respond import DRAWN_WITH, Falls, check_limits, falls_of, prepared, strengths_of, stronger
-from afo_sim.walker.search import Free, adapt, search
+from afo_sim.walker.search import Free, adapt, identity, search
 from afo_sim.walker.strides import numbers, strides_of
 from afo_sim.walker.walking import walk_body
 
@@ -106,12 +107,11 @@ def populate(
     seed: int = 0,
     threads: int = 2,
     progress: Callable[[str, float], None] | None = None,
-    kept: str | os.PathLike[str] | None = None,
 ) -> Population:
     """Let a condition's patients walk without a device, with it on the first day, and after weeks.
 
     `gaits` is by default the file beside the condition's, `known` goes beyond it; `others` are drawn about
-    each patient and keep the gait; the result does not depend on `threads`; searches go on in `kept`.
+    each patient and keep the gait; the result does not depend on `threads`.
     `spring` [N·m/rad], `duration` [s], `push` [N]; `generations` of searches, of 16 walks each.
     """
     condition = read_condition(patients)
@@ -142,7 +142,7 @@ def populate(
     if generations:
         optional("cma")  # before anybody walks
         how = {"generations": generations, "seed": seed, "threads": threads}
-        _let_adapt(who, worn, known, pathlib.Path(kept) if kept else None, how, report)
+        _let_adapt(who, worn, known, how, report)
     healthy, jobs = read_gait(HEALTHY).vector, dict[str, list[tuple[str, Vector]]]()
     people = range(len(who.drawn))
     for case, key in worn.items():
@@ -154,6 +154,10 @@ def populate(
     def one(job: tuple[int, tuple[str, Vector]], other: Body | None = None) -> Patient:
         k, (case, vector) = job
         body = other or who.body(case, k)
+        whose = (vector, k, duration, starts, push, seed)
+        return kept(lambda: (*whose, identity(body)), lambda: walks(k, body, vector))
+
+    def walks(k: int, body: Body, vector: Vector) -> Patient:
         walked = walk_body(body, vector, duration)
         falls = falls_of(body, vector, starts=starts, push=push, seed=1000 * seed + k, threads=1)
         curves = {
@@ -237,7 +241,6 @@ def _let_adapt(
     who: Who,
     worn: Mapping[str, str],
     known: Gaits,
-    kept: pathlib.Path | None,
     how: Mapping[str, int],
     report: Callable[[str, float], None],
 ) -> None:
@@ -252,17 +255,15 @@ def _let_adapt(
         scenario, left = who.person(who.condition.middle, worn=False)
         stages = [[build_body(scenario, each)] for each in (*stronger(left), left)]
         everybody = [who.body(WITHOUT, k) for k in range(len(who.drawn))]
-        how_first = asked | {"generations": 2 * how["generations"], "kept": kept and kept / "first"}
+        how_first = asked | {"generations": 2 * how["generations"]}
         how_first["progress"] = lambda k, n, _: report("a first patient adapts", k / n)
         first = adapt(stages, first, drawn=everybody, **how_first).vector
     for at, (case, k) in enumerate(missing):
         begun = known[worn[WITHOUT], k].vector if case != WITHOUT else first
-        place = kept and kept / worn[case].replace("*", "").replace("/", " ") / f"{k + 1}.json"
         found = search(
             [who.body(case, k)],
             begun,
             drawn=[body for _, body in who.unlike(case, k, 1000 * how["seed"] + k + 1)],
-            kept=place,
             progress=lambda n, of, _: report(f"patients adapt, {case}", (at + n / of) / len(missing)),  # noqa: B023
             **asked,
         )

@@ -4,7 +4,6 @@ import dataclasses
 import functools
 import math
 import os
-import pathlib
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
@@ -14,11 +13,12 @@ import numpy as np
 from afo_sim.common import InputError, JsonMapping, Keywords, assets, called, optional, si, unknown
 from afo_sim.description import Scenario, load
 from afo_sim.physics import LEG_MUSCLES
+from afo_sim.simulation import kept
 from afo_sim.walker.body import BARE, SIDES, Body, build_body
 from afo_sim.walker.gait import OFFSETS, Vector
 from afo_sim.walker.gait_file import Gait, read_gait, with_vector
 from afo_sim.walker.population import PLANTARFLEXORS, as_drawn, draw_about
-from afo_sim.walker.search import STRONGER, SUBSETS, Cost, Found, Free, adapt
+from afo_sim.walker.search import STRONGER, SUBSETS, Cost, Found, Free, adapt, identity
 from afo_sim.walker.strides import numbers
 from afo_sim.walker.walking import TICK, Push, Walked, own_copy, walk_body
 
@@ -161,7 +161,6 @@ def walk(
     seed: int = 0,
     threads: int = 0,
     progress: Callable[[str, float], None] | None = None,
-    kept: str | os.PathLike[str] | None = None,
 ) -> Response:
     """Let a scenario's patient walk by reflexes, without and with its device.
 
@@ -181,12 +180,11 @@ def walk(
     seed : of starts and search
     threads : as many as processors if 0; the result does not depend on them
     progress : called with a case's name and the share done
-    kept : folder for the state of searches; the same call continues after an interruption
 
     Raises
     ------
     InputError
-        As in `prepared`, `strengths_of`, `read_gait`; a number is out of range; `kept` is of other searches.
+        As in `prepared`, `strengths_of`, `read_gait`; a number is out of range.
 
     Examples
     --------
@@ -246,7 +244,7 @@ def walk(
             on = name == "device"
             others = [build_body(*as_drawn(described, stated, one, worn=on)) for one in corners + unlike]
             stages = [*([build_body(wearing, left)] for left in stronger(shares)), [body]]
-            search |= {"kept": pathlib.Path(kept) / after if kept else None, "drawn": others}
+            search["drawn"] = others
             search["progress"] = lambda k, n, _: report(after, k / n)  # noqa: B023 - called before the loop goes on
             found = adapt(stages, healthy.vector, target, Free(alive, pose=subset == "all"), **search)
             how = {"evaluations": found.evaluations, "cost": round(sum(found.parts.values()), 4)}
@@ -279,11 +277,16 @@ def falls_of(
 ) -> Falls:
     """Falls among starts whose pose is drawn about the gait's, with one push each at a drawn moment."""
 
-    def fell(k: int) -> bool:
+    def walked(k: int) -> bool:
         draw = np.random.default_rng([seed, k])
         noise = draw.normal(0.0, NOISE, len(OFFSETS))
         pushes = (Push(float(draw.uniform(FROM, UNTIL)), push * float(draw.choice([-1.0, 1.0]))),)
         return walk_body(own_copy(body), gait, HORIZON, pushes, noise, rows=False).fell is not None
+
+    whose = functools.cache(lambda: (identity(body), gait, push, seed))
+
+    def fell(k: int) -> bool:
+        return kept(lambda: ("start", k, whose()), lambda: walked(k))
 
     count = 0
     with ThreadPoolExecutor(max(threads, 1)) as pool:

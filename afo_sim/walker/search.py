@@ -5,7 +5,6 @@ import dataclasses
 import functools
 import json
 import math
-import pathlib
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -15,18 +14,10 @@ import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common import (
-    InputError,
-    Json,
-    SimulationError,
-    as_stored,
-    digest,
-    optional,
-    read_json,
-    write_json,
-)
-from afo_sim.common.versions import CORE, PACKAGE, digest_of_sources, versions
+from afo_sim.common import SimulationError, as_stored, digest, optional
+from afo_sim.common.versions import PACKAGE
 from afo_sim.physics import GAINS
+from afo_sim.simulation import kept
 from afo_sim.walker.body import Body
 from afo_sim.walker.bounds import LEAST, MOST
 from afo_sim.walker.cost import Cost
@@ -48,9 +39,6 @@ SWING = (
 STANCE = tuple(name for name in GAINS if name not in SWING)
 LEAST_GENERATIONS = 30  # of a search that can have converged
 SUBSETS = {"swing": SWING, "stance": STANCE, "all": GAINS}
-CODE = digest_of_sources(PACKAGE, (*CORE, "walker"))  # that runs: now, with the import
-LIBRARIES = ("afo-sim", "mujoco", "numpy", "numba", "cma")
-ANEW = "the search that wrote it, or no such file: then it begins anew"
 # How much stronger than the patient the first ones are, through whom their gait is searched for.
 STRONGER = (0.3, 0.15, 0.07)
 
@@ -107,24 +95,6 @@ def pushes_at(duration: float, seed: int) -> tuple[Push, ...]:
     return tuple(Push(float(t), float(force)) for t, force in zip(times, forces, strict=True))
 
 
-def told_in(file: pathlib.Path, of: dict[str, object]) -> list[dict[str, Json]]:
-    """The stored generations of the interrupted search `of`; nothing without a file."""
-    try:
-        found = read_json(file)
-        before, told = dict(found["of"]), list[dict[str, Json]]()
-        for each in found["told"]:
-            costs = np.array([float(cost) for cost in each["costs"]]).reshape(POPULATION).tolist()
-            told.append({"asked": each["asked"], "costs": costs, "seconds": float(each["seconds"])})
-    except FileNotFoundError:
-        return []
-    except (InputError, OSError, ValueError, KeyError, TypeError) as error:
-        raise InputError(f"is no search that could go on: {error}", file=file, allowed=ANEW) from None
-    other = [key for key, value in json.loads(json.dumps(of)).items() if before.get(key) != value]
-    if other:
-        raise InputError(f"began with another {', another '.join(other)}", file=file, allowed=ANEW)
-    return told
-
-
 def identity(body: Body) -> str:
     """A digest of all that a body is, whatever gait it has walked with."""
     model = own_copy(body).model
@@ -145,7 +115,6 @@ def adapt(
     seed: int = 1,
     threads: int = 2,
     progress: Callable[[int, int, float], None] | None = None,
-    kept: pathlib.Path | None = None,
     drawn: Sequence[Body] = (),
 ) -> Found:
     """Search gains of bodies by way of stronger ones, since a gait that falls at once teaches nothing."""
@@ -159,8 +128,7 @@ def adapt(
                 progress(before + at, sum(counts), best)
 
         last = drawn if k == len(stages) - 1 else ()
-        file = kept and kept / f"{k + 1}.json"
-        found = one(bodies, vector, generations=count, progress=told, kept=file, drawn=last)
+        found = one(bodies, vector, generations=count, progress=told, drawn=last)
         vector, seconds = found.vector, seconds + found.seconds
     as_first = one(stages[-1], first, generations=0, drawn=drawn)  # whom the first gait carries keeps it
     if sum(as_first.parts.values()) < sum(found.parts.values()):
@@ -181,7 +149,6 @@ def search(
     threads: int = 2,
     spread: float = SIGMA,
     progress: Callable[[int, int, float], None] | None = None,
-    kept: pathlib.Path | None = None,
 ) -> Found:
     """Search the free numbers of a gait for the least mean cost of bodies, and a drawn one's survival."""
     cma, generator = optional("cma"), np.random.default_rng(seed)
@@ -192,11 +159,8 @@ def search(
     options |= {"randn": lambda *shape: generator.standard_normal(shape), "seed": math.nan}  # NumPy's stays
     options |= {"verbose": -9, "verb_log": 0, "signals_filename": ""}  # no options from a file that lies here
     evolution = cma.CMAEvolutionStrategy(np.zeros(len(first)), 1.0, options)
-    of: dict[str, object] = {"body": [[identity(body) for body in each] for each in (bodies, drawn)]}
-    of |= {"gait": [vector.offsets.tolist(), vector.gains.tolist(), vector.speed], "seed": seed}
-    of |= {"cost": dataclasses.asdict(cost), "choice of numbers": free.__dict__, "population": POPULATION}
-    of |= {"duration": duration, "spread": spread, "version": versions(LIBRARIES), "code": CODE}
-    told = told_in(kept, of) if kept else []
+    bodies_of = functools.cache(lambda: [[identity(body) for body in each] for each in (bodies, drawn)])
+    history, used = list[tuple[float, float]](), 0.0
 
     def parts(values: np.ndarray, draw: int) -> tuple[dict[str, float], Walked]:
         gait = free.unpack(vector, values)
@@ -219,22 +183,23 @@ def search(
             total = sum(parts(*task)[0].values())
         return total if math.isfinite(total) else cost.most, time.thread_time() - begun
 
+    def whose(tasks: list[tuple[np.ndarray, int]]) -> tuple[object, ...]:
+        return tasks, vector, cost, free, duration, bodies_of()
+
+    def walk_all(tasks: list[tuple[np.ndarray, int]]) -> np.ndarray:
+        return np.array(list(pool.map(safe, tasks))).T
+
     with ThreadPoolExecutor(threads) as pool:
         for generation in range(generations):
             asked = evolution.ask()
             gaits = np.clip(first + scale * np.array(asked), lower, upper)
-            mark = digest(gaits.tobytes())
-            if generation == len(told):
-                costs, seconds = np.array(list(pool.map(safe, [(each, generation) for each in gaits]))).T
-                told.append({"asked": mark, "costs": costs.tolist(), "seconds": float(seconds.sum())})
-                if kept is not None:
-                    write_json(kept, {"of": of, "told": told}, "gait search")
-            elif told[generation]["asked"] != mark and kept is not None:
-                problem = f"generation {generation + 1} has other gaits than come here: another processor?"
-                raise InputError(problem, file=kept, allowed=ANEW)
-            evolution.tell(asked, told[generation]["costs"])
+            tasks = [(each, generation) for each in gaits]
+            costs, seconds = kept(functools.partial(whose, tasks), functools.partial(walk_all, tasks))
+            evolution.tell(asked, costs.tolist())
+            history.append((float(min(costs)), float(np.median(costs))))
+            used += float(seconds.sum())
             if progress is not None:
-                progress(generation + 1, generations, min(told[generation]["costs"]))
+                progress(generation + 1, generations, history[-1][0])
     mean = np.clip(first + scale * np.array(evolution.result.xfavorite), lower, upper)
     judged = []
     for values in (mean, first) if generations else (mean,):  # it never ends worse than it began
@@ -245,6 +210,4 @@ def search(
         walked = next((walked for _, walked in held if walked.fell is not None), held[0][1])
         judged.append((sum(found.values()), values, found, walked))
     _, mean, found, walked = min(judged, key=lambda each: each[0])
-    history = np.array([(min(each["costs"]), float(np.median(each["costs"]))) for each in told[:generations]])
-    used = sum(each["seconds"] for each in told[:generations])
-    return Found(free.unpack(vector, mean), history, POPULATION * generations, found, walked, used)
+    return Found(free.unpack(vector, mean), np.array(history), POPULATION * generations, found, walked, used)

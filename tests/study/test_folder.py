@@ -65,7 +65,7 @@ def changed(copy: pathlib.Path, file: str, old: str, new: str) -> bool:
     ("file", "old", "new"),
     [
         ("show/sweep_figures.py", "MOST_DOTS = 3000", "MOST_DOTS = 4000"),
-        ("cli/sweep.py", "LINE_EVERY = 60.0", "LINE_EVERY = 30.0"),
+        ("cli/common.py", "_EVERY = 10.0", "_EVERY = 20.0"),
     ],
 )
 def test_what_no_row_depends_on_is_no_other_code(copied: pathlib.Path, file: str, old: str, new: str) -> None:

@@ -18,6 +18,7 @@ import pytest
 
 from afo_sim.common import InputError, SimulationError
 from afo_sim.physics import GAINS
+from afo_sim.simulation import occupy, released
 from afo_sim.walker import (
     Body,
     Cost,
@@ -43,11 +44,13 @@ FEW, CHEAP = Free(("lean", "vasti_force"), pose=False), Cost(1.2, pushed=False)
 # A search in a process of its own, which is killed.
 SEARCH = """
 import pathlib, sys
+from afo_sim.simulation import occupy
 from afo_sim.walker import Cost, Free, build_body, prepared, read_gait, search
+occupy(pathlib.Path(sys.argv[1]), "search")
 body = build_body(prepared("walk-healthy", {"timestep": "1 ms"}))
-free, kept = Free(("lean", "vasti_force"), pose=False), pathlib.Path(sys.argv[1])
+free = Free(("lean", "vasti_force"), pose=False)
 vector = read_gait("natural").vector
-search([body], vector, Cost(1.2, pushed=False), free, generations=1000, duration=0.5, seed=3, kept=kept)
+search([body], vector, Cost(1.2, pushed=False), free, generations=1000, duration=0.5, seed=3)
 """
 
 
@@ -76,6 +79,11 @@ def whole(body: Body) -> Found:
     return search([body], read_gait("natural").vector, CHEAP, FEW, threads=1, **SHORT)
 
 
+def parts(folder: pathlib.Path) -> list[pathlib.Path]:
+    """What is kept of a search."""
+    return [path for path in folder.glob(".parts/*/[!.]*") if path.is_file()]
+
+
 def assert_same(found: Found, whole: Found) -> None:
     """Each bit is."""
     assert found.vector.gains.tobytes() == whole.vector.gains.tobytes()
@@ -100,7 +108,7 @@ def test_a_killed_search_goes_on_bit_by_bit(
     walks: int, body: Body, whole: Found, tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """It is killed in the midst of a generation: none, one or two are whole."""
-    kept, count, vector = tmp_path / "kept.json", [0], read_gait("natural").vector
+    count, vector = [0], read_gait("natural").vector
 
     def counted(*of: Any, **more: Any) -> Any:
         count[0] += 1
@@ -108,19 +116,23 @@ def test_a_killed_search_goes_on_bit_by_bit(
             raise KeyboardInterrupt
         return walk_body(*of, **more)
 
-    with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
+    with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt), released():
         patch.setattr(MODULE, "walk_body", counted)
-        search([body], vector, CHEAP, FEW, threads=1, kept=kept, **SHORT)
-    assert kept.exists() == (walks >= 16)
+        occupy(tmp_path, "search")
+        search([body], vector, CHEAP, FEW, threads=1, **SHORT)
+    assert len(parts(tmp_path)) == walks // 16
     count[0] = -1000
     monkeypatch.setattr(MODULE, "walk_body", counted)
-    assert_same(search([body], vector, CHEAP, FEW, threads=2, kept=kept, **SHORT), whole)
-    again = 48 - walks // 16 * 16  # those of whole generations are not walked again
-    assert count[0] + 1000 == again + 2 * MODULE.HELD_OUT  # of the end and of the beginning
-    longer = search([body], vector, CHEAP, FEW, kept=kept, **SHORT | {"generations": 4})
-    assert longer.history[:3].tobytes() == whole.history.tobytes()
-    shorter = search([body], vector, CHEAP, FEW, kept=kept, **SHORT | {"generations": 2})
-    assert shorter.history.tobytes() == whole.history[:2].tobytes()
+    with released():
+        assert bool(occupy(tmp_path, "search")) == (walks >= 16)
+        assert_same(search([body], vector, CHEAP, FEW, threads=2, **SHORT), whole)
+        again = 48 - walks // 16 * 16  # those of whole generations are not walked again
+        assert count[0] + 1000 == again + 2 * MODULE.HELD_OUT  # of the end and of the beginning
+        longer = search([body], vector, CHEAP, FEW, **SHORT | {"generations": 4})
+        assert longer.history[:3].tobytes() == whole.history.tobytes()
+        shorter = search([body], vector, CHEAP, FEW, **SHORT | {"generations": 2})
+        assert shorter.history.tobytes() == whole.history[:2].tobytes()
+    assert not parts(tmp_path)
 
 
 def test_a_walk_that_ends_in_an_error_costs_more_than_one_that_falls_at_once(
@@ -146,53 +158,37 @@ def test_a_walk_that_ends_in_an_error_costs_more_than_one_that_falls_at_once(
 def test_a_process_that_is_killed_leaves_a_search_that_goes_on(
     body: Body, whole: Found, tmp_path: pathlib.Path
 ) -> None:
-    kept = tmp_path / "kept.json"
-    child = subprocess.Popen([sys.executable, "-c", SEARCH, str(kept)])
+    child = subprocess.Popen([sys.executable, "-c", SEARCH, str(tmp_path)])
     try:
         until = time.monotonic() + 120.0
-        while not kept.exists() and child.poll() is None and time.monotonic() < until:
+        while not parts(tmp_path) and child.poll() is None and time.monotonic() < until:
             time.sleep(0.02)
+        with pytest.raises(InputError, match="another afo-sim"), released():
+            occupy(tmp_path, "search")
     finally:
         child.send_signal(signal.SIGKILL)
         child.wait()
-    assert kept.exists()
-    assert_same(search([body], read_gait("natural").vector, CHEAP, FEW, kept=kept, **SHORT), whole)
+    with released():
+        assert occupy(tmp_path, "search")
+        assert_same(search([body], read_gait("natural").vector, CHEAP, FEW, **SHORT), whole)
 
 
-def test_another_searchs_beginning_is_refused(body: Body, tmp_path: pathlib.Path) -> None:
-    kept, natural = tmp_path / "kept.json", read_gait("natural").vector
-    short = SHORT | {"generations": 1, "kept": kept}
-    search([body], natural, CHEAP, FEW, **short)
-    walk_body(body, natural, 0.1)  # leaves the gait's gains in the body's model, which is no other body
-    search([body], natural, CHEAP, FEW, **short)
+def test_another_searchs_parts_are_not_taken(body: Body, tmp_path: pathlib.Path) -> None:
+    natural, short = read_gait("natural").vector, SHORT | {"generations": 1}
     weak = build_body(prepared("walk-healthy", {"timestep": "1 ms"}), {"left_soleus": 0.999})
-    brisk = dataclasses.replace(natural, speed=1.01)
-    for other, call in {
-        "cost": lambda: search([body], natural, Cost(1.3, pushed=False), FEW, **short),
-        "body": lambda: search([weak], natural, CHEAP, FEW, **short),
-        "gait": lambda: search([body], brisk, CHEAP, FEW, **short),
-        "choice": lambda: search([body], natural, CHEAP, Free(("lean",), pose=False), **short),
-        "seed": lambda: search([body], natural, CHEAP, FEW, **short | {"seed": 4}),
-        "duration": lambda: search([body], natural, CHEAP, FEW, **short | {"duration": 0.6}),
-    }.items():
-        with pytest.raises(InputError, match=rf"kept\.json: began with another {other}[^,]*; allowed"):
-            call()
-    with pytest.MonkeyPatch.context() as patch, pytest.raises(InputError, match="another code"):
-        patch.setattr(MODULE, "CODE", "other")
-        search([body], natural, CHEAP, FEW, **short)
-    whole = kept.read_bytes()
-    for content in (
-        whole.replace(b"costs", b"coats"),
-        whole[:-20],
-        b"[1]",
-        b'{"told": [], "of": 3}',
-        b'{"told": [{"asked": "", "costs": [1.0], "seconds": 0.0}], "of": {}}',
-        b'{"told": [3], "of": {}}',
-        b"\xff",
-    ):
-        kept.write_bytes(content)
-        with pytest.raises(InputError, match=r"kept\.json: is no search that could go on"):
-            search([body], natural, CHEAP, FEW, **short)
+    with released():
+        occupy(tmp_path, "search")
+        first = search([body], natural, CHEAP, FEW, **short)
+        walk_body(body, natural, 0.1)  # leaves the gait's gains in the body's model, which is no other body
+        assert_same(search([body], natural, CHEAP, FEW, **short), first)
+        assert len(parts(tmp_path)) == 1
+        search([body], natural, Cost(1.3, pushed=False), FEW, **short)
+        search([weak], natural, CHEAP, FEW, **short)
+        search([body], dataclasses.replace(natural, speed=1.01), CHEAP, FEW, **short)
+        search([body], natural, CHEAP, Free(("lean",), pose=False), **short)
+        search([body], natural, CHEAP, FEW, **short | {"seed": 4})
+        search([body], natural, CHEAP, FEW, **short | {"duration": 0.6})
+        assert len(parts(tmp_path)) == 7
 
 
 def test_a_search_stays_within_bounds_and_begins_there(body: Body) -> None:

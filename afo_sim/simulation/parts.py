@@ -1,0 +1,107 @@
+"""The folder that a command writes to, its own until it ends, and the parts that a killed one left in it."""
+
+import contextlib
+import io
+import os
+import pathlib
+import pickle
+import re
+import shutil
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import TypeVar
+
+from afo_sim import common
+from afo_sim.common import Foreign, InputError, Mixed
+from afo_sim.common.versions import PACKAGE, digest_of_sources, versions
+
+PARTS = ".parts"  # folder in the output folder; in it one for each command, in that a file for each part
+_AGAIN = "free space and run the same command again; what is computed is kept"
+_KNOWN = "afo_sim[.a-z0-9_]* [A-Z][A-Za-z]*|numpy[.a-z_]* (_frombuffer|_reconstruct|dtype|ndarray|scalar)"
+_LIBRARIES = ("afo-sim", "mujoco", "numpy", "numba", "scipy", "cma")
+_taken: dict[pathlib.Path, pathlib.Path | None] = {}  # folders, and where in them parts are kept
+_release = contextlib.ExitStack()
+T = TypeVar("T")
+
+
+class _Reader(pickle.Unpickler):
+    """Makes arrays and this package's own classes, and nothing else: the file may be somebody else's."""
+
+    def find_class(self, module: str, name: str) -> Foreign:
+        found = super().find_class(module, name) if re.fullmatch(_KNOWN, f"{module} {name}") else None
+        if not str(getattr(found, "__module__", "")).startswith(("afo_sim.", "numpy")):
+            raise pickle.UnpicklingError(f"{module}.{name} is in no part")
+        return found
+
+
+def occupy(folder: pathlib.Path, of: Mixed = None) -> str:
+    """Take a folder for the command `of` alone, or beside others without it; a sentence on parts there."""
+    common.check_writable(folder)
+    place = folder.absolute()
+    if place in _taken:
+        return ""
+    for made in [each for each in (place, *place.parents) if not each.exists()][::-1]:
+        made.mkdir(exist_ok=True)
+        _release.enter_context(contextlib.suppress(OSError))  # where it holds something
+        _release.callback(made.rmdir)
+    try:
+        import fcntl
+
+        _release.callback(os.close, descriptor := os.open(place, os.O_RDONLY))
+        fcntl.flock(descriptor, (fcntl.LOCK_EX if of else fcntl.LOCK_SH) | fcntl.LOCK_NB)
+    except BlockingIOError:
+        problem, allowed = "another afo-sim writes into it", "another folder, or wait until that one ends"
+        raise InputError(problem, field="out", value=str(folder), allowed=allowed) from None
+    except (ImportError, OSError):  # Windows, some disks on a network
+        pass
+    code = digest_of_sources(PACKAGE, ("",)), versions(_LIBRARIES), common.identities()
+    _taken[place] = parts = place / PARTS / common.identity_of((of, code))[:32] if of else None
+    others = [each for each in (place / PARTS).glob("*") if of and each != parts]
+    for other in others:
+        shutil.rmtree(other, ignore_errors=True)
+    if others:
+        return "begins anew: the parts of another command, description or version were deleted"
+    count = len([*parts.glob("[!.]*")]) if parts else 0
+    return f"goes on: {count} parts are there already" if count else ""
+
+
+@contextlib.contextmanager
+def released() -> Iterator[None]:
+    """Give back what is taken within the block; its parts stay where it ends by an error."""
+    ended = True
+    try:
+        yield
+    except BaseException as error:
+        ended = isinstance(error, SystemExit) or type(error).__name__ == "Exit"  # with an exit code
+        raise
+    finally:
+        for place in _taken if ended else ():
+            shutil.rmtree(place / PARTS, ignore_errors=True)
+        _taken.clear()
+        _release.close()
+
+
+def kept_each(
+    what: Sequence[Mixed], compute: Callable[[list[int]], Iterable[tuple[int, T]]]
+) -> Iterator[tuple[int, T]]:
+    """Numbered parts, each of which follows from its `what`: those that are there, then the computed rest."""
+    parts = next(filter(None, _taken.values()), None)
+    files = {k: parts / common.identity_of(each)[:32] for k, each in enumerate(what)} if parts else {}
+    rest = []
+    for number in range(len(what)):
+        with contextlib.suppress(OSError, KeyError, pickle.UnpicklingError):
+            content = files[number].read_bytes()
+            if common.digest(content[32:]).encode() == content[:32]:
+                yield number, _Reader(io.BytesIO(content[32:])).load()
+                continue
+        rest.append(number)
+    for number, value in compute(rest):
+        if parts:
+            content = pickle.dumps(value)
+            with common.disk(parts.parents[1], _AGAIN), common.keeping(files[number]) as new:
+                new.write_bytes(common.digest(content).encode() + content)
+        yield number, value
+
+
+def kept(what: Callable[[], Mixed], compute: Callable[[], T]) -> T:
+    """A part that follows from `what`: as it is there, or computed and written."""
+    return next(kept_each([what() if _taken else None], lambda rest: ((k, compute()) for k in rest)))[1]
