@@ -49,8 +49,7 @@ def occupy(folder: pathlib.Path, of: Mixed = None) -> str:
         _release.callback(os.close, descriptor := os.open(place, os.O_RDONLY))
         fcntl.flock(descriptor, (fcntl.LOCK_EX if of else fcntl.LOCK_SH) | fcntl.LOCK_NB)
     except BlockingIOError:
-        problem, allowed = "another afo-sim writes into it", "another folder, or wait until that one ends"
-        raise InputError(problem, field="out", value=str(folder), allowed=allowed) from None
+        raise InputError("another afo-sim writes into it", field="out", value=str(folder)) from None
     except (ImportError, OSError):  # Windows, some disks on a network
         pass
     code = digest_of_sources(PACKAGE, ("",)), versions(_LIBRARIES), common.identities()

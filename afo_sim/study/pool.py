@@ -49,17 +49,16 @@ def _computed(
         chunk = numbers.pop(future.key)
         error = future.exception()
         if isinstance(error, distributed.KilledWorker):
-            lost.append(chunk)
+            lost.append(f"{chunk} ({error.allowed_failures + 1} workers, last {error.last_worker.address})")
         elif error is not None:
             raise error if isinstance(error, InputError) else _broken(error)
         else:
             yield chunk, future.result()
         submit()
     if lost:
-        text = f"chunks {', '.join(map(str, lost))} killed every worker that computed them (out of memory?); "
-        allowed = "the same command with fewer workers, "
-        allowed += "or a smaller chunk in the sweep file (in another folder)"
-        raise InputError(f"{text}all others are computed", field="workers", allowed=allowed)
+        text = f"all workers ended that had chunk {', '.join(lost)}; their logs say why; others are computed"
+        allowed = "the same command with more memory for each worker, or a smaller chunk (in another folder)"
+        raise InputError(text, field="scheduler", allowed=allowed)
 
 
 def compute(
