@@ -1,0 +1,123 @@
+"""Finished parts of a command, and the folder that it has for itself."""
+
+import os
+import pathlib
+import pickle
+import subprocess
+import sys
+
+import faults
+import numpy as np
+import pytest
+
+from afo_sim.common import InputError, digest
+from afo_sim.metrics import Metric
+from afo_sim.simulation import kept, kept_each, occupy, released
+
+TAKE = "import pathlib, sys, time; from afo_sim.simulation import occupy; occupy(pathlib.Path(sys.argv[1])"
+HOLD = f"{TAKE}, 1); print(flush=True); time.sleep(60)"
+
+
+class Command(Exception):
+    """Stands for whatever ends a command early."""
+
+
+def ended(folder: pathlib.Path, of: object, *whats: object) -> str:
+    """A command of some parts that ends by an error; what is said at its beginning."""
+    with pytest.raises(Command), released():
+        said = occupy(folder, of)
+        for what in whats:
+            kept(lambda what=what: what, lambda: [np.arange(3.0), Metric(0.1, "mm")])  # type: ignore[misc]
+        raise Command
+    return said
+
+
+def computed(folder: pathlib.Path, of: object, *whats: object) -> list[object]:
+    """The parts that a command computes, which ends well."""
+    done: list[object] = []
+
+    def rest(numbers: list[int]) -> list[tuple[int, int]]:
+        done.extend(whats[k] for k in numbers)
+        return [(k, k) for k in numbers]
+
+    with released():
+        occupy(folder, of)
+        assert len(list(kept_each(whats, rest))) == len(whats)
+    return done
+
+
+def test_parts_are_taken_by_all_that_they_follow_from(tmp_path: pathlib.Path) -> None:
+    folder = tmp_path / "a" / "out"
+    assert ended(folder, "one", (1, 2.0), np.arange(2)) == ""
+    said = ended(folder, "one")
+    assert "2" in said
+    assert computed(folder, "one", (1, 2.0), np.arange(3), np.arange(2)) == [pytest.approx(np.arange(3))]
+    assert not list(folder.iterdir())
+    assert computed(tmp_path / "b" / "out", "one", 1) == [1] and not (tmp_path / "b").exists()
+
+
+def test_a_part_comes_back_to_the_bit_and_a_damaged_one_is_computed_anew(tmp_path: pathlib.Path) -> None:
+    ended(tmp_path, "one", "x")
+    (file,) = tmp_path.glob(".parts/*/*")
+    with released():
+        occupy(tmp_path, "one")
+        array, metric = kept(lambda: "x", list)
+        assert array.tobytes() == np.arange(3.0).tobytes() and repr(metric) == repr(Metric(0.1, "mm"))
+    for content in (b"", b"x" * 50, file.name.encode()):
+        ended(tmp_path, "one", "x")
+        file.write_bytes(content)
+        assert computed(tmp_path, "one", "x") == ["x"]
+
+
+def test_a_part_of_somebody_else_runs_nothing(tmp_path: pathlib.Path) -> None:
+    class Evil:
+        def __reduce__(self) -> object:
+            return os.mkdir, (str(tmp_path / "made"),)
+
+    ended(tmp_path, "one", "x")
+    (file,) = tmp_path.glob(".parts/*/*")
+    for content in (pickle.dumps(Evil()), b"cafo_sim.common.child\nsubprocess\n."):
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_bytes(digest(content).encode() + content)
+        assert computed(tmp_path, "one", "x") == ["x"]
+    assert not (tmp_path / "made").exists()
+
+
+def test_parts_of_another_command_are_deleted_with_a_sentence(tmp_path: pathlib.Path) -> None:
+    ended(tmp_path, "one", "x", "y")
+    assert "anew" in ended(tmp_path, "two", "x")
+    assert computed(tmp_path, "two", "x", "y") == ["y"]
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no flock")
+def test_a_folder_is_one_commands_until_it_ends_or_is_killed(tmp_path: pathlib.Path) -> None:
+    child = subprocess.Popen([sys.executable, "-c", HOLD, str(tmp_path)], stdout=subprocess.PIPE)
+    assert child.stdout is not None
+    child.stdout.readline()
+    for of in ("one", None):
+        with pytest.raises(InputError, match="another afo-sim") as error, released():
+            occupy(tmp_path, of)
+        assert error.value.field == "out" and error.value.value == str(tmp_path)
+    child.kill()
+    child.communicate()
+    with released():
+        assert occupy(tmp_path, "one") == ""
+    with released():
+        occupy(tmp_path)  # beside others
+        assert subprocess.run([sys.executable, "-c", f"{TAKE})", str(tmp_path)]).returncode == 0
+
+
+def test_a_full_disk_loses_no_part_that_is_there(tmp_path: pathlib.Path) -> None:
+    whats = tuple(range(4))
+    with released():
+        occupy(tmp_path, "one")
+    for at in range(1, 40):
+        with pytest.raises((InputError, Command)), released():
+            occupy(tmp_path, "one")
+            with faults.DISK.acting(tmp_path, at, faults.refuse):
+                list(kept_each(whats, lambda rest: [(k, k) for k in rest]))
+            raise Command
+        there = len(list(tmp_path.glob(".parts/*/[!.]*")))
+        if there == 4:
+            break
+    assert there == 4 and computed(tmp_path, "one", *whats) == []
