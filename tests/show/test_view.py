@@ -139,6 +139,15 @@ def test_comparison_holds_every_run_and_tells_same_names_apart(
         assert len(poses) == 1600
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="threads of the system are counted")
+def test_files_leave_no_threads_behind(tmp_path: pathlib.Path) -> None:
+    short, threads = afo_sim.run("seated", {"duration": "0.1 s"}), []
+    for k in range(4):
+        short.save(tmp_path / str(k))
+        threads.append(len(list(pathlib.Path("/proc/self/task").iterdir())))
+    assert threads[-1] <= threads[0]
+
+
 def test_run_without_rows_is_refused(seated: Recording, tmp_path: pathlib.Path) -> None:
     from afo_sim.show.rerun import write_rrd
 

@@ -34,10 +34,14 @@ _GHOST = 0.55  # opacity of every run after the first
 def recording(path: pathlib.Path, name: str, blueprint: Foreign) -> Iterator[rr.RecordingStream]:
     """A stream of a name; what is logged in the block is written to a file."""
     rr.set_strict_mode(True)  # otherwise a wrong shape is dropped with a warning
+    rr.bindings.flush_and_cleanup_orphaned_recordings()  # else memory and threads of the files before stay
     stream = rr.RecordingStream(APPLICATION, recording_id=f"{APPLICATION} {name}")
     stream.set_log_time_enabled(False)
+    log, layouts = blueprint._log_to_stream, list[rr.RecordingStream]()  # the same holds of a layout's own
+    blueprint._log_to_stream = lambda layout: (layouts.append(layout), log(layout))
     try:
         stream.save(path, default_blueprint=blueprint)
+        layouts.pop().disconnect()
         stream.send_recording_name(name)
         yield stream
         stream.flush()
