@@ -4,7 +4,10 @@ import itertools
 import queue
 import threading
 import time
+import warnings
+from collections import deque
 from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Self
 
@@ -15,6 +18,7 @@ from afo_sim.common import (
     InputError,
     JsonMapping,
     Mixed,
+    Notice,
     code_fingerprint,
     packed,
     take,
@@ -26,34 +30,12 @@ from afo_sim.study.engine import Numbered
 PATIENCE = 1.0  # of computing before processes are started; one takes about as long to be ready [s]
 _PORTION = 6  # cases handed over at a time: of fewer each costs more, of more somebody is idle at the end
 _AHEAD = 2  # portions that a process has, so that it does not wait for the next
+_DEATHS = 3  # of processes, one after another, until the case that they compute is given up
 _CODE = code_fingerprint()  # now, with the import: a file that is edited later is not the code that runs
 
 # scenario, cases, what is asked for, what the user has registered
 Job = tuple[JsonMapping, list[tuple[int, JsonMapping]], Asked, bytes]
 Queue = queue.SimpleQueue[Mixed]
-
-
-def _feed(child: Child, jobs: Queue, answers: Queue) -> None:
-    """Hand jobs over and take outcomes, or the error that ends all; not where its code is another."""
-    said, given = None, 0
-    try:
-        said = child.receive()
-        while said == _CODE:
-            while given < _AHEAD:
-                try:
-                    job = jobs.get(block=given == 0)
-                except queue.Empty:
-                    break
-                if job is None:
-                    return
-                child.send(job)
-                given += 1
-            answers.put(child.receive())
-            given -= 1
-    except ChildEnded as error:
-        if said == _CODE:
-            allowed = "fewer threads, or run the same command again; computed cases are kept"
-            answers.put(InputError(f"a process beside this one {error}", allowed=allowed))
 
 
 def serve(receive: Function, send: Function) -> None:
@@ -88,11 +70,10 @@ class Processes:
 
     def __exit__(self, *_: object) -> None:
         """End them; whoever waits for a job gets none."""
-        for each in [None] * len(self.children):
-            self.jobs.put(each)
-        while self.children:
-            self.children.pop().close()
-        self.count = 0
+        children, self.children, self.count = self.children, [], 0
+        for child in children:
+            self.jobs.put(None)
+            child.close()
 
     def outcomes(
         self, scenario: JsonMapping, cases: Iterable[tuple[int, JsonMapping]], threads: int = 1,
@@ -125,9 +106,9 @@ class Processes:
         """Cases by all processes, this one too: each takes the next when it has room for it."""
         while len(self.children) < self.count:
             self.children.append(Child(f"{__name__}:serve"))
-            given = (self.children[-1], self.jobs, self.answers)
-            threading.Thread(target=_feed, args=given, daemon=True).start()
-        waited_for = 0  # jobs
+            given = self.children, len(self.children) - 1
+            threading.Thread(target=self._feed, args=given, daemon=True).start()
+        waited_for, given_up = 0, dict[int, str]()  # cases
         portion, added = 1 if asked.walkers else _PORTION, packed()  # those of walkers take seconds each
 
         def own() -> Iterator[tuple[int, JsonMapping]]:
@@ -136,25 +117,76 @@ class Processes:
                 room = self.count + 1
                 while self.jobs.qsize() < room and (some := list(itertools.islice(cases, portion))):
                     self.jobs.put((scenario, some, asked, added))
-                    waited_for += 1
+                    waited_for += len(some)
                 try:
                     job: Job = self.jobs.get_nowait()
                 except queue.Empty:
                     return
-                waited_for -= 1
+                waited_for -= len(job[1])
                 yield from job[1]
+
+        def answered() -> Iterator[Numbered]:
+            nonlocal waited_for
+            found = self.answers.get()
+            if isinstance(found, Exception):
+                raise found
+            if isinstance(found, Notice):
+                warnings.warn(found, stacklevel=2)
+                return
+            waited_for -= len(found)
+            if isinstance(found, dict):
+                given_up.update(found)
+            else:
+                yield from found
 
         for numbered in engine.outcomes(scenario, own(), 1, _PORTION, asked):
             yield numbered
             while not self.answers.empty():
-                waited_for -= 1
-                yield from _answer(self.answers.get())
+                yield from answered()
         while waited_for:
-            waited_for -= 1
-            yield from _answer(self.answers.get())
+            yield from answered()
+        for number, how in given_up.items():
+            problem = f"case {number} was given up: each of {_DEATHS} processes that computed it {how}"
+            allowed = "fewer threads, or run the same command again; computed cases are kept"
+            raise InputError(problem, allowed=allowed)
 
-
-def _answer(found: Mixed) -> list[Numbered]:
-    if isinstance(found, Exception):
-        raise found
-    return list(found)
+    def _feed(self, children: list[Child], k: int) -> None:
+        """Hand jobs over and take outcomes, by another child if one ends; not where its code is another."""
+        held: deque[Job] = deque()  # without outcomes; the first is being computed
+        deaths = 0  # since there were outcomes
+        while True:
+            said, given = None, 0
+            try:
+                said = children[k].receive()
+                while said == _CODE:
+                    while given < _AHEAD:
+                        if given == len(held):
+                            try:
+                                job = self.jobs.get(block=not held)
+                            except queue.Empty:
+                                break
+                            if job is None:
+                                return
+                            held.append(job)
+                        children[k].send(held[given])
+                        given += 1
+                    self.answers.put(children[k].receive())
+                    held.popleft()
+                    given, deaths = given - 1, 0
+                raise ChildEnded("is of other code")
+            except ChildEnded as error:
+                if not (held and self.count):
+                    return
+                how = str(error)
+            deaths = (deaths + 1) % _DEATHS
+            scenario, cases, asked, added = held.popleft()
+            if deaths:  # one by one, so that only the case to blame is given up
+                held.extendleft((scenario, [case], asked, added) for case in reversed(cases))
+                text = "process {pid} {how}; another one computes its cases again"
+                self.answers.put(Notice("process-ended", text, pid=children[k].process.pid, how=how))
+            else:
+                self.answers.put({number: how for number, _ in cases})
+            with suppress(OSError):  # it cannot be started: the old one says again that it has ended
+                children[k] = Child(f"{__name__}:serve")
+            if not self.count:  # ended meanwhile
+                children[k].close()

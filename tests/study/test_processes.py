@@ -4,6 +4,7 @@ import itertools
 import math
 import os
 import pathlib
+import pickle
 import signal
 import subprocess
 import sys
@@ -15,7 +16,7 @@ import pytest
 from installed import needs
 from sweep_runs import exact
 
-from afo_sim.common import Child, InputError, register
+from afo_sim.common import Child, Notice, register
 from afo_sim.description import expand, load
 from afo_sim.physics import Law, LawParameter
 from afo_sim.simulation import EVERYTHING
@@ -42,6 +43,13 @@ def cases(count: int = MANY) -> Iterator[tuple[int, dict[str, Any]]]:
     for k in range(count):
         own = {"load_moment": "1000 N*m"} if k % 7 == 3 else {"callback": "python"} if k % 20 == 5 else {}
         yield k, {"duration": "0.05 s", "supply.pressure": f"{2.0 + 0.01 * k!r} bar"} | own
+
+
+class Deadly:
+    """Ends the process that unpickles it."""
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return os._exit, (3,)
 
 
 def straight(contraction: float, pressure: float, area: float) -> float:
@@ -79,9 +87,17 @@ def test_outcomes_are_those_of_one_process_and_the_others_are_kept(
 ) -> None:
     import psutil
 
-    answer, answered = processes._answer, []
-    monkeypatch.setattr(processes, "_answer", lambda each: answered.append(each) or answer(each))
     with Processes(count, 0.0) as beside:
+        get, answered = beside.answers.get, []
+        monkeypatch.setattr(
+            beside,
+            "answers",
+            types.SimpleNamespace(
+                put=beside.answers.put,
+                empty=beside.answers.empty,
+                get=lambda **how: answered.append(get(**how)) or answered[-1],
+            ),
+        )
         numbers = ready(beside)
         assert [found(beside, threads) for _ in range(3)] == [alone] * 3
         assert len(numbers) == count and len(answered) > 3
@@ -110,13 +126,30 @@ def test_less_work_than_there_was_before_starts_no_process(
     assert told == {n: alone[n] for n in range(number)}
 
 
-@pytest.mark.slow
-def test_a_process_that_is_killed_is_one_error(alone: dict[int, Any]) -> None:
-    with Processes(1, 0.0) as beside:
+def test_cases_of_a_process_that_is_killed_are_computed_again_once(alone: dict[int, Any]) -> None:
+    with Processes(1, 0.0) as beside, pytest.warns(UserWarning, match="SIGKILL") as warned:
         os.kill(ready(beside)[0], signal.SIGKILL)
-        with pytest.raises(InputError, match="SIGKILL"):
-            found(beside)
-        assert found(beside) == alone  # by this process
+        told = []
+        for number, outcome in beside.outcomes(SCENARIO, cases()):
+            told.append((number, exact(outcome)))
+            if len(told) == MANY // 2:
+                beside.children[0].close()
+        assert len(beside.children) == 1
+    assert sorted(told) == sorted(alone.items())
+    assert 1 <= len(warned) <= 2 and {one.message.args[0].code for one in warned} == {"process-ended"}
+
+
+@pytest.mark.slow
+def test_a_case_that_ends_three_processes_is_given_up_and_the_others_are_computed() -> None:
+    deadly = pickle.dumps(Deadly())
+    with Processes(1, 0.0) as beside:
+        ready(beside)
+        for number, added in enumerate((b"", deadly, b"")):
+            beside.jobs.put((SCENARIO, [(number, {"duration": "0.05 s"})], EVERYTHING, added))
+        told = [beside.answers.get(timeout=60.0) for _ in range(5)]
+    assert [type(each) for each in told] == [list, Notice, Notice, dict, list]
+    assert [each[0][0] for each in (told[0], told[4])] == [0, 2]
+    assert list(told[3]) == [1] and "exit code 3" in told[3][1]
 
 
 @pytest.mark.slow
