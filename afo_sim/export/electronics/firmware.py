@@ -1,20 +1,37 @@
-"""A board's program in the loop of a run, in C or in Python."""
+"""A board's program in the loop of a run: in Python in this process, in C in a child of limited rights."""
 
 import ctypes
 import math
 import os
 import pathlib
 import shutil
-import subprocess
 import tempfile
+import types
+import weakref
 from collections.abc import Mapping, Sequence
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
-import numpy as np
+from afo_sim.common import (
+    ALONE,
+    Child,
+    ChildEnded,
+    Function,
+    InputError,
+    JsonDict,
+    Mixed,
+    check_regular,
+    child_environment,
+    complaint,
+    unknown,
+    write_bytes,
+)
 
-from afo_sim.common import Function, InputError, JsonDict, child_environment, unknown, write_bytes
-from afo_sim.control import Coils, Command, Log, Observation
+if TYPE_CHECKING:  # a child is ready at once without
+    from afo_sim.control import Coils, Command, Log, Observation
 
+PATIENCE = 10.0  # with a program in C, for one control period [s]
+COMPILING = 15.0  # [s]
+_LARGEST = 2**24  # file in C [B]
 _HERE = pathlib.Path(__file__).with_name("templates")
 _CALLS: JsonDict = {  # of board_t, in its order
     "micros": ctypes.CFUNCTYPE(ctypes.c_uint64),
@@ -40,8 +57,9 @@ class Firmware:
     ):  # fmt: skip
         if not 1e-6 <= loop <= 1.0:
             raise InputError("is out of range", field="loop", value=loop, allowed="1e-6 to 1 [s]")
-        self.program = _CProgram(program, options) if isinstance(program, str | os.PathLike) else program
-        self.chambers, self.longest = list(chambers), float(loop)
+        self.chambers, self.longest, self.program = list(chambers), float(loop), program
+        if isinstance(program, str | os.PathLike):
+            self.program = _CProgram(pathlib.Path(program), options, (self.chambers, self.longest))
         self.reset()
 
     def reset(self) -> None:
@@ -52,14 +70,21 @@ class Firmware:
         self._time, self._reading = 0.0, 0
 
     @property
-    def log(self) -> Log:
+    def log(self) -> "Log":
         """The coils since the beginning, to the time between two loops."""
+        from afo_sim.control import Log
+
         rows = ((time, *row) for time, coils in self._changes for row in coils.items())
         return Log.of(rows, self._time, list(self._coils))
 
-    def __call__(self, seen: Observation) -> Mapping[str, Command]:
+    def __call__(self, seen: "Observation") -> Mapping[str, "Command"]:
         """Each coil's share of the period from now to the next command."""
         begins, self._seen, self._time = self._seen is None, seen, seen.time
+        if isinstance(self.program, _CProgram):
+            commands, changes = self.program.period(seen, begins)
+            self._changes += changes
+            self._time = round(seen.time + seen.period, 9)
+            return commands
         if begins:
             self._reading = self._micros()
             self.program.setup(self)
@@ -70,11 +95,17 @@ class Firmware:
             if last < begin + 1e6 * seen.period / count:  # else the last loop still waits
                 self._reading = max(last, begin)
                 self.program.loop(self)
-            loops.append(list(self._coils.values()))
+            loops.append(dict(self._coils))
             if not self._changes or self._changes[-1][1] != self._coils:
-                self._changes.append((self._time, dict(self._coils)))
+                self._changes.append((self._time, loops[-1]))
         self._time = round(seen.time + seen.period, 9)
-        return dict(zip(self._coils, map(tuple, np.mean(loops, axis=0).tolist()), strict=True))
+        return {
+            each: (
+                sum(coils[each][0] for coils in loops) / count,
+                sum(coils[each][1] for coils in loops) / count,
+            )
+            for each in self._coils
+        }
 
     def micros(self) -> int:
         """Time since the beginning [us]; within a loop a call takes 1 us, assumed, so that a wait ends."""
@@ -100,57 +131,98 @@ class Firmware:
 
 
 class _CProgram:
-    """A board's program in C: a file that includes board.h, or the folder of an export."""
+    """A board's program in C, in a child: a file that includes board.h, or the folder of an export."""
 
-    def __init__(self, source: str | os.PathLike[str], options: Sequence[str]):
-        self._source = pathlib.Path(source)
-        self._code = _compiled(self._source, options)
-        self._library = self._loaded()
+    def __init__(self, source: pathlib.Path, options: Sequence[str], board: tuple[list[str], float]):
+        self._source, self._code, self._board = source, _compiled(source, options), board
+        self._begin()
 
-    def _loaded(self) -> ctypes.CDLL:
-        """A library of its own, whose variables are shared with none and have their first values."""
+    def _begin(self) -> None:
+        """Load it in a child of its own, in which variables have their first values."""
+        self._child, self._columns = Child(f"{__name__}:serve", ALONE), list[str]()
+        weakref.finalize(self, self._child.close)
         with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
             library = pathlib.Path(folder, "program.so")
             write_bytes(library, self._code)
+            self._child.send((str(library), *self._board))
+            self._heard()
+        self._begun = False
+
+    def _heard(self) -> Mixed:
+        """What the child answers: coils, or a column that it needs; InputError also where it has ended."""
+        try:
+            said = self._child.receive(PATIENCE)
+        except ChildEnded as error:
+            raise InputError(f"the program {error}", file=self._source, field="firmware") from None
+        if isinstance(said, InputError):
+            raise said if said.field else said.replaced(file=self._source, field="firmware")
+        return said
+
+    def period(self, seen: "Observation", begins: bool) -> Mixed:
+        """Commands and changes of one control period; the first is of a program that has just begun."""
+        if begins and self._begun:
+            self._child.close()
+            self._begin()
+        self._begun = True
+        known = {column: seen[column] for column in self._columns}
+        self._child.send((seen.time, seen.period, known))
+        while isinstance(said := self._heard(), str):
+            self._columns.append(said)
+            self._child.send(seen[said])
+        return said
+
+
+class _Samples(dict[str, float]):
+    """What the parent has sent for a control period; it is asked for another column."""
+
+    def __init__(self, time: float, period: float, known: dict[str, float], ask: Function) -> None:
+        self.time, self.period, self._ask = time, period, ask
+        super().__init__(known)
+
+    def __missing__(self, column: str) -> float:
+        self[column] = self._ask(column)
+        return self[column]
+
+
+def serve(receive: Function, send: Function) -> None:
+    """Be the board of a program in C, as a child."""
+
+    def asked(column: str) -> float:
+        send(str(column))
+        return float(receive())
+
+    def guarded(call: Function) -> Function:
+        def called(*given: object) -> object:
             try:
-                loaded = ctypes.CDLL(str(library))
-            except OSError as error:
-                problem = f"is compiled, but cannot be loaded: {str(error).removeprefix(f'{library}: ')}"
-                allowed = "a C file of all that it calls, and a folder TMPDIR from which programs may run"
-                raise InputError(problem, file=self._source, field="firmware", allowed=allowed) from None
-        for name in ("setup", "loop"):
-            if not hasattr(loaded, name):
-                raise InputError(f"defines no {name}(const board_t *)", file=self._source, field="firmware")
-        return loaded
+                return call(*(g.decode(errors="replace") if isinstance(g, bytes) else g for g in given))
+            except BaseException as error:  # none can pass through C
+                try:
+                    send(error)
+                finally:
+                    os._exit(1)
 
-    def setup(self, board: Firmware) -> None:
-        """Call a fresh library's setup, with this board from now on."""
-        self._library = self._loaded()
-        self._calls = [kind(self._kept(getattr(board, name))) for name, kind in _CALLS.items()]
-        self._board = (ctypes.c_void_p * len(_CALLS))(*(ctypes.cast(c, ctypes.c_void_p) for c in self._calls))
-        self._errors: list[BaseException] = []
-        self._call(self._library.setup)
+        return called
 
-    def loop(self, board: Firmware) -> None:
-        """Call C's loop."""
-        self._call(self._library.loop)
-
-    def _kept(self, call: Function) -> Function:
-        """A call with C's texts, whose error is kept until C returns: none can pass through C."""
-
-        def kept(*given: object) -> object:
-            try:
-                return call(*(each.decode() if isinstance(each, bytes) else each for each in given))
-            except BaseException as error:  # sys.exit() and Ctrl-C, too
-                self._errors.append(error)
-                return 0
-
-        return kept
-
-    def _call(self, function: Function) -> None:
-        function(self._board)
-        if self._errors:
-            raise self._errors[0]
+    library, chambers, loop = receive()
+    try:
+        loaded = ctypes.CDLL(library)
+    except OSError as error:
+        problem = f"is compiled, but cannot be loaded: {str(error).removeprefix(f'{library}: ')}"
+        allowed = "a C file of all that it calls, and a folder TMPDIR from which programs may run"
+        return send(InputError(problem, allowed=allowed))
+    for name in ("setup", "loop"):
+        if not hasattr(loaded, name):
+            return send(InputError(f"defines no {name}(const board_t *)"))
+    program = types.SimpleNamespace(setup=lambda _: loaded.setup(given), loop=lambda _: loaded.loop(given))
+    board = Firmware(program, chambers, loop=loop)
+    calls = [kind(guarded(getattr(board, name))) for name, kind in _CALLS.items()]
+    given = (ctypes.c_void_p * len(calls))(*(ctypes.cast(call, ctypes.c_void_p) for call in calls))
+    send(None)
+    told = 0
+    while True:
+        commands = board(_Samples(*receive(), asked))
+        send((commands, board._changes[told:]))
+        told = len(board._changes)
 
 
 def _compiled(source: pathlib.Path, options: Sequence[str]) -> bytes:
@@ -158,16 +230,15 @@ def _compiled(source: pathlib.Path, options: Sequence[str]) -> bytes:
     file = source if source.is_file() else _HERE / "program.c"
     if file != source and not (source / "valves" / "valves.h").is_file():
         raise InputError("is neither a C file nor the folder of an export", file=source, field="firmware")
-    environment = child_environment({"LC_ALL": "C"})
-    found = (shutil.which(name, path=environment.get("PATH")) for name in ("cc", "gcc", "clang"))
+    check_regular(file, _LARGEST)
+    places = child_environment().get("PATH")
+    found = (shutil.which(name, path=places) for name in ("cc", "gcc", "clang"))
     if (compiler := next(filter(None, found), None)) is None:
         raise InputError("needs a C compiler, but this machine has none", field="firmware", value=str(source))
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
         library = pathlib.Path(folder, "program.so")
         command = [compiler, "-std=c99", "-O1", "-shared", "-fPIC", f"-I{_HERE}", f"-I{source.absolute()}"]
         command += ["-o", str(library), str(file.absolute()), *options]
-        done = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
-        if done.returncode:
-            said = next((line for line in done.stderr.splitlines() if "error" in line), done.stderr[:200])
-            raise InputError(f"the compiler refuses it: {said.strip()}", file=source, field="firmware")
+        if said := complaint(command, pathlib.Path(folder), COMPILING):
+            raise InputError(f"the compiler refuses it: {said}", file=source, field="firmware")
         return library.read_bytes()

@@ -3,14 +3,13 @@
 import os
 import pathlib
 import shutil
-import subprocess
 import sys
 import tempfile
 
 import mujoco
 
 from afo_sim import native
-from afo_sim.common import InputError, child_environment, machine_code, write_bytes, write_text
+from afo_sim.common import InputError, complaint, machine_code, write_bytes, write_text
 
 NAME = "afo_sim_user.so"
 _WHOLE = ("-Wl,-z,defs",) if sys.platform == "linux" else ()  # nothing of it stands in another library
@@ -50,6 +49,5 @@ def link_user_library(model: mujoco.MjModel, folder: pathlib.Path) -> None:
             "-o",
             str(folder / NAME),
         ]
-        done = subprocess.run(command, capture_output=True, text=True, env=child_environment())
-        if done.returncode:
-            raise InputError(f"your own law cannot be linked: {done.stderr.strip()[-300:]}", field="to")
+        if said := complaint(command, pathlib.Path(scratch)):
+            raise InputError(f"your own law cannot be linked: {said}", field="to")
