@@ -99,13 +99,8 @@ class Firmware:
             if not self._changes or self._changes[-1][1] != self._coils:
                 self._changes.append((self._time, loops[-1]))
         self._time = round(seen.time + seen.period, 9)
-        return {
-            each: (
-                sum(coils[each][0] for coils in loops) / count,
-                sum(coils[each][1] for coils in loops) / count,
-            )
-            for each in self._coils
-        }
+        shares = [[sum(at[name][k] for at in loops) / count for k in (0, 1)] for name in self._coils]
+        return dict(zip(self._coils, map(tuple, shares), strict=True))
 
     def micros(self) -> int:
         """Time since the beginning [us]; within a loop a call takes 1 us, assumed, so that a wait ends."""
