@@ -130,10 +130,10 @@ def _rounded(values: Json, digits: int = 3) -> Json:
 class Answers:
     """The messages of each stage; references are walked once for each patient and gait."""
 
-    def __init__(self) -> None:
+    def __init__(self, folder: pathlib.Path) -> None:
+        self.folder = folder  # for files of this session
         self._references: dict[str, JsonDict] = {}
         self._run: tuple[Design, Recording] | None = None
-        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="afo-sim-studio-"))
 
     def settled(self, design: Design) -> JsonDict:
         """The settled stride: curves, poses, clearance; a sentence where strides do not repeat."""

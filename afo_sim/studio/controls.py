@@ -1,7 +1,6 @@
 """What a page has to change: keys of the scenario with their values, units, sources and ranges."""
 
 import functools
-import math
 import re
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass, replace
@@ -177,10 +176,6 @@ def read(key: str, value: Json) -> Json:
     unit = _unit_of(key)
     if unit is None and not key.startswith(("orthosis.", "supply.", "phases.", "timer.", "start.")):
         raise InputError("is not changed by this page", field=key, value=value)
-    if isinstance(value, bool) or not isinstance(value, int | float | str | list | None):
-        raise InputError("is not a valid value", field=key, value=value, allowed="a number or a text")
-    if isinstance(value, float) and not math.isfinite(value):
-        raise InputError("is not a valid number", field=key, value=value)
     if isinstance(value, list) and unit:
         return [read(key, each) for each in value]
     return f"{value:.9g} {unit}" if unit and isinstance(value, int | float) else value

@@ -10,7 +10,17 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from afo_sim.common import InputError, check_text, read_text, together, unknown, without_digests, write_sealed
+from afo_sim.common import (
+    InputError,
+    check_text,
+    disk,
+    read_text,
+    settle,
+    together,
+    unknown,
+    without_digests,
+    write_sealed,
+)
 from afo_sim.description import Scenario, load, toml_text
 from afo_sim.description.keys import Key, keys
 from afo_sim.description.portable import FILES, portable
@@ -156,44 +166,53 @@ def _plain(name: str) -> str:
 
 def save(document: Document, folder: str | os.PathLike[str]) -> pathlib.Path:
     """Write the design and its variants as scenarios that `afo-sim run` takes, all or none."""
-    target = pathlib.Path(folder)
-    before = target / SCENARIO
-    saved = before.is_file() and without_digests(read_text(before)).startswith(_MARK)
-    if target.exists() and any(target.iterdir()) and not saved:  # someone's own work
-        allowed = "a new or saved folder"
-        raise InputError("holds files of something else", field="folder", value=str(target), allowed=allowed)
-    kept = document.variants
-    named = {SCENARIO: ("", document.design)} | {
-        _VARIANT.format(slot): (f"{_NAMED}{one.name}\n", one.design) for slot, one in kept.items()
-    }
-    with together(target, (SCENARIO, *map(_VARIANT.format, VARIANTS))) as scratch:
-        for name, (line, design) in named.items():
-            table = portable(design.scenario.resolved(), target, scratch)
-            write_sealed(scratch / name, f"{_MARK}\n{line}{toml_text(table)}", "scenario", scratch)
+    target, kept = pathlib.Path(folder), document.variants
+    with disk(target, "a new or saved folder"):
+        before = target / SCENARIO
+        saved = before.is_file() and without_digests(read_text(before)).startswith(_MARK)
+        if target.exists() and not saved and any(target.iterdir()):  # someone's own work
+            allowed = "a new or saved folder"
+            raise InputError(
+                "holds files of something else", field="folder", value=str(target), allowed=allowed
+            )
+        named = {SCENARIO: ("", document.design)} | {
+            _VARIANT.format(slot): (f"{_NAMED}{one.name}\n", one.design) for slot, one in kept.items()
+        }
+        with together(target, (SCENARIO, *map(_VARIANT.format, VARIANTS))) as scratch:
+            for name, (line, design) in named.items():
+                table = portable(design.scenario.resolved(), target, scratch)
+                write_sealed(scratch / name, f"{_MARK}\n{line}{toml_text(table)}", "scenario", scratch)
     return target / SCENARIO
 
 
+def session_folder() -> pathlib.Path:
+    """A new folder for files of this session, which goes when the program ends."""
+    folder = pathlib.Path(tempfile.mkdtemp(prefix="afo-sim-studio-"))
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    return folder
+
+
 def opened(source: str) -> Document:
-    """The document of a shipped scenario, a TOML file or a saved folder."""
-    folder, base = pathlib.Path(source), source
-    if (folder / SCENARIO).is_file():
+    """The document of a shipped scenario, a TOML file or a saved folder; none with a damaged variant."""
+    saved, folder, base = pathlib.Path(source), None, source
+    if (saved / SCENARIO).is_file():
+        settle(saved)
         # a copy for this session: what is saved over a folder must not change what is gone back to
-        saved, folder = folder, pathlib.Path(tempfile.mkdtemp(prefix="afo-sim-studio-"))
-        atexit.register(shutil.rmtree, folder, ignore_errors=True)
-        for part in (SCENARIO, FILES, *map(_VARIANT.format, VARIANTS)):
-            if (saved / part).is_dir():
-                shutil.copytree(saved / part, folder / part)
-            elif (saved / part).is_file():
-                shutil.copyfile(saved / part, folder / part)
+        folder = session_folder()
         base = str(folder / SCENARIO)
+        for part in (SCENARIO, *map(_VARIANT.format, VARIANTS)):
+            if (saved / part).is_file():
+                load("scenario", str(saved / part))  # or the refusal, which names the file
+                shutil.copyfile(saved / part, folder / part)
+        if (saved / FILES).is_dir():
+            shutil.copytree(saved / FILES, folder / FILES)
     document = Document(Design(base))
     if not document.design.scenario.walking:
         problem = "does not walk, and the studio shows a walk: use `afo-sim run` and `afo-sim report`"
         raise InputError(problem, field="scenario", value=source, allowed="such as walk-dropfoot-afo")
     build(two_strides(document.design.scenario))  # or the refusal of what cannot be simulated
-    for slot in VARIANTS:
-        if base != source and (file := folder / _VARIANT.format(slot)).is_file():
+    for slot in VARIANTS if folder else ():
+        if (file := folder / _VARIANT.format(slot)).is_file():
             name = check_text(read_text(file), file).partition(f"{_MARK}\n{_NAMED}")[2].partition("\n")[0]
             document.variants[slot] = Variant(_plain(name) or slot, Design(str(file)))
-            _ = document.variants[slot].design.scenario  # or the refusal, before it is shown
     return document

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from afo_sim.common import InputError, JsonDict, JsonMapping, SimulationError
 from afo_sim.studio.answers import Answers
-from afo_sim.studio.design import Design
+from afo_sim.studio.design import Design, session_folder
 
 _STILL, _IDLE = 0.12, 0.4  # from the last change to what takes longer, and to what takes long [s]
 
@@ -31,8 +31,8 @@ class Engine:
     """Answers the newest wish, stage by stage, and tells each answer with the design's serial number."""
 
     def __init__(self, tell: Callable[[JsonDict], None]) -> None:
-        self._tell, self._answers = tell, Answers()
-        self.folder = self._answers.folder  # for files of this session
+        self.folder = session_folder()
+        self._tell, self._answers = tell, Answers(self.folder)
         self._wish: Wish | None = None
         self._changed, self._ended = threading.Condition(), False
         self._told: tuple[int, set[str]] = (0, set())  # a serial number, and the stages that are answered

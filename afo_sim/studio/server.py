@@ -2,25 +2,24 @@
 
 import asyncio
 import contextlib
-import json
 import pathlib
 import re
 import secrets
-import shutil
 import socket
 import webbrowser
-from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
+from collections.abc import AsyncIterator, Callable, Sequence
 
 import uvicorn
+from pydantic_core import from_json
 from starlette.applications import Starlette
 from starlette.datastructures import Headers, MutableHeaders
-from starlette.requests import Request
+from starlette.requests import ClientDisconnect, Request
 from starlette.responses import FileResponse, JSONResponse, PlainTextResponse, Response
 from starlette.routing import Mount, Route, WebSocketRoute
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from afo_sim.common import InputError, Json, JsonDict, write_text
+from afo_sim.common import AfoSimError, InputError, Json, JsonDict, reason, write_text
 from afo_sim.gait import write
 from afo_sim.gait_lab import import_gait, read_options, ten_lines, verdict
 from afo_sim.show import draw_gait
@@ -28,9 +27,26 @@ from afo_sim.studio.answers import compared
 from afo_sim.studio.controls import read
 from afo_sim.studio.design import Document, opened, save
 from afo_sim.studio.engine import Engine, Wish
+from afo_sim.studio.messages import (
+    MOST_FILES,
+    NAME,
+    Asked,
+    Change,
+    Further,
+    Import,
+    OfVariant,
+    Rename,
+    Save,
+    Search,
+    Step,
+    read_message,
+)
 
 PAGE = pathlib.Path(__file__).parent / "page"
 _MOST = 300_000_000  # of the files that are dropped on the page [bytes]
+_PATIENCE = 600.0  # with a file that is put here [s]
+_TABS = 16  # at once
+_PAUSE = 0.01  # after a message of a tab [s]
 _WHOSE = {"healthy": "a healthy walker's", "patient": "a patient's"}
 _LOOPBACK = re.compile(r"(127\.0\.0\.1|localhost|\[::1\])(:\d+)?")
 _HEADERS = {
@@ -51,7 +67,7 @@ class Studio:
         self.document, self.saved = document, saved
         self.token = secrets.token_urlsafe(24)
         self.serial = 0
-        self._tabs: dict[WebSocket, asyncio.Queue[JsonDict]] = {}
+        self._tabs: list[Tab] = []
         self.last: dict[str, JsonDict] = {}  # by kind: what a new tab is told
         self._kept: dict[str, JsonDict] = {}  # by slot: answers of the variants
         self._loop: asyncio.AbstractEventLoop | None = None
@@ -72,7 +88,6 @@ class Studio:
         self._ask()
         yield
         self.engine.close()
-        shutil.rmtree(self.engine.folder, ignore_errors=True)
 
     async def _file(self, request: Request) -> Response:
         name = request.path_params.get("name") or "index.html"
@@ -85,97 +100,87 @@ class Studio:
         return PlainTextResponse("there is no such page", status_code=404)
 
     async def _upload(self, request: Request) -> Response:
-        """A file of a trial, by its plain name."""
-        name = pathlib.PurePath(request.path_params["name"]).name
-        folder, size = self.engine.folder / "trial", 0
-        folder.mkdir(exist_ok=True)
-        most = _MOST - sum(file.stat().st_size for file in folder.iterdir() if file.name != name)
+        """A file of a trial, by its plain name, whole or not at all."""
+        name, folder = request.path_params["name"], self.engine.folder / "trial"
+        part = folder / f".{secrets.token_hex(8)}"
         try:
-            with (folder / name).open("wb") as file:
-                async for part in request.stream():
-                    size += len(part)
-                    if size > most:
-                        file.truncate(0)
-                        problem = f"{name}: the files of a trial have up to {_MOST // 10**6} MB together"
-                        return JSONResponse({"problem": problem}, status_code=413)
-                    file.write(part)
-        except (OSError, ValueError) as error:
-            return JSONResponse({"problem": f"cannot be written: {error}"}, status_code=400)
-        return JSONResponse({"name": name, "bytes": size})
+            if not re.fullmatch(NAME, name):
+                raise InputError("is not a valid name of a file", field="name", value=name)
+            folder.mkdir(exist_ok=True)
+            async with asyncio.timeout(_PATIENCE):
+                with part.open("xb", buffering=0) as file:
+                    async for content in request.stream():
+                        file.write(content)
+                        there = [each.stat().st_size for each in folder.iterdir() if each.name != name]
+                        if sum(there) > _MOST or len(there) > MOST_FILES:
+                            allowed = f"{MOST_FILES} files of a trial, {_MOST // 10**6} MB together"
+                            return JSONResponse({"problem": f"{name}: too much; allowed: {allowed}"}, 413)
+            part.replace(folder / name)
+        except (OSError, InputError, ClientDisconnect) as error:  # a TimeoutError is an OSError
+            return JSONResponse({"problem": _sentence(error)}, status_code=400)
+        finally:
+            part.unlink(missing_ok=True)
+        return JSONResponse({"name": name, "bytes": (folder / name).stat().st_size})
 
-    async def _socket(self, tab: WebSocket) -> None:
-        await tab.accept()
-        queue: asyncio.Queue[JsonDict] = asyncio.Queue()
-        self._tabs[tab] = queue
+    async def _socket(self, socket: WebSocket) -> None:
+        await socket.accept()
+        if len(self._tabs) == _TABS:
+            await socket.send_json({"kind": "problem", "text": f"{_TABS} tabs are open: close one of them"})
+            return await socket.close(1013)
+        tab = Tab()
+        self._tabs.append(tab)
         for message in (self._document(), *self._kept.values(), *self.last.values()):
-            queue.put_nowait(message)
-        sender = asyncio.create_task(_send(tab, queue))
+            tab.tell(message)
+        sender = asyncio.create_task(tab.send_to(socket))
         try:
-            while True:
-                await self._take(await _message(tab), queue)
-        except (WebSocketDisconnect, RuntimeError):
-            pass
+            while (heard := await socket.receive())["type"] == "websocket.receive":
+                await self._take(heard.get("text"), tab)
+                await asyncio.sleep(_PAUSE)  # for the others
         finally:
             sender.cancel()
-            del self._tabs[tab]
+            self._tabs.remove(tab)
 
-    async def _take(self, message: Json, queue: asyncio.Queue[JsonDict]) -> None:
-        """Do what a tab asks for; what is wrong with it goes back to that tab."""
-        asked = message if isinstance(message, dict) else {}
-        before = self.document.design
+    async def _take(self, text: str | None, tab: "Tab") -> None:
+        """Do what a tab asks for; whatever is wrong with it goes back to that tab alone."""
+        before, sent = self.document.design, None
         try:
-            does = self._does().get(str(asked.get("op")))
-            if does is None:
-                raise InputError("is not known to this studio", field="op", value=asked.get("op"))
-            if (waited := does(asked)) is not None:
-                await waited
-        except (InputError, OSError, AttributeError, TypeError, ValueError, KeyError) as error:
-            queue.put_nowait(
-                {"kind": "problem", "text": str(error), "key": asked.get("key", ""), "serial": self.serial}
-            )
-            return
+            sent = _json(text)
+            await self._do(read_message(sent))
+        except Exception as error:  # of ours, too: no message ends a tab
+            key = sent.get("key") if isinstance(sent, dict) else None
+            told = {"key": key if isinstance(key, str) else "", "serial": self.serial}
+            return tab.tell({"kind": "problem", "text": _sentence(error), **told})
         if self.document.design != before:
             self._ask()
         else:
             self._tell(self._document())
             self._compare()
 
-    def _does(self) -> dict[str, Callable[[JsonDict], Awaitable[None] | None]]:
+    async def _do(self, asked: Asked) -> None:
         document = self.document
-        return {
-            "change": self._change,
-            "undo": lambda m: document.undo(),
-            "redo": lambda m: document.redo(),
-            "keep": lambda m: document.keep(),
-            "rename": lambda m: document.rename(str(m["slot"]), str(m["name"])),
-            "remove": lambda m: document.remove(str(m["slot"])),
-            "show": lambda m: document.show(str(m["slot"])),
-            "save": self._save,
-            "import": self._import,
-            "bands": lambda m: self._want("bands"),
-            "report": lambda m: self._want("report"),
-            "search": self._search,
-            "stop": lambda m: self._want(""),
-        }
-
-    def _change(self, asked: JsonDict) -> None:
-        sets = {str(key): read(str(key), value) for key, value in asked["sets"].items()}
-        self.document.change(sets, follow=asked.get("follow", True) is True, join=asked.get("join") is True)
-
-    def _save(self, asked: JsonDict) -> None:
-        self.saved = save(self.document, str(asked.get("folder") or self.saved)).parent
-        self._tell({"kind": "saved", "folder": str(self.saved), "serial": self.serial})
-
-    async def _import(self, asked: JsonDict) -> None:
-        files = [self.engine.folder / "trial" / pathlib.PurePath(str(name)).name for name in asked["files"]]
-        whose = str(asked.get("walker")), str(asked.get("side", "right"))
-        found = await asyncio.to_thread(imported, files, *whose, self.engine.folder)
-        self.document.change(found.pop("sets"))
-        self._tell({"kind": "trial", "serial": self.serial, **found})
-
-    def _search(self, asked: JsonDict) -> None:
-        over = {str(key): tuple(read(str(key), end) for end in ends) for key, ends in asked["keys"].items()}
-        self._want("search", {"over": over, "objective": asked.get("objective", "air_per_stride")})
+        match asked:
+            case Step():
+                getattr(document, asked.op)()
+            case OfVariant():
+                getattr(document, asked.op)(asked.slot)
+            case Rename():
+                document.rename(asked.slot, asked.name)
+            case Change():
+                sets = {key: read(key, value) for key, value in asked.sets.items()}
+                document.change(sets, follow=asked.follow, join=asked.join)
+            case Save():
+                self.saved = save(document, asked.folder or self.saved).parent
+                self._tell({"kind": "saved", "folder": str(self.saved), "serial": self.serial})
+            case Import():
+                files = [self.engine.folder / "trial" / name for name in asked.files]
+                found = await asyncio.to_thread(imported, files, asked.walker, asked.side, self.engine.folder)
+                document.change(found.pop("sets"))
+                self._tell({"kind": "trial", "serial": self.serial, **found})
+            case Search():
+                over = {key: tuple(read(key, end) for end in ends) for key, ends in asked.keys.items()}
+                self._want("search", {"over": over, "objective": asked.objective})
+            case Further():
+                self._want("" if asked.op == "stop" else asked.op)
 
     def _want(self, what: str, options: JsonDict | None = None) -> None:
         design, variants = self.document.design, self.document.variants.items()
@@ -236,24 +241,48 @@ class Studio:
         self._compare()
 
     def _tell(self, message: JsonDict) -> None:
-        for queue in self._tabs.values():
-            queue.put_nowait(message)
+        for tab in self._tabs:
+            tab.tell(message)
 
 
-async def _message(tab: WebSocket) -> Json:
-    """What a tab sends; None of what is no JSON, or has half a character, which no tab could be told."""
+class Tab:
+    """What a tab is still to be told: the newest of each kind, however slowly it reads."""
+
+    def __init__(self) -> None:
+        self._waiting: dict[tuple[str, str], JsonDict] = {}
+        self._more = asyncio.Event()
+
+    def tell(self, message: JsonDict) -> None:
+        """Tell it when it has read what waits."""
+        kind = message["kind"], message.get("slot", "")
+        self._waiting.pop(kind, None)
+        self._waiting[kind] = message
+        self._more.set()
+
+    async def send_to(self, socket: WebSocket) -> None:
+        """Tell what there is and what comes, until the tab is closed."""
+        with contextlib.suppress(WebSocketDisconnect, RuntimeError):
+            while await self._more.wait():
+                await socket.send_json(self._waiting.pop(next(iter(self._waiting))))
+                if not self._waiting:
+                    self._more.clear()
+
+
+def _json(text: str | None) -> Json:
+    """What a tab sends, which is a text."""
     try:
-        found = await tab.receive_json()
-        json.dumps(found, ensure_ascii=False).encode()
-        return found
-    except (ValueError, KeyError, TypeError, RecursionError):
-        return None
+        return from_json(text or "", allow_inf_nan=False)
+    except ValueError:
+        raise InputError("is not JSON", field="message", allowed="an object with its `op`") from None
 
 
-async def _send(tab: WebSocket, queue: asyncio.Queue[JsonDict]) -> None:
-    with contextlib.suppress(WebSocketDisconnect, RuntimeError):
-        while True:
-            await tab.send_json(await queue.get())
+def _sentence(error: Exception) -> str:
+    """What went wrong, in words for whoever uses the page."""
+    if isinstance(error, AfoSimError):
+        return str(error)
+    if isinstance(error, OSError):
+        return f"cannot be written or read: {reason(error) or 'it took too long'}"
+    return "the program met a fault of its own with this; the design is as it was"
 
 
 class Guard:
@@ -282,7 +311,11 @@ class Guard:
                     sent.setdefault(name, value)
             await send(message)
 
-        await self.app(scope, receive, guarded)
+        try:
+            await self.app(scope, receive, guarded)
+        except Exception as error:  # of ours: it ends this answer alone
+            with contextlib.suppress(RuntimeError):  # that has begun
+                await PlainTextResponse(_sentence(error), status_code=500)(scope, receive, guarded)
 
 
 def imported(files: Sequence[pathlib.Path], walker: str, side: str, folder: pathlib.Path) -> JsonDict:
@@ -333,11 +366,11 @@ def serve(
             webbrowser.open(file.as_uri())
         config = uvicorn.Config(
             studio.app,
-            log_level="error",
+            log_level="critical",
             lifespan="on",
             ws="websockets-sansio",
-            ws_max_size=1_000_000,
-            timeout_graceful_shutdown=2,
+            ws_max_size=200_000,
+            timeout_graceful_shutdown=1,
         )
         uvicorn.Server(config).run([listening])
 
