@@ -26,6 +26,7 @@ from afo_sim.simulation.examine import examine
 from afo_sim.simulation.settle import settle
 from afo_sim.studio.controls import controls, idle, shown, values
 from afo_sim.studio.design import Design
+from afo_sim.studio.engine import compared
 from afo_sim.study import UNCERTAINTY, with_studies
 from afo_sim.study.search.best import best_design
 from afo_sim.study.search.plan import search_of
@@ -110,14 +111,6 @@ class Settled:
             "lowest": "not known" if math.isnan(self.clearance) else passes(self.clearance),
             "poses": {name: _rounded(points, 4) for name, points in poses.items()},
         }
-
-
-def compared(slot: str, told: Mapping[str, JsonDict]) -> JsonDict:
-    """What a variant in a slot is compared by, of the answers of its design by their kinds."""
-    found: JsonDict = {"kind": "variant", "slot": slot, "values": told["state"]["values"]}
-    if "run" not in told:
-        return found | {"problem": told["problem"]["text"]}
-    return found | {"curves": told["settled"]["curves"], "results": told["run"]["results"]}
 
 
 def _rounded(values: Json, digits: int = 3) -> Json:

@@ -1,19 +1,16 @@
-"""Answers to the newest design, in a thread of its own: what is no longer wanted is given up."""
+"""Answers from a process of its own, which may hang, grow or crash: the studio goes on with another one."""
 
-import functools
-import threading
-from collections.abc import Callable, Iterable, Iterator, Mapping
+import asyncio
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
-from afo_sim.common import InputError, JsonDict, JsonMapping, SimulationError
-from afo_sim.studio.answers import Answers
+from afo_sim.studio.child import Child, ChildEnded
+from afo_sim.common import AfoSimError, InputError, JsonDict, JsonMapping
 from afo_sim.studio.design import Design, session_folder
 
-_STILL, _IDLE = 0.12, 0.4  # from the last change to what takes longer, and to what takes long [s]
-
-
-class _Superseded(Exception):
-    """A newer design, or another wish, has come."""
+_OBEYS = 20.0  # in which an answer that is no longer wanted is given up [s]
+_SILENT = 300.0  # without a sign of life: kernels may be compiled meanwhile [s]
+_LIMITS = {"AS": 8 << 30, "CORE": 0}  # memory of a child, and of its dump [B]
 
 
 @dataclass(frozen=True)
@@ -28,96 +25,94 @@ class Wish:
 
 
 class Engine:
-    """Answers the newest wish, stage by stage, and tells each answer with the design's serial number."""
+    """Has the newest wish answered, and tells each answer with the design's serial number."""
 
     def __init__(self, tell: Callable[[JsonDict], None]) -> None:
-        self.folder = session_folder()
-        self._tell, self._answers = tell, Answers(self.folder)
-        self._wish: Wish | None = None
-        self._changed, self._ended = threading.Condition(), False
-        self._told: tuple[int, set[str]] = (0, set())  # a serial number, and the stages that are answered
-        self._thread = threading.Thread(target=self._work, name="studio", daemon=True)
-        self._thread.start()
+        self.folder, self._tell = session_folder(), tell  # for files of this session
+        self._wanted, self._wish = asyncio.Event(), Wish(0, Design(""))
+        self._newest = self._sent = self._begun = 0  # numbers of wishes
+        self._busy = self._heard = self._ran = False
+        self._reading = asyncio.Lock()  # one trial at a time
+        self._child: Child | None = Child("afo_sim.studio.stages:serve", _LIMITS)  # while others are read
 
     def want(self, wish: Wish) -> None:
         """Answer this from now on, and nothing else."""
-        with self._changed:
-            self._wish = wish
-            self._changed.notify()
+        self._wish, self._newest = wish, self._newest + 1
+        self._wanted.set()
+        self._send()
+
+    async def run(self) -> None:
+        """Hear the answers, to the end of the studio."""
+        while await self._wanted.wait():
+            if self._child is None:
+                self._child, self._heard, self._ran = (
+                    Child("afo_sim.studio.stages:serve", _LIMITS),
+                    False,
+                    False,
+                )
+                self._send()
+            try:
+                heard = await asyncio.to_thread(self._child.receive, _SILENT if self._busy else None)
+            except ChildEnded as error:
+                self._lost(error)
+                continue
+            number, message = heard
+            self._begun = max(self._begun, number)
+            self._heard, self._busy = True, message is not None
+            self._send()
+            if message and number == self._newest:
+                self._ran |= message["kind"] == "run"
+                self._tell({"serial": self._wish.serial, **message})
 
     def close(self) -> None:
-        """End the thread."""
-        with self._changed:
-            self._ended = True
-            self._changed.notify()
-        self._thread.join(timeout=10.0)
+        """End what answers."""
+        if self._child is not None:
+            self._child.close()
 
-    def _work(self) -> None:
-        while True:
-            with self._changed:
-                while self._wish is None and not self._ended:
-                    self._changed.wait()
-                if self._ended:
-                    return
-                wish, self._wish = self._wish, None
-            assert wish is not None
+    async def read_trial(self, *trial: object) -> JsonDict:
+        """What `imported` finds in files, by a process for this alone."""
+        async with self._reading:
+            child = Child("afo_sim.studio.trial:serve", _LIMITS)
             try:
-                self._answer(wish)
-            except _Superseded:
-                pass
-            except Exception as error:  # a fault of ours must not end the thread that answers
-                text = f"this design met a fault of the program: {type(error).__name__}: {error}"
-                self._say(wish, {"kind": "problem", "text": text})
+                child.send((*trial, self.folder))
+                found: JsonDict | AfoSimError = await asyncio.to_thread(child.receive, _SILENT)
+            except ChildEnded as error:
+                raise InputError(
+                    f"cannot be read: the program that reads it {error}", field="trial"
+                ) from None
+            finally:
+                child.close()
+        if isinstance(found, AfoSimError):
+            raise found
+        return found
 
-    def _answer(self, wish: Wish) -> None:
-        if self._told[0] != wish.serial:
-            self._told = wish.serial, set()
-        for name, stage in self._stages(wish):
-            if name not in self._told[1]:
-                try:
-                    for message in stage():
-                        self._say(wish, message)
-                        self._check()
-                except (InputError, SimulationError) as error:  # controls are shown all the same
-                    self._say(wish, {"kind": "problem", "text": str(error)})
-                    if name != "settled":
-                        return
-                self._told[1].add(name)
+    def _send(self) -> None:
+        """Send the newest wish when the one before it is begun: only so much waits for a child that hangs."""
+        if self._child is not None and self._heard and self._begun == self._sent != self._newest:
+            self._sent = self._newest
+            wish, loop = (self._sent, self.folder, self._wish), asyncio.get_running_loop()
+            loop.run_in_executor(None, self._child.send, wish)
+            loop.call_later(_OBEYS if self._ran else _SILENT, self._unless_begun, self._child, self._sent)
 
-    def _stages(self, wish: Wish) -> Iterator[tuple[str, Callable[[], Iterable[JsonDict]]]]:
-        """What is told of a design, the quickest first; what is told already is left out."""
-        answers, design = self._answers, wish.design
+    def _unless_begun(self, child: Child, number: int) -> None:
+        if self._child is child and self._begun < number:
+            child.close()
 
-        def report(done: int, total: int, what: str = "") -> None:  # and give up what is no longer wanted
-            self._check()
-            if wish.what and wish.what not in self._told[1]:
-                share = done / total if total else 0.0
-                self._say(wish, {"kind": "progress", "what": what or wish.what, "share": share})
+    def _lost(self, error: ChildEnded) -> None:
+        """Go on with another child: at once if a wish waits, and else when the next one comes."""
+        waits = self._heard and self._begun != self._newest
+        if not waits:
+            if self._busy or not self._heard:
+                text = f"the answer {error}; change a value to go on"
+                self._tell({"serial": self._wish.serial, "kind": "problem", "text": text})
+            self._begun = self._newest
+            self._wanted.clear()
+        self._child, self._sent, self._busy = None, self._begun, False
 
-        yield "settled", lambda: [answers.settled(design)]
-        self._rest(_STILL)  # while somebody drags, nothing but the settled stride is answered
-        yield "state", lambda: [answers.state(design)]
-        yield "reference", lambda: answers.reference(design)
-        yield "run", lambda: answers.run(design, report)
-        for slot, kept in wish.variants.items():
-            yield f"variant {slot}", functools.partial(answers.variant, slot, kept, report)
-        if wish.what:
-            self._told[1].discard(wish.what)
-            yield wish.what, lambda: answers.further(design, wish.what, wish.options, report)
-        if "effects" not in self._told[1]:
-            self._rest(_IDLE)
-        yield "effects", lambda: [answers.effects(design, report)]
 
-    def _rest(self, seconds: float) -> None:
-        """Wait for a newer design, and go on if there is none."""
-        with self._changed:
-            self._changed.wait_for(lambda: self._wish is not None or self._ended, seconds)
-        self._check()
-
-    def _check(self) -> None:
-        if self._wish is not None or self._ended:
-            raise _Superseded
-
-    def _say(self, wish: Wish, message: JsonDict) -> None:
-        if self._wish is None:
-            self._tell({"serial": wish.serial, **message})
+def compared(slot: str, told: Mapping[str, JsonDict]) -> JsonDict:
+    """What a variant in a slot is compared by, of the answers of its design by their kinds."""
+    found: JsonDict = {"kind": "variant", "slot": slot, "values": told["state"]["values"]}
+    if "run" not in told:
+        return found | {"problem": told["problem"]["text"]}
+    return found | {"curves": told["settled"]["curves"], "results": told["run"]["results"]}

@@ -14,19 +14,16 @@ from pydantic_core import from_json
 from starlette.applications import Starlette
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.requests import ClientDisconnect, Request
-from starlette.responses import FileResponse, JSONResponse, PlainTextResponse, Response
+from starlette.responses import JSONResponse, PlainTextResponse, Response
 from starlette.routing import Mount, Route, WebSocketRoute
+from starlette.staticfiles import StaticFiles
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from afo_sim.common import AfoSimError, InputError, Json, JsonDict, reason, write_text
-from afo_sim.gait import write
-from afo_sim.gait_lab import import_gait, read_options, ten_lines, verdict
-from afo_sim.show import draw_gait
-from afo_sim.studio.answers import compared
 from afo_sim.studio.controls import read
-from afo_sim.studio.design import Document, opened, save
-from afo_sim.studio.engine import Engine, Wish
+from afo_sim.studio.design import opened, save
+from afo_sim.studio.engine import Engine, Wish, compared
 from afo_sim.studio.messages import (
     MOST_FILES,
     NAME,
@@ -47,7 +44,6 @@ _MOST = 300_000_000  # of the files that are dropped on the page [bytes]
 _PATIENCE = 600.0  # with a file that is put here [s]
 _TABS = 16  # at once
 _PAUSE = 0.01  # after a message of a tab [s]
-_WHOSE = {"healthy": "a healthy walker's", "patient": "a patient's"}
 _LOOPBACK = re.compile(r"(127\.0\.0\.1|localhost|\[::1\])(:\d+)?")
 _HEADERS = {
     "content-security-policy": "default-src 'self'; img-src 'self' data:; frame-ancestors 'none'",
@@ -61,22 +57,22 @@ _REPORT = (
 
 
 class Studio:
-    """One document, the tabs that show it, and the thread that answers it."""
+    """One document, the tabs that show it, and the process that answers it."""
 
-    def __init__(self, document: Document, saved: pathlib.Path) -> None:
-        self.document, self.saved = document, saved
+    def __init__(self, source: str, saved: pathlib.Path) -> None:
+        self.engine = Engine(self._told)  # begins, while the document is read
+        self.document, self.saved = opened(source), saved
         self.token = secrets.token_urlsafe(24)
         self.serial = 0
         self._tabs: list[Tab] = []
         self.last: dict[str, JsonDict] = {}  # by kind: what a new tab is told
         self._kept: dict[str, JsonDict] = {}  # by slot: answers of the variants
-        self._loop: asyncio.AbstractEventLoop | None = None
-        self.engine = Engine(self._from_thread)
+        files = StaticFiles(directory=PAGE, html=True)
+        files.all_directories.append(self.engine.folder)
         inside = [
-            Route("/", self._file),
             Route("/files/{name}", self._upload, methods=["PUT"]),
-            Route("/{name:path}", self._file, methods=["GET"]),
             WebSocketRoute("/socket", self._socket),
+            Mount("/", files),
         ]
         routes = [Mount(f"/{self.token}", routes=inside)]  # all of it below the token
         self.app = Starlette(routes=routes, lifespan=self._lifespan)
@@ -84,20 +80,11 @@ class Studio:
 
     @contextlib.asynccontextmanager
     async def _lifespan(self, app: Starlette) -> AsyncIterator[None]:
-        self._loop = asyncio.get_running_loop()
+        hearing = asyncio.create_task(self.engine.run())
         self._ask()
         yield
+        hearing.cancel()
         self.engine.close()
-
-    async def _file(self, request: Request) -> Response:
-        name = request.path_params.get("name") or "index.html"
-        for folder in (PAGE, self.engine.folder):
-            with contextlib.suppress(OSError, ValueError):  # of a name that no system has
-                path = (folder / name).resolve()
-                if path.is_relative_to(folder.resolve()) and path.is_file():
-                    headers = {"content-security-policy": _REPORT} if name == "report.html" else {}
-                    return FileResponse(path, headers=headers)
-        return PlainTextResponse("there is no such page", status_code=404)
 
     async def _upload(self, request: Request) -> Response:
         """A file of a trial, by its plain name, whole or not at all."""
@@ -173,7 +160,7 @@ class Studio:
                 self._tell({"kind": "saved", "folder": str(self.saved), "serial": self.serial})
             case Import():
                 files = [self.engine.folder / "trial" / name for name in asked.files]
-                found = await asyncio.to_thread(imported, files, asked.walker, asked.side, self.engine.folder)
+                found = await self.engine.read_trial(files, asked.walker, asked.side)
                 document.change(found.pop("sets"))
                 self._tell({"kind": "trial", "serial": self.serial, **found})
             case Search():
@@ -221,10 +208,6 @@ class Studio:
             "folder": str(self.saved),
             "sets": {key: str(value) for key, value in design.sets.items()},
         }
-
-    def _from_thread(self, message: JsonDict) -> None:
-        if self._loop is not None and not self._loop.is_closed():
-            self._loop.call_soon_threadsafe(self._told, message)
 
     def _told(self, message: JsonDict) -> None:
         if message["kind"] == "variant":  # of a design of its own, whichever is the present one
@@ -307,7 +290,8 @@ class Guard:
         async def guarded(message: Message) -> None:
             if message["type"] == "http.response.start":
                 sent = MutableHeaders(scope=message)
-                for name, value in _HEADERS.items():
+                own = {"content-security-policy": _REPORT} if scope["path"].endswith("/report.html") else {}
+                for name, value in (_HEADERS | own).items():
                     sent.setdefault(name, value)
             await send(message)
 
@@ -318,43 +302,24 @@ class Guard:
                 await PlainTextResponse(_sentence(error), status_code=500)(scope, receive, guarded)
 
 
-def imported(files: Sequence[pathlib.Path], walker: str, side: str, folder: pathlib.Path) -> JsonDict:
-    """A stride of a trial in a folder, and what is to be said of it."""
-    found = import_gait(list(files), read_options({"walker": walker, "side": side}))
-    number = 1 + len(list(folder.glob("walk_*.csv")))  # an earlier one is gone back to by undoing
-    path = folder / f"walk_{number}.csv"
-    write(path, found.cycle)
-    draw_gait(found.cycle, path.with_suffix(".png"), found)
-    return {
-        "sets": {
-            "description": f"{_WHOSE[walker]} own recorded walk, with the device",
-            "gait.cycle": str(path),
-            **dict.fromkeys(("gait.walker", "patient.body_mass", "patient.body_height")),
-        },
-        "picture": path.with_suffix(".png").name,
-        "text": verdict(found),
-        "rows": [list(row) for row in ten_lines(found)],
-        "checks": [[check.fault, check.found, check.limit, check.verdict] for check in found.checks],
-        "warnings": [str(warning) for warning in found.warnings],
-    }
-
-
 def serve(
     scenario: str, trial: Sequence[pathlib.Path], out: pathlib.Path, *, side: str = "right", port: int = 0
 ) -> Callable[[bool], None]:
     """A studio that is ready; the function that is returned serves it until it is stopped by Ctrl-C."""
-    studio = Studio(opened(scenario), out)
-    if trial:
-        found = imported(trial, "patient", side, studio.engine.folder)
-        studio.document.change(found.pop("sets"))
-        studio.last["trial"] = {"kind": "trial", **found}
     if not 0 <= port <= 65535:
         raise InputError("is not a valid port", field="port", value=port, allowed="0 to 65535")
     try:
         listening = socket.create_server(("127.0.0.1", port))
     except OSError as error:
-        allowed = "0 for any free one"
-        raise InputError(f"cannot be used ({error})", field="port", value=port, allowed=allowed) from error
+        problem, allowed = f"cannot be used ({reason(error)})", "0 for any free one"
+        raise InputError(problem, field="port", value=port, allowed=allowed) from error
+    studio = Studio(scenario, out)
+    if trial:
+        from afo_sim.studio.trial import imported
+
+        found = imported(trial, "patient", side, studio.engine.folder)
+        studio.document.change(found.pop("sets"))
+        studio.last["trial"] = {"kind": "trial", **found}
     address = f"http://127.0.0.1:{listening.getsockname()[1]}/{studio.token}/"
 
     def run(browser: bool) -> None:

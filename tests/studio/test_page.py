@@ -12,6 +12,7 @@ from collections.abc import Iterator
 import pytest
 from browser import CHROMIUM, Browser
 from campaign import size
+from served import Served
 
 pytestmark = [
     pytest.mark.slow,
@@ -28,23 +29,6 @@ SOCKETS = """window.sockets = []; window.WebSocket = class extends WebSocket {
     send(text) { if (!window.deaf) super.send(text); } }"""
 AXE = importlib.util.find_spec("axe_playwright_python")
 FOCUSABLE = "a[href], button:enabled, input:enabled, select:enabled, summary, [tabindex='0']"
-
-
-class Served:
-    """`afo-sim studio` in a process of its own."""
-
-    def __init__(self, folder: pathlib.Path) -> None:
-        self.folder = folder / "saved"
-        words = [sys.executable, "-m", "afo_sim", "studio", "--no-browser", "--out", str(self.folder)]
-        self.process = subprocess.Popen(words, stdout=subprocess.PIPE, text=True)
-        assert self.process.stdout is not None
-        self.address = self.process.stdout.readline().split()[-1]
-
-    def close(self) -> None:
-        self.process.terminate()
-        self.process.wait()
-        assert self.process.stdout is not None
-        self.process.stdout.close()
 
 
 @pytest.fixture(scope="module")

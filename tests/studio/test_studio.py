@@ -1,7 +1,7 @@
 """The studio's server as its page meets it: who gets in, and that its answers are those of a run."""
 
+import asyncio
 import contextlib
-import json
 import pathlib
 import re
 import socket
@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 from campaign import NIGHTLY
 from installed import needs
+from served import Tab
 
 import afo_sim as afo
 from afo_sim.common import InputError
@@ -29,38 +30,11 @@ PRESSURE, LINK = "supply.pressure", "orthosis.muscle.dorsiflexor.link_length"
 AHEAD = "orthosis.muscle.dorsiflexor.insertion.from_joint[0]"
 
 
-class Tab:
-    """One tab's socket."""
-
-    def __init__(self, socket: Any) -> None:
-        self.socket = socket
-        self.heard: list[dict[str, Any]] = []
-
-    @classmethod
-    @contextlib.contextmanager
-    def open(cls, address: str, **more: Any) -> Iterator["Tab"]:
-        from websockets.sync import client
-
-        with client.connect(f"{address.replace('http', 'ws', 1)}socket", open_timeout=20, **more) as socket:
-            yield cls(socket)
-
-    def ask(self, op: str, **more: Any) -> None:
-        self.socket.send(json.dumps({"op": op, **more}))
-
-    def until(self, kind: str, serial: int = 0) -> dict[str, Any]:
-        """The next message of a kind, of a design not before `serial`."""
-        while True:
-            message: dict[str, Any] = json.loads(self.socket.recv(timeout=60))
-            self.heard.append(message)
-            if message["kind"] == kind and message.get("serial", 0) >= serial:
-                return message
-
-
 @pytest.fixture(scope="module")
 def studio(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Studio, str]]:
     import uvicorn
 
-    made = Studio(opened(SCENARIO), tmp_path_factory.mktemp("studio") / "saved")
+    made = Studio(SCENARIO, tmp_path_factory.mktemp("studio") / "saved")
     listening = socket.create_server(("127.0.0.1", 0))
     server = uvicorn.Server(
         uvicorn.Config(made.app, log_level="error", lifespan="on", ws="websockets-sansio")
@@ -281,11 +255,17 @@ def test_strides_that_do_not_repeat_have_curves_with_the_run(tmp_path: pathlib.P
     document = opened(SCENARIO)
     document.change({"gait.variability": 0.03, "duration": "6 s"})
     told: list[dict[str, Any]] = []
-    engine = Engine(told.append)
-    engine.want(Wish(1, document.design))
-    while not told or told[-1]["kind"] != "run":
-        time.sleep(0.02)
-    engine.close()
+
+    async def ask() -> None:
+        engine = Engine(told.append)
+        hearing = asyncio.create_task(engine.run())
+        engine.want(Wish(1, document.design))
+        while not told or told[-1]["kind"] != "run":
+            await asyncio.sleep(0.02)
+        hearing.cancel()
+        engine.close()
+
+    asyncio.run(ask())
     kinds = [message["kind"] for message in told]
     assert "do not repeat" in told[kinds.index("unsettled")]["text"]
     run = afo.run(document.design.scenario)
