@@ -4,8 +4,7 @@ import asyncio
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
-from afo_sim.studio.child import Child, ChildEnded
-from afo_sim.common import AfoSimError, InputError, JsonDict, JsonMapping
+from afo_sim.common import AfoSimError, Child, ChildEnded, InputError, JsonDict, JsonMapping
 from afo_sim.studio.design import Design, session_folder
 
 _OBEYS = 20.0  # in which an answer that is no longer wanted is given up [s]
@@ -33,7 +32,7 @@ class Engine:
         self._newest = self._sent = self._begun = 0  # numbers of wishes
         self._busy = self._heard = self._ran = False
         self._reading = asyncio.Lock()  # one trial at a time
-        self._child: Child | None = Child("afo_sim.studio.stages:serve", _LIMITS)  # while others are read
+        self.child: Child | None = Child("afo_sim.studio.stages:serve", _LIMITS)  # while others are read
 
     def want(self, wish: Wish) -> None:
         """Answer this from now on, and nothing else."""
@@ -44,15 +43,15 @@ class Engine:
     async def run(self) -> None:
         """Hear the answers, to the end of the studio."""
         while await self._wanted.wait():
-            if self._child is None:
-                self._child, self._heard, self._ran = (
+            if self.child is None:
+                self.child, self._heard, self._ran = (
                     Child("afo_sim.studio.stages:serve", _LIMITS),
                     False,
                     False,
                 )
                 self._send()
             try:
-                heard = await asyncio.to_thread(self._child.receive, _SILENT if self._busy else None)
+                heard = await asyncio.to_thread(self.child.receive, _SILENT if self._busy else None)
             except ChildEnded as error:
                 self._lost(error)
                 continue
@@ -66,8 +65,8 @@ class Engine:
 
     def close(self) -> None:
         """End what answers."""
-        if self._child is not None:
-            self._child.close()
+        if self.child is not None:
+            self.child.close()
 
     async def read_trial(self, *trial: object) -> JsonDict:
         """What `imported` finds in files, by a process for this alone."""
@@ -88,14 +87,14 @@ class Engine:
 
     def _send(self) -> None:
         """Send the newest wish when the one before it is begun: only so much waits for a child that hangs."""
-        if self._child is not None and self._heard and self._begun == self._sent != self._newest:
+        if self.child is not None and self._heard and self._begun == self._sent != self._newest:
             self._sent = self._newest
             wish, loop = (self._sent, self.folder, self._wish), asyncio.get_running_loop()
-            loop.run_in_executor(None, self._child.send, wish)
-            loop.call_later(_OBEYS if self._ran else _SILENT, self._unless_begun, self._child, self._sent)
+            loop.run_in_executor(None, self.child.send, wish)
+            loop.call_later(_OBEYS if self._ran else _SILENT, self._unless_begun, self.child, self._sent)
 
     def _unless_begun(self, child: Child, number: int) -> None:
-        if self._child is child and self._begun < number:
+        if self.child is child and self._begun < number:
             child.close()
 
     def _lost(self, error: ChildEnded) -> None:
@@ -107,7 +106,7 @@ class Engine:
                 self._tell({"serial": self._wish.serial, "kind": "problem", "text": text})
             self._begun = self._newest
             self._wanted.clear()
-        self._child, self._sent, self._busy = None, self._begun, False
+        self.child, self._sent, self._busy = None, self._begun, False
 
 
 def compared(slot: str, told: Mapping[str, JsonDict]) -> JsonDict:

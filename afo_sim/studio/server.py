@@ -20,24 +20,11 @@ from starlette.staticfiles import StaticFiles
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from afo_sim.common import AfoSimError, InputError, Json, JsonDict, reason, write_text
+from afo_sim.common import AfoSimError, Foreign, InputError, Json, JsonDict, reason, write_text
 from afo_sim.studio.controls import read
 from afo_sim.studio.design import opened, save
 from afo_sim.studio.engine import Engine, Wish, compared
-from afo_sim.studio.messages import (
-    MOST_FILES,
-    NAME,
-    Asked,
-    Change,
-    Further,
-    Import,
-    OfVariant,
-    Rename,
-    Save,
-    Search,
-    Step,
-    read_message,
-)
+from afo_sim.studio.messages import MOST_FILES, NAME, read_message
 
 PAGE = pathlib.Path(__file__).parent / "page"
 _MOST = 300_000_000  # of the files that are dropped on the page [bytes]
@@ -143,31 +130,31 @@ class Studio:
             self._tell(self._document())
             self._compare()
 
-    async def _do(self, asked: Asked) -> None:
+    async def _do(self, asked: Foreign) -> None:
         document = self.document
-        match asked:
-            case Step():
+        match asked.op:
+            case "undo" | "redo" | "keep":
                 getattr(document, asked.op)()
-            case OfVariant():
+            case "show" | "remove":
                 getattr(document, asked.op)(asked.slot)
-            case Rename():
+            case "rename":
                 document.rename(asked.slot, asked.name)
-            case Change():
+            case "change":
                 sets = {key: read(key, value) for key, value in asked.sets.items()}
                 document.change(sets, follow=asked.follow, join=asked.join)
-            case Save():
+            case "save":
                 self.saved = save(document, asked.folder or self.saved).parent
                 self._tell({"kind": "saved", "folder": str(self.saved), "serial": self.serial})
-            case Import():
+            case "import":
                 files = [self.engine.folder / "trial" / name for name in asked.files]
                 found = await self.engine.read_trial(files, asked.walker, asked.side)
                 document.change(found.pop("sets"))
                 self._tell({"kind": "trial", "serial": self.serial, **found})
-            case Search():
+            case "search":
                 over = {key: tuple(read(key, end) for end in ends) for key, ends in asked.keys.items()}
                 self._want("search", {"over": over, "objective": asked.objective})
-            case Further():
-                self._want("" if asked.op == "stop" else asked.op)
+            case further:
+                self._want("" if further == "stop" else further)
 
     def _want(self, what: str, options: JsonDict | None = None) -> None:
         design, variants = self.document.design, self.document.variants.items()

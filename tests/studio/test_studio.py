@@ -2,8 +2,13 @@
 
 import asyncio
 import contextlib
+import errno
+import os
 import pathlib
+import random
 import re
+import shutil
+import signal
 import socket
 import threading
 import time
@@ -14,12 +19,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from campaign import NIGHTLY
+from campaign import NIGHTLY, SEED, size
 from installed import needs
 from served import Tab
 
 import afo_sim as afo
-from afo_sim.common import InputError
+from afo_sim.common import InputError, assets, without_digests
 from afo_sim.studio import Document, Studio, controls, opened, save, serve
 from afo_sim.studio.controls import read, shown
 from afo_sim.studio.engine import Engine, Wish
@@ -272,6 +277,29 @@ def test_strides_that_do_not_repeat_have_curves_with_the_run(tmp_path: pathlib.P
     assert told[kinds.index("settled")]["clearance"] == run.metrics["toe_clearance"].value
 
 
+@pytest.mark.slow
+@pytest.mark.skipif(not hasattr(signal, "SIGSTOP"), reason="signals as on Linux and macOS")
+def test_an_answer_that_crashes_or_hangs_is_told_and_the_next_one_comes(
+    studio: tuple[Studio, str], tab: Tab, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made, _ = studio
+    tab.ask("change", sets={PRESSURE: 3.31})
+    tab.until("run", tab.until("document")["serial"])
+    tab.ask("search", keys={PRESSURE: [2.0, 4.2]})
+    tab.until("progress")
+    made.engine.child.process.send_signal(signal.SIGSEGV)
+    assert "SIGSEGV" in tab.until("problem")["text"]
+    tab.ask("change", sets={PRESSURE: 3.32})
+    serial = tab.until("document")["serial"]
+    tab.until("run", serial)
+    monkeypatch.setattr("afo_sim.studio.engine._OBEYS", 1.0)
+    hung = made.engine.child.process
+    hung.send_signal(signal.SIGSTOP)
+    tab.ask("change", sets={PRESSURE: 3.33})
+    tab.until("settled", serial + 1)
+    assert hung.poll() == -signal.SIGKILL and made.engine.child.process is not hung
+
+
 # --- the design itself
 
 
@@ -292,7 +320,7 @@ def test_the_link_follows_its_anchor_and_a_drag_is_one_step_back() -> None:
     assert document.design.scenario.orthosis.muscle["dorsiflexor"] == moved
 
 
-def test_variants_and_their_folder(tmp_path: pathlib.Path) -> None:
+def test_variants_and_their_folder(tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch) -> None:
     document = opened(SCENARIO)
     document.change({PRESSURE: "3 bar"})
     document.keep()
@@ -313,9 +341,47 @@ def test_variants_and_their_folder(tmp_path: pathlib.Path) -> None:
         (tmp_path / name[0] / name).write_text("# mine")
         with pytest.raises(InputError, match="something else"):
             save(document, tmp_path / name[0])
+    (tmp_path / "file").write_text("mine")
+    before = {file: file.read_bytes() for file in (tmp_path / "mine").rglob("*") if file.is_file()}
+    for wrong in (
+        tmp_path / "file",
+        tmp_path / "file" / "x",
+        tmp_path / ("a" * 300),
+        pathlib.Path("/dev/null"),
+    ):
+        with pytest.raises(InputError, match="cannot be written"):
+            save(document, tmp_path / wrong)
+    with monkeypatch.context() as full, pytest.raises(InputError, match="full"):
+        full.setattr(os, "fsync", lambda _: (_ for _ in ()).throw(OSError(errno.ENOSPC, "")))
+        save(document, tmp_path / "mine")
+    assert before == {file: file.read_bytes() for file in (tmp_path / "mine").rglob("*") if file.is_file()}
     for wrong in ("seated", "walk-dropfoot-afoo"):
         with pytest.raises(InputError):
             opened(wrong)
+
+
+@pytest.mark.parametrize("name", ["scenario.toml", "variant_A.toml", "files/gait_cycle/own.csv"])
+@pytest.mark.parametrize("sealed", [True, False])
+def test_a_damaged_file_of_a_saved_folder_is_named(tmp_path: pathlib.Path, name: str, sealed: bool) -> None:
+    saved, own, draw = tmp_path / "saved", tmp_path / "own.csv", random.Random(SEED)
+    shutil.copyfile(assets.find_gait("bovi2011_natural"), own)
+    document = opened(SCENARIO)
+    document.change({"gait.cycle": str(own)})
+    document.keep()
+    save(document, saved)
+    for file in [] if sealed else saved.glob("*.toml"):
+        file.write_text(without_digests(file.read_text(encoding="utf-8")), encoding="utf-8")
+    content = (saved / name).read_bytes()
+    for _ in range(size(4, 40)):
+        at = draw.randrange(len(content))
+        damaged = content[:at] + bytes([content[at] ^ 1 << draw.randrange(8)]) + content[at + 1 :]
+        (saved / name).write_bytes(damaged)
+        try:
+            opened(str(saved))
+        except InputError as error:
+            assert (str(saved) if sealed else name.rpartition("/")[2]) in str(error)
+        else:  # what no seal protects may be another number
+            assert not sealed
 
 
 def test_controls_show_what_the_scenario_says_in_the_pages_unit() -> None:
