@@ -15,8 +15,8 @@ _CLAUSE = r"[,;:] "  # ends one
 
 
 def begun(text: str) -> str:
-    """A text as the beginning of a sentence."""
-    return text[:1].upper() + text[1:]
+    """A text as the beginning of a sentence; a key that begins it stays as it is."""
+    return text if re.match(r"\w+[._]\w", text) else text[:1].upper() + text[1:]
 
 
 def in_words(scenario: JsonMapping) -> tuple[str, list[str]]:
