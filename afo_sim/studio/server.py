@@ -71,7 +71,7 @@ class Studio:
         self._ask()
         yield
         hearing.cancel()
-        self.engine.close()
+        self.engine.child.close()
 
     async def _upload(self, request: Request) -> Response:
         """A file of a trial, by its plain name, whole or not at all."""

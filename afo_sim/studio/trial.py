@@ -3,7 +3,7 @@
 import pathlib
 from collections.abc import Sequence
 
-from afo_sim.common import AfoSimError, Function, InputError, JsonDict, reason
+from afo_sim.common import AfoSimError, Function, JsonDict
 from afo_sim.gait import write
 from afo_sim.gait_lab import import_gait, read_options, ten_lines, verdict
 from afo_sim.show import draw_gait
@@ -15,9 +15,7 @@ def serve(receive: Function, send: Function) -> None:
     """The life of the process that reads one trial."""
     try:
         send(imported(*receive()))
-    except OSError as error:
-        send(InputError(f"cannot be read: {reason(error)}", field="trial"))
-    except AfoSimError as error:
+    except (AfoSimError, OSError) as error:
         send(error)
 
 

@@ -268,7 +268,7 @@ def test_strides_that_do_not_repeat_have_curves_with_the_run(tmp_path: pathlib.P
         while not told or told[-1]["kind"] != "run":
             await asyncio.sleep(0.02)
         hearing.cancel()
-        engine.close()
+        engine.child.close()
 
     asyncio.run(ask())
     kinds = [message["kind"] for message in told]
