@@ -54,13 +54,12 @@ def occupy(folder: pathlib.Path, of: Mixed = None) -> str:
         pass
     code = digest_of_sources(PACKAGE, ("",)), versions(_LIBRARIES), common.identities()
     _taken[place] = parts = place / PARTS / common.identity_of((of, code))[:32] if of else None
-    others = [each for each in (place / PARTS).glob("*") if of and each != parts]
-    for other in others:
-        shutil.rmtree(other, ignore_errors=True)
-    if others:
-        return "begins anew: the parts of another command, description or version were deleted"
     count = len([*parts.glob("[!.]*")]) if parts else 0
-    return f"goes on: {count} parts are there already" if count else ""
+    if count:
+        return f"goes on: {count} parts are there already"
+    # of hours, perhaps: whoever mistyped an option gets them back by the command as it was
+    others = of and any((place / PARTS).glob("*"))
+    return "begins anew; parts of another command or version stay until this one ends" if others else ""
 
 
 @contextlib.contextmanager

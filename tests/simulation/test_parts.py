@@ -83,10 +83,13 @@ def test_a_part_of_somebody_else_runs_nothing(tmp_path: pathlib.Path) -> None:
     assert not (tmp_path / "made").exists()
 
 
-def test_parts_of_another_command_are_deleted_with_a_sentence(tmp_path: pathlib.Path) -> None:
+def test_parts_of_another_command_stay_until_a_command_ends(tmp_path: pathlib.Path) -> None:
+    """Whoever mistyped an option loses nothing."""
     ended(tmp_path, "one", "x", "y")
     assert "anew" in ended(tmp_path, "two", "x")
     assert computed(tmp_path, "two", "x", "y") == ["y"]
+    ended(tmp_path, "one", "x", "y")
+    assert computed(tmp_path, "one", "x", "y") == []
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no flock")

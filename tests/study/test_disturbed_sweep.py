@@ -92,7 +92,7 @@ class Disturbed:
                 damage(out / "chunks", rng)
 
     def _look(self, pid: int, at: float, done: int) -> list[int]:
-        """Note time, finished chunks, whether it is a process beside, memory [MB], open files; those beside."""
+        """Note time, finished chunks, whether it is a process beside, memory [MB], files; those beside."""
         import psutil
 
         with suppress(psutil.Error):
