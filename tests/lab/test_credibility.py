@@ -15,6 +15,7 @@ from command import Call
 from documents import PAGES, ROOT
 
 from afo_sim import InputError, credibility
+from afo_sim.description import load
 from afo_sim.lab import credibility as module
 from afo_sim.lab.credibility import Credibility, assess, graded, rules_of
 from afo_sim.native.between_strides import AIR, ANGLE
@@ -289,6 +290,25 @@ def test_a_foot_that_clears_in_every_draw_suffices_at_low_risk(worn: Credibility
 
     assert (found(10.0, 0.0).answer["answer"], found(10.0, 0.0).judgement) == ("good", "sufficient")
     assert found(9.99, 0.0).judgement == found(10.0, 0.2).judgement == "insufficient"
+
+
+def test_limits_count_where_they_are_at_least_as_strict_as_the_usual(
+    worn: Credibility, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A clearance may be higher, work against push-off and trips lower."""
+    usual = load("limits", "usual")
+
+    def kept(metric: str, key: str, share: float) -> int:
+        limits = usual.model_copy(update={key: tuple(share * x for x in getattr(usual, key))})
+        monkeypatch.setattr(module, "limits_of", lambda _: limits)
+        return int(assess(worn.recording, ASKED | {"metric": metric}).evidence["limit_kept"])
+
+    for metric, key, stricter in (
+        ("toe_clearance", "toe_clearance", 1.1),
+        ("work_against_push_off", "work_against_push_off", 0.9),
+        ("work_against_push_off", "drawn_trips", 0.9),
+    ):
+        assert [kept(metric, key, share) for share in (1.0, stricter, 2.0 - stricter)] == [1, 1, 0]
 
 
 def test_what_a_measurement_leaves_ranks_the_plan(worn: Credibility) -> None:
