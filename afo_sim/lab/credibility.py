@@ -264,7 +264,7 @@ def _evidence(recording: Recording, metric: str, answer: Numbers, others: Sequen
     found |= {"same_values": len(others), "drawn_inputs": drawn / (drawn + given) if drawn else None}
     if others:
         largest = max(si(each["measured"]) for each in others) / si(f"1 {answer['unit']}")
-        found["times_measured"] = max(abs(answer["low"]), abs(answer["high"])) / largest
+        found["times_measured"] = max(-answer["low"], answer["high"]) / largest
     found["draws_rejected"] = study["rejected"]
     if answer["wanted"] is None:
         return found | {"limit_kept": 0}

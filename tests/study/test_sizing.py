@@ -14,7 +14,7 @@ from afo_sim.model import fits
 from afo_sim.study import Requirement
 from afo_sim.study.sizing.candidates import link_for, why_not
 from afo_sim.study.sizing.limits import read_requirements, shown, usual
-from afo_sim.study.sizing.sizes import size
+from afo_sim.study.sizing.sizes import _chamber_of, size
 from afo_sim.study.sizing.three_way import one_coil, times_for, two_coils, within
 
 SHORT = {"duration": "2 s"}
@@ -224,6 +224,23 @@ def test_limits_by_default_and_as_they_are_written() -> None:
     assert usual(seated) == ()
     fill, share = read_requirements(["fill_time <= 150 ms", "muscle_share_of_force <= 80 %"], "calf")
     assert (fill.metric, fill.bound, share.bound) == ("fill_time_calf", pytest.approx(0.15), 80.0)
+
+
+def test_by_default_the_first_chamber_that_is_filled_is_sized() -> None:
+    walk = load("scenario", "walk-dropfoot-afo")
+    vented = {"phases.dorsiflexor.inlet": [], "phases.plantarflexor.inlet": [[0.4, 0.6]]}
+    for sets, chamber in (
+        ({}, "dorsiflexor"),
+        ({"phases.plantarflexor.inlet": [[0.4, 0.6]]}, "dorsiflexor"),
+        (vented, "plantarflexor"),
+        ({"phases.dorsiflexor.inlet": []}, "dorsiflexor"),  # none is
+    ):
+        assert _chamber_of(walk.set(sets), None, None) == chamber
+    assert (
+        _chamber_of(walk, "plantarflexor", None)
+        == _chamber_of(walk, None, "plantarflexor")
+        == "plantarflexor"
+    )
 
 
 @pytest.mark.parametrize(("value", "unit"), [(0.012, "s"), (12.0, "s"), (0.5, "h"), (30.0, "h"), (3.0, "mm")])

@@ -97,7 +97,7 @@ def spread_over_starts(best: JsonMapping) -> list[str]:
         return [f"only one of {len(starts)} starts found designs that meet every limit: use more starts"]
     low, high = min(values), max(values)
     label = metric_words.words(goal["metric"]).label
-    size = max(abs(low), abs(high))
+    size = max(-low, high)
     share = f", {100.0 * (high - low) / size:.2g} % apart" if size else ""
     text = f"{len(starts)} starts from different seeds: {_value_text(low, goal['unit'])} to "
     text += f"{_value_text(high, goal['unit'])} of {label[:1].lower() + label[1:]}{share}"
