@@ -310,6 +310,24 @@ def test_a_simpler_model_that_errs_less_refutes() -> None:
     assert found == ["agrees", "disagrees", "disagrees", "agrees"]
 
 
+def test_the_simple_model_finds_time_constants_and_predicts_another_log_by_them() -> None:
+    """Fills at 2/s, vents at 1.5/s and leaks at 0.1/s, in closed form; a force that is linear in pressure."""
+
+    def recorded(fill: float, vent: float) -> Any:
+        time, step = np.arange(0.0, 6.0, 0.01), 0.01
+        inlet, outlet = (time < fill) * 1.0, ((time >= 3.0) & (time < 3.0 + vent)) * 1.0
+        rate, gauge = 2.0 * inlet + 1.5 * outlet + 0.1, [0.0]
+        for towards, by in zip(2.0 * inlet * 5e5 / rate, np.exp(-rate * step), strict=True):
+            gauge.append(towards + by * (gauge[-1] - towards))
+        columns = {"time [s]": time, "pressure [Pa]": np.array(gauge[:-1]), "inlet": inlet, "outlet": outlet}
+        return read_bench_log(columns | HELD | VALVES | {"force [N]": 20.0 + 1e-3 * columns["pressure [Pa]"]})
+
+    predict, other = bench_sets.simple_model([recorded(1.0, 1.0)], {}), recorded(0.4, 2.0)
+    found = predict(other)
+    for name, top in (("pressure", 4.5e5), ("force", 470.0)):
+        assert np.abs(found[name] - other.columns[name]).max() < 0.02 * top, name
+
+
 @pytest.mark.slow
 def test_an_input_that_derives_from_the_pressure_is_no_prediction(tmp_path: pathlib.Path) -> None:
     folder = bench_of(tmp_path / "fed", PULSES, *made(fed="pressure (openings read off the gauge)"))
