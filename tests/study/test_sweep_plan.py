@@ -514,7 +514,12 @@ MASS = '[parameters.p]\nkey = "patient.body_mass"\ndistribution = "normal"\n'
         (pressure('values = ["2 bar"]', '"a b"'), "", "is not a valid name for a column", None),
         ('[parameters.p]\nkey = "supply.presure"\nvalues = [1]', "key", "is an unknown key", "pressure"),
         ('[parameters.p]\nkey = "suply.pressure"\nvalues = [1]', "key", "is an unknown key", "supply"),
-        (keyed("orthosis.muscle.dorsiflexr.slack", "values = [1]"), "key", "unknown", "dorsiflexor"),
+        (
+            keyed("orthosis.muscle.dorsiflexr.slack", "values = [1]"),
+            "key",
+            "at orthosis.muscle.dorsiflexr)",
+            "dorsiflexor",
+        ),
         ('[parameters.p]\nkey = "supply"\nvalues = [1]', "key", "is a table", None),
         ('[parameters.p]\nkey = "supply.pressure.x"\nvalues = [1]', "key", "is a value, not a table", None),
         ('[parameters.p]\nkey = "orthosis.range_of_motion"\nvalues = [1]', "key", "is a list", None),
