@@ -142,6 +142,20 @@ def test_an_inlet_or_a_start_lets_air_in() -> None:
     assert takes_air(walk(**{"phases.plantarflexor.inlet": [[0.4, 0.6]]}), "plantarflexor")
 
 
+def test_a_start_is_changed_as_it_is_described() -> None:
+    """By its time or its pressure, whichever it states."""
+    found = steps(
+        walk(**{"start.plantarflexor": {"pressure": "1 bar"}, "start.dorsiflexor": {"fill_time": "2 s"}})
+    )
+    for chamber, name, expected in (
+        ("plantarflexor", "pressure at the start", ["0.5 bar", "1.5 bar"]),
+        ("plantarflexor", "fill time", []),
+        ("dorsiflexor", "pressure at the start", []),
+        ("dorsiflexor", "fill time", ["1.5 s", "2.5 s"]),
+    ):
+        assert [step.after for step in named(found, f"{chamber} {name}")] == expected
+
+
 def test_what_is_not_described_is_not_offered() -> None:
     bare = walk(**{"phases.dorsiflexor.outlet": [], "orthosis.anchor": {}, "start": {}})
     names = {step.name for step in steps(bare)}
