@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from installed import needs
 
-from afo_sim.common import InputError, assets
+import afo_sim as afo
+from afo_sim.common import InputError, JsonDict, assets
 from afo_sim.metrics.strides import strides
 from afo_sim.model import person_of
 from afo_sim.studio import Design, opened
@@ -72,10 +73,18 @@ def test_numbers_of_a_page_are_rounded_finite_and_never_minus_nothing() -> None:
     assert "-0" not in told
 
 
-def test_of_strides_that_do_not_repeat_the_last_one_is_shown() -> None:
+@pytest.fixture(scope="module")
+def varied() -> tuple[Answers, Design, list[JsonDict]]:
+    """Strides that do not repeat, and the answers of their whole run."""
     answers, design = Answers(), Design(WALK, VARIED)
+    return answers, design, list(answers.run(design, silent))
+
+
+def test_of_strides_that_do_not_repeat_the_last_one_is_shown(
+    varied: tuple[Answers, Design, list[JsonDict]],
+) -> None:
+    answers, design, (walked, run) = varied
     assert answers.settled(design)["kind"] == "unsettled"
-    walked, run = answers.run(design, silent)
     found = answers._recording(design, silent)
     step = float(np.diff(found["time"][:2])[0])
     *_, last = strides(found.columns, step, person_of(found.scenario).body_mass)
@@ -86,6 +95,27 @@ def test_of_strides_that_do_not_repeat_the_last_one_is_shown() -> None:
     assert rows["Toe clearance"] == (str(found.metrics["toe_clearance"]), "")
     for answer in found.verdict:  # the metrics first, then every question with its mark
         assert rows[answer.question][1] == answer.status
+
+
+def test_the_report_and_what_to_change_are_of_the_run_that_is_shown(
+    varied: tuple[Answers, Design, list[JsonDict]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Without a study there is nothing that would help; the report stands where the page looks for it."""
+    answers, design, _ = varied
+    asked: list[JsonDict] = []
+    reported = {}
+    monkeypatch.setattr(
+        "afo_sim.studio.answers.with_studies", lambda run, *_, **more: asked.append(more) or run
+    )
+    monkeypatch.setattr(
+        "afo_sim.studio.answers.write_report", lambda runs, file: reported.update({file: runs})
+    )
+    assert answers.effects(design, silent)["steps"] == []
+    (told,) = answers.further(design, "report", {}, silent)
+    assert asked == [{"effects": True, "report": silent}] * 2
+    assert reported == {answers.folder / told["file"]: [answers.folder / "run"]}
+    kept, shown = afo.read_recording(answers.folder / "run"), answers._recording(design, silent)
+    np.testing.assert_array_equal(kept["ankle/angle"], shown["ankle/angle"])
 
 
 def test_only_a_chamber_that_nothing_fills_has_idle_valves() -> None:
