@@ -35,34 +35,47 @@ def test_angles_give_the_hip_in_place_of_the_pelvis(walk: Walk) -> None:
         assert 0.0 <= walk.heel_strike(number) - strike <= 0.040
 
 
+def height(walk: Walk, lands: float) -> np.ndarray:
+    """Of a point of the foot that comes down at 0.3 m/s at a phase [m]."""
+    phase = (walk.phase(TIME) - lands) % 1.0
+    swing = np.clip((phase - 0.6) / 0.4, 0.0, None)
+    return low_pass(TIME, 0.3 * walk.cycle.stride_time * (1.0 - phase) * swing**2, 6.0)
+
+
+def lifted(motion: LegMotion, **heights: np.ndarray) -> LegMotion:
+    ways = {name: np.column_stack([getattr(motion, name)[:, 0], up]) for name, up in heights.items()}
+    return dataclasses.replace(motion, **ways)
+
+
 @pytest.mark.parametrize("bounces", [False, True])
 @pytest.mark.parametrize(("heel", "toe"), [(0.0, 0.0), (0.08, 0.0)], ids=["flat", "forefoot"])
 def test_lowest_point_decides_where_the_heel_does_not_land_first(
     walk: Walk, heel: float, toe: float, bounces: bool
 ) -> None:
-    """Heel and toe come down at 0.3 m/s at phases that are known; the farthest heel is 36 ms early.
+    """Heel and toe come down at phases that are known; the farthest heel is 36 ms early.
 
     A foot that bounces off the floor once more, for 60 ms, has landed before.
     """
-    motion = leg(walk, TIME)
-
-    def height(lands: float) -> np.ndarray:
-        phase = (walk.phase(TIME) - lands) % 1.0
-        swing = np.clip((phase - 0.6) / 0.4, 0.0, None)
-        path = low_pass(TIME, 0.3 * walk.cycle.stride_time * (1.0 - phase) * swing**2, 6.0)
-        after = (walk.phase(TIME) % 1.0) * walk.cycle.stride_time - 0.03
-        return path + bounces * 0.03 * np.sin(np.pi * np.clip(after / 0.06, 0.0, 1.0))
-
-    assert motion.heel is not None and motion.toe is not None
-    points = {
-        name: np.column_stack([path[:, 0], height(lands)])
-        for name, path, lands in (("heel", motion.heel, heel), ("toe", motion.toe, toe))
-    }
-    found = find_events(dataclasses.replace(motion, **points))
+    after = (walk.phase(TIME) % 1.0) * walk.cycle.stride_time - 0.03
+    again = bounces * 0.03 * np.sin(np.pi * np.clip(after / 0.06, 0.0, 1.0))
+    found = find_events(
+        lifted(leg(walk, TIME), heel=height(walk, heel) + again, toe=height(walk, toe) + again)
+    )
     assert "lowest foot point" in found.method
     for number, strike in enumerate(found.strikes):
         true = walk.start + number * walk.cycle.stride_time
         assert strike == pytest.approx(true, abs=0.010)
+
+
+@pytest.mark.parametrize(("raised", "first"), [(1.0, False), (3.0, True)])
+def test_a_heel_that_lands_first_is_dated_by_its_farthest_place(
+    walk: Walk, raised: float, first: bool
+) -> None:
+    """The toe is 3 or 14 deg up when the heel is farthest; from 8 deg on the heel lands first."""
+    motion = leg(walk, TIME)
+    found = find_events(lifted(motion, heel=height(walk, 0.0), toe=raised * height(walk, 0.1)))
+    assert ("lowest foot point" in found.method) is not first
+    assert (found.strikes == find_events(motion).strikes) is first
 
 
 def test_standing_has_no_events() -> None:
