@@ -85,8 +85,9 @@ def check_same(
 
 def take(folder: Path, now: JsonMapping | None = None) -> None:
     """Take a folder for this command and what it is about; say whether it goes on."""
-    words = re.sub(r"--force|--threads[ =]\d+", "", " ".join(sys.argv[1:])).split()  # what changes no result
-    if said := occupy(folder, (words, now)):
+    words = "\n".join([*sys.argv[1:], ""])
+    words = re.sub(r"--force\n|--threads[\n=]\d+\n", "", words)  # which change no result
+    if said := occupy(folder, (re.split("[\n=]", words), now)):
         print(f"afo-sim: {folder}: {said}", file=sys.stderr)
 
 

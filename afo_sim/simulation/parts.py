@@ -1,6 +1,7 @@
 """The folder that a command writes to, its own until it ends, and the parts that a killed one left in it."""
 
 import contextlib
+import functools
 import io
 import os
 import pathlib
@@ -8,6 +9,7 @@ import pickle
 import re
 import shutil
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import is_dataclass
 from typing import TypeVar
 
 from afo_sim import common
@@ -17,7 +19,7 @@ from afo_sim.common.versions import PACKAGE, digest_of_sources, versions
 PARTS = ".parts"  # folder in the output folder; in it one for each command, in that a file for each part
 _AGAIN = "free space and run the same command again; what is computed is kept"
 _KNOWN = "afo_sim[.a-z0-9_]* [A-Z][A-Za-z]*|numpy[.a-z_]* (_frombuffer|_reconstruct|dtype|ndarray|scalar)"
-_LIBRARIES = ("afo-sim", "mujoco", "numpy", "numba", "scipy", "cma")
+_code = functools.cache(functools.partial(digest_of_sources, PACKAGE, ("",)))
 _taken: dict[pathlib.Path, pathlib.Path | None] = {}  # folders, and where in them parts are kept
 _release = contextlib.ExitStack()
 T = TypeVar("T")
@@ -31,6 +33,25 @@ class _Reader(pickle.Unpickler):
         if not str(getattr(found, "__module__", "")).startswith(("afo_sim.", "numpy")):
             raise pickle.UnpicklingError(f"{module}.{name} is in no part")
         return found
+
+
+def _mark(what: Mixed) -> str:
+    """A digest of something, and of the files that it names."""
+
+    def files(node: Mixed) -> Iterator[str]:
+        if isinstance(node, str) and len(node) < 1000 and pathlib.Path(node).is_file():
+            yield common.file_digest(pathlib.Path(node))
+        within = vars(node) if is_dataclass(node) else node
+        for each in (
+            within.values()
+            if isinstance(within, dict)
+            else within
+            if isinstance(within, list | tuple)
+            else ()
+        ):
+            yield from files(each)
+
+    return common.identity_of((what, [*files(what)]))[:32]
 
 
 def occupy(folder: pathlib.Path, of: Mixed = None) -> str:
@@ -52,8 +73,8 @@ def occupy(folder: pathlib.Path, of: Mixed = None) -> str:
         raise InputError("another afo-sim writes into it", field="out", value=str(folder)) from None
     except (ImportError, OSError):  # Windows, some disks on a network
         pass
-    code = digest_of_sources(PACKAGE, ("",)), versions(_LIBRARIES), common.identities()
-    _taken[place] = parts = place / PARTS / common.identity_of((of, code))[:32] if of else None
+    code = _code(), versions(("mujoco", "numpy", "numba", "scipy", "cma")), common.identities()
+    _taken[place] = parts = place / PARTS / _mark((of, code)) if of else None
     count = len([*parts.glob("[!.]*")]) if parts else 0
     if count:
         return f"goes on: {count} parts are there already"
@@ -83,7 +104,7 @@ def kept_each(
 ) -> Iterator[tuple[int, T]]:
     """Numbered parts, each of which follows from its `what`: those that are there, then the computed rest."""
     parts = next(filter(None, _taken.values()), None)
-    files = {k: parts / common.identity_of(each)[:32] for k, each in enumerate(what)} if parts else {}
+    files = {k: parts / _mark(each) for k, each in enumerate(what)} if parts else {}
     rest = []
     for number in range(len(what)):
         with contextlib.suppress(OSError, KeyError, pickle.UnpicklingError):
