@@ -13,11 +13,10 @@ from dataclasses import is_dataclass
 from typing import TypeVar
 
 from afo_sim import common
-from afo_sim.common import Foreign, InputError, Mixed
+from afo_sim.common import Foreign, InputError, Mixed, write_bytes
 from afo_sim.common.versions import PACKAGE, digest_of_sources, versions
 
 PARTS = ".parts"  # folder in the output folder; in it one for each command, in that a file for each part
-_AGAIN = "free space and run the same command again; what is computed is kept"
 _KNOWN = "afo_sim[.a-z0-9_]* [A-Z][A-Za-z]*|numpy[.a-z_]* (_frombuffer|_reconstruct|dtype|ndarray|scalar)"
 _code = functools.cache(functools.partial(digest_of_sources, PACKAGE, ("",)))
 _taken: dict[pathlib.Path, pathlib.Path | None] = {}  # folders, and where in them parts are kept
@@ -42,13 +41,8 @@ def _mark(what: Mixed) -> str:
         if isinstance(node, str) and len(node) < 1000 and pathlib.Path(node).is_file():
             yield common.file_digest(pathlib.Path(node))
         within = vars(node) if is_dataclass(node) else node
-        for each in (
-            within.values()
-            if isinstance(within, dict)
-            else within
-            if isinstance(within, list | tuple)
-            else ()
-        ):
+        within = [*within.values()] if isinstance(within, dict) else within
+        for each in within if isinstance(within, list | tuple) else ():
             yield from files(each)
 
     return common.identity_of((what, [*files(what)]))[:32]
@@ -116,8 +110,7 @@ def kept_each(
     for number, value in compute(rest):
         if parts:
             content = pickle.dumps(value)
-            with common.disk(parts.parents[1], _AGAIN), common.keeping(files[number]) as new:
-                new.write_bytes(common.digest(content).encode() + content)
+            write_bytes(files[number], common.digest(content).encode() + content)
         yield number, value
 
 
