@@ -149,7 +149,7 @@ def walk_body(
         first, last = (math.ceil(time / TICK - 1e-6) for time in (push.time, push.time + PUSHED))
         pushed[first:last] += push.force
     take = _planar_ticks if engine == "planar" and body.plan is not None else _mujoco_tick
-    tick = 0
+    tick, height = 0, math.inf
     with native.installed():
         _fill(body, data)
         mujoco.mj_forward(model, data)
@@ -163,7 +163,7 @@ def walk_body(
             tick += take(recorder, data, pushed[tick : tick + 1 if body.ids is not None else ticks], fallen)
             height = float(data.qpos[recorder.up]) - recorder.floor(data)
             if not math.isfinite(height):
-                raise SimulationError(f"the responding walk is not finite at {data.time:.3f} s")
+                raise SimulationError("the responding walk is not finite", time=tick * TICK)
             if height < fallen:
                 break
     fell = float(data.time) if height < fallen else None
@@ -176,7 +176,7 @@ def _mujoco_tick(recorder: "_Recorder", data: mujoco.MjData, pushes: np.ndarray,
     try:
         mujoco.mj_step(model, data, nstep=round(TICK / model.opt.timestep))
     except mujoco.FatalError as error:
-        raise SimulationError(f"the responding walk stops at {data.time:.3f} s: {error}") from None
+        raise SimulationError(f"the responding walk stops: {error}", time=data.time) from None
     recorder.take(data)
     return 1
 
@@ -193,8 +193,8 @@ def _planar_ticks(recorder: "_Recorder", data: mujoco.MjData, pushes: np.ndarray
         round(TICK / model.opt.timestep), width,
     )  # fmt: skip
     if taken < 0:
-        problem = native.COMPLAINTS[-2 - taken]
-        raise SimulationError(f"the responding walk stops at {data.time:.3f} s: {problem}")
+        problem = native.COMPLAINTS[-2 - taken].partition(" in actuator")[0]
+        raise SimulationError(f"the responding walk stops: {problem}", time=data.time)
     recorder.count += taken
     return int(taken)
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from afo_sim import native
-from afo_sim.common import GRAVITY
+from afo_sim.common import GRAVITY, SimulationError
 from afo_sim.physics import GAINS, LEG_MUSCLES, tendon_force
 from afo_sim.walker import ROOT, Push, build_body, prepared, read_gait, strides_of, walk_body
 from afo_sim.walker.gait import start
@@ -309,3 +309,17 @@ def test_a_controller_sees_how_active_the_devices_tibialis_is() -> None:
     mass, active = walked["chamber/dorsiflexor/mass"], walked["right/tibialis/activation"]
     filled, first = int(np.argmax(mass > 1.05 * mass[0])), int(np.argmax(active > 0.3))
     assert 0 < first < filled < first + 10  # activation_time of the controller, and the valve's delay
+
+
+@pytest.mark.parametrize("engine", ["planar", "mujoco"])
+@pytest.mark.parametrize(("gain", "pose"), [(np.nan, 0.0), (1.0, 3.0)])
+def test_a_walk_that_ends_in_no_number_says_when(gain: float, pose: float, engine) -> None:  # type: ignore[no-untyped-def]
+    gait = read_gait("natural").vector
+    bad = dataclasses.replace(gait, gains=gain * gait.gains, offsets=gait.offsets + pose)
+    with pytest.raises(SimulationError) as error:
+        walk_body(body_of(), bad, 1.0, engine=engine)
+    assert 0.0 <= error.value.time < 1.0 and "nan" not in str(error.value)
+
+
+def test_a_walk_of_no_time_does_not_fall() -> None:
+    assert walk_body(body_of(), read_gait("natural").vector, 0.0, rows=False).fell is None
