@@ -83,8 +83,8 @@ def released() -> Iterator[None]:
     ended = True
     try:
         yield
-    except BaseException as error:
-        ended = isinstance(error, SystemExit) or type(error).__name__ == "Exit"  # with an exit code
+    except BaseException as error:  # also Ctrl-C; whoever exits with a code has come to an end
+        ended = isinstance(error, SystemExit) or type(error).__name__ == "Exit"
         raise
     finally:
         for place in _taken if ended else ():
