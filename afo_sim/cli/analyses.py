@@ -26,20 +26,12 @@ class _Sizing:
         ),
     ] = None
     cadence: Annotated[float | None, Option(help="cadence [steps/min]; the scenario's by default")] = None
-    at: Annotated[str | None, Option(help='pressure: check whether this one suffices, such as "3 bar"')] = (
-        None
-    )
+    at: Annotated[str | None, Option(help='pressure: whether this one suffices, such as "3 bar"')] = None
     between: Annotated[tuple[str, str] | None, Option(help='pressure: range to try, "1 bar" "4 bar"')] = None
-    chamber: Annotated[str | None, Option(help="valve: its chamber; by default the first that is filled")] = (
-        None
-    )
+    chamber: Annotated[str | None, Option(help="valve: its chamber; by default the first one filled")] = None
     side: Annotated[str | None, Option(help="valve: inlet, outlet or both; both by default")] = None
-    proportional: Annotated[bool, Option("--proportional", help="valve: also try proportional valves")] = (
-        False
-    )
-    length: Annotated[str | None, Option(help='tube (required): length for each chamber, such as "2 m"')] = (
-        None
-    )
+    proportional: Annotated[bool, Option("--proportional", help="valve: proportional valves, too")] = False
+    length: Annotated[str | None, Option(help='tube (required): length to each chamber, as "2 m"')] = None
     hours: Annotated[float | None, Option(help="supply: that it lasts without a pause")] = None
     strides: Annotated[float | None, Option(help="supply: that it lasts without a pause")] = None
     group: Annotated[str | None, Option(help="muscle: group to size; the first by default")] = None

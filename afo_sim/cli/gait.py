@@ -36,9 +36,7 @@ class Trial:
     stride: Annotated[
         str | None, Option(metavar="N|mean", help="stride; the first complete one by default")
     ] = None
-    mass: Annotated[str | None, Option(help='body mass, "72 kg"; by default from C3D, model or plates')] = (
-        None
-    )
+    mass: Annotated[str | None, Option(help='body mass, "72 kg"; by default of C3D, model or plates')] = None
     height: Annotated[str | None, Option(help='body height, "1.72 m"; by default from the C3D')] = None
     sole: Annotated[
         str | None,

@@ -78,9 +78,7 @@ class _Test:
             metavar="KEY=VALUE", help='for replay: facts of the bench, such as muscle=dmsp_10, supply="6 bar"'
         ),
     ] = None
-    free: Annotated[str, Option(help="for replay: settings to fit to the first log, separated by commas")] = (
-        ""
-    )
+    free: Annotated[str, Option(help="for replay: settings to fit to the first log, comma-separated")] = ""
     out: Annotated[Path, Option(help="output folder, .csv or .parquet file")] = Path("runs/stand")
     rrd: RecordingOption = None
 

@@ -34,9 +34,7 @@ class Cut:
     foot: Annotated[str | None, Option(help="body of the foot, or one attached to it")] = None
     ankle: Annotated[str | None, Option(help="hinge of the ankle")] = None
     side: Annotated[str | None, Option(help="right|left: which leg to take")] = None
-    zero: Annotated[str | None, Option(help='the hinge\'s coordinate at ankle angle 0, such as "0 deg"')] = (
-        None
-    )
+    zero: Annotated[str | None, Option(help='the hinge\'s coordinate at ankle angle 0, as "0 deg"')] = None
     forward: _Forward = None
     range: Annotated[
         tuple[str, str] | None,

@@ -34,9 +34,7 @@ class _Sweep:
     plain: common.Plain = False
     dry_run: Annotated[bool, Option("--dry-run", help="only report cases, time and disk space")] = False
     yes_many: Annotated[bool, Option("--yes-many", help="allow more than ten million cases")] = False
-    show: Annotated[Path | None, Option(help="folder of a sweep: print its tables and draw its figures")] = (
-        None
-    )
+    show: Annotated[Path | None, Option(help="folder of a sweep: print its tables, draw its figures")] = None
     metric: Annotated[list[str] | None, Option(help="with --show: NAME or NAME:lowest|highest")] = None
     best: Annotated[int, Option(help="with --show: number of best cases")] = 5
 

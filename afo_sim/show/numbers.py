@@ -155,9 +155,7 @@ def doubts(scenario: JsonMapping, metrics: Metrics, strides: Strides) -> list[No
     segment = joint_words(scenario).segments[0]
     anchor = scenario["orthosis"].get("anchor", {}).get(segment, {})
     if any(source["kind"] == "assumed" for source in anchor.get("provenance", {}).values()):
-        words = (
-            "the cuff's compliance is assumed{key} and decides the result: run half and twice its value too"
-        )
+        words = "the cuff's compliance is assumed{key} and decides the result: run half and twice its value"
         subject = f"orthosis.anchor.{segment}"
         found.append(Notice("cuff-assumed", words, subject=subject, key=f" ({subject})"))
     return [*found, *_of_muscles(scenario)]

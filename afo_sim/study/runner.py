@@ -90,9 +90,7 @@ def run(
         needed = _bytes(store, _cases(store, chunks) + len(store.cases)) + _CHUNK_BYTES * len(chunks)
         free = shutil.disk_usage(store.folder).free
         if needed > free:
-            problem = (
-                f"the results need about {needed / 1e9:.2g} GB, but the disk has {free / 1e9:.2g} GB left"
-            )
+            problem = f"the results need about {needed / 1e9:.2g} GB, the disk has {free / 1e9:.2g} GB left"
             allowed = "a folder with more room, or fewer cases"
             raise InputError(problem, field="out", value=str(store.folder), allowed=allowed)
         scenario = SWEEP.read(store.folder)["scenario"]

@@ -14,9 +14,7 @@ from afo_sim.model import supply_and_timer as schedule
 from afo_sim.model.build import build
 from afo_sim.simulation import SENSOR, Progress, run_controlled, unit_of
 
-_EXPORTED = (
-    "a [timer], [phases] with strides of one duration, [controller.timer] or [controller.state_machine]"
-)
+_EXPORTED = "a [timer], [phases] of strides of one duration, [controller.timer] or [controller.state_machine]"
 _EDGE = 1e-6  # of a step, to which a coil's share counts as none or all
 
 

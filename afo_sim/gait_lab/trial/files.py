@@ -102,9 +102,7 @@ def _content(file: pathlib.Path) -> _Content:
     if kind == "model":
         return _Content(file, model=True)
     if kind == "setup":
-        text = (
-            "is an OpenSim setup file and not needed: which foot is on which plate is found from the forces"
-        )
+        text = "is an OpenSim setup file and not needed: which foot is on which plate is found by the forces"
         return _Content(file, notices=(note("setup-unused", text),))
     if kind == "c3d":
         from afo_sim.gait_lab.readers.c3d import read_c3d

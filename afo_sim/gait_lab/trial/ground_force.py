@@ -107,9 +107,7 @@ def foot_force(
             raise InputError(problem, allowed=f"one above {_SURE:g} N, in newtons and in the motion's axes")
         spans = ", ".join(f"plate {c.plate} from {c.start:.2f} to {c.end:.2f} s" for c in foreign[:6])
         if not any(c.start < end and c.end > start for c in foreign):
-            seen = (
-                f"nobody stands on a plate while the motion is recorded, {start:.2f} to {end:.2f} s ({spans})"
-            )
+            seen = f"nobody stands on a plate while motion is recorded, {start:.2f} to {end:.2f} s ({spans})"
             raise InputError(seen, field="time", allowed="motion and forces of one trial, by one clock")
         problem = f"no contact has its centre of pressure under the {side} foot throughout ({spans})"
         allowed = "a plate that carries this foot alone, in the motion's axes"

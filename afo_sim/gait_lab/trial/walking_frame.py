@@ -299,9 +299,7 @@ def _belt_speed_of(
         found = speeds.get(choices.side, found)
     steps = np.concatenate([foot.speeds for foot in feet.values()])
     if found and len(speeds) and np.ptp(steps) > 2.0 * _BELT_SPREAD * found:
-        text = (
-            "the belt's speed changes from step to step, from {low:.2f} to {high:.2f} m/s; its mean is used"
-        )
+        text = "the belt's speed changes from step to step, {low:.2f} to {high:.2f} m/s; its mean is used"
         warnings.append(Notice("belt-unsteady", text, low=float(steps.min()), high=float(steps.max())))
     given = choices.belt_speed
     if given is None:
