@@ -68,13 +68,13 @@ class Disturbed:
     seen: list[tuple[float, int, bool, float, int]] = field(default_factory=list)  # see `_look`
 
     def until_done(self, command: list[str], out: pathlib.Path, chunks: int, every: float, seed: int) -> None:
-        """A kill every so many seconds, two full disks, and damage wherever the command has ended."""
+        """A kill every so many seconds, two full disks, and damage to what they have left."""
         rng, full_at, begun_at = random.Random(seed), [at * chunks for at in FULL_AT], time.monotonic()
         while self.codes[-1:] != [0]:
-            assert len(self.codes) < 100, self.logs[-1]
+            assert len(self.codes) < 10, self.logs[-1]
             with (out.parent.parent / "log").open("w") as log:
                 begun = subprocess.Popen(command, stdout=log, stderr=log)
-            killed_at = time.monotonic()
+            killed_at, full = time.monotonic(), False
             while begun.poll() is None:
                 time.sleep(1.0)
                 now, done = time.monotonic(), len(list((out / "chunks").glob("*.parquet")))
@@ -83,16 +83,16 @@ class Disturbed:
                     os.kill(rng.choice(beside), signal.SIGKILL)
                     self.kills, killed_at = self.kills + 1, now
                 if full_at and done > full_at[0]:
-                    full_at.pop(0)
+                    full = bool(full_at.pop(0))
                     fill(out.parent)
             self.codes.append(begun.returncode)
             self.logs.append((out.parent.parent / "log").read_text())
             (out.parent / "filler").unlink(missing_ok=True)
-            if (out / "chunks").is_dir():
+            if full:
                 damage(out / "chunks", rng)
 
     def _look(self, pid: int, at: float, done: int) -> list[int]:
-        """Note time, finished chunks, whether it is a process beside, memory [MB], files; those beside."""
+        """Note time, finished chunks, whether it is beside, memory [MB], open files; the processes beside."""
         import psutil
 
         with suppress(psutil.Error):
@@ -119,7 +119,7 @@ def test_kills_full_disks_and_damage_lose_and_double_no_row(
     out, chunks, told = small_disk / "out", CASES // CHUNK, Disturbed()
     command = [*COMMAND, str(written(tmp_path, text(CASES, 20), CHUNK)), "--out", str(out), "--workers", "2"]
     told.until_done(command, out, chunks, 15.0, SEED)
-    assert told.kills > 2 and len(told.codes) >= 5 and set(told.codes) == {0, 2}
+    assert told.kills > 2 and told.codes == [2, 2, 2, 0]  # full, full, damaged
     assert not any("Traceback" in log for log in told.logs)
     assert_same(swept(tmp_path / "whole", text(CASES, 20), CHUNK, threads=2), table(out))
     names = ["recordings", "results.parquet", "sweep.json", STEPS]
@@ -130,5 +130,5 @@ def test_kills_full_disks_and_damage_lose_and_double_no_row(
         assert all(m.value == row[name] for name, m in kept.metrics.items() if np.isfinite(m.value))
     for beside in (False, True):
         for what in (3, 4):
-            low, _, high = told.spread(beside, what, chunks)
-            assert high <= 1.3 * low, (beside, what, low, high)
+            _, middle, high = told.spread(beside, what, chunks)  # low while it starts
+            assert high <= 1.1 * middle, (beside, what, middle, high)

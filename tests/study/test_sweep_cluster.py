@@ -94,6 +94,30 @@ def test_a_killed_worker_loses_and_doubles_no_row(
         assert pids[0] not in client.run(os.getpid).values()
 
 
+def test_a_chunk_that_ends_its_workers_is_named_with_the_last_of_them(
+    whole: Any, tmp_path: pathlib.Path, two_workers: Any
+) -> None:
+    """Here the first that ends; the others' chunks are computed."""
+    import distributed
+
+    sweep = opened(written(tmp_path, SWEEP, chunk=1), tmp_path / "out")
+    two_workers.scheduler.allowed_failures = 0
+    addresses = [worker.address for worker in two_workers.scheduler.workers.values()]
+    with distributed.Client(two_workers) as client:
+        pids = list(client.run(os.getpid).values())
+
+    def kill_one(state: runner.SweepProgress) -> None:
+        if state.new == 3:
+            os.kill(pids[0], signal.SIGKILL)
+
+    with pytest.raises(InputError) as told:
+        runner.run(sweep, scheduler=two_workers.scheduler_address, report=kill_one)
+    assert any(address in str(told.value) for address in addresses)
+    assert all(f" {chunk} (" in str(told.value) for chunk in sweep.pending()) and sweep.pending()
+    runner.run(sweep)
+    assert_same(whole, table(tmp_path / "out"))
+
+
 def test_workers_that_come_late_are_waited_for_and_used(tmp_path: pathlib.Path) -> None:
     import distributed
 
