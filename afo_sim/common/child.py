@@ -33,7 +33,7 @@ _serve()
 # For code of others, where the system has such limits: memory and file [B], open files, memory dumps
 LIMITS = {"AS": 2 << 30, "FSIZE": 256 << 20, "NOFILE": 64, "CORE": 0}
 ALONE = LIMITS | {"NPROC": 0}  # it starts no process or thread either, and sends no signal
-_HINTS = {"SIGKILL": " (out of memory?)", "SIGSYS": " (it may start no process, and send no signal)"}
+_HINTS = {"SIGKILL": " (out of memory?)", "SIGSYS": " (it may start no process and send no signal)"}
 _DEATH_SIGNAL, _FILTER, _NO_PRIVILEGES = 1, 22, 38  # options of Linux's prctl
 # {processor: its mark, and its calls fork, vfork, clone, clone3, kill}
 _CALLS = {"x86_64": (0xC000003E, 57, 58, 56, 435, 62), "aarch64": (0xC00000B7, 220, 435, 129)}
@@ -200,9 +200,8 @@ def _run(receive: Function, send: Function) -> None:
     _prctl(_DEATH_SIGNAL, 0)  # who listens to the parent ends the program, too
     command, own = receive()
     done = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, env=os.environ | own)
-    said = done.stderr.decode(errors="replace").strip()
-    named = next((text for text in said.splitlines() if "error" in text), said[-300:])
-    send(named[:1000] or "it says nothing" if done.returncode else "")
+    said = done.stderr.decode(errors="replace").splitlines() or [f"it says nothing ({done.returncode})"]
+    send(next((text for text in said if "error" in text), said[-1])[:1000] if done.returncode else "")
 
 
 def child_environment(own: Mapping[str, str] | None = None) -> dict[str, str]:

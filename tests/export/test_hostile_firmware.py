@@ -53,7 +53,7 @@ def setup(does: str) -> str:
 
 
 def beside(does: str) -> str:
-    return does + setup("") + (LOOP % "")
+    return does + loop("")
 
 
 # {what it does: (C, what the sentence says)}
@@ -65,7 +65,7 @@ PROGRAMS: dict[str, tuple[str, str | None]] = {
     "abort": (loop("abort();"), "was stopped by SIGABRT"),
     "address 0": (loop("*(volatile int *)0 = 1;"), CRASHED),
     "a constant written to": (loop('*(volatile char *)"text" = 1;'), CRASHED),
-    "divides by 0": (loop("volatile int zero = 0; zero = 1 / zero;"), "was stopped by SIGFPE"),
+    "divides by 0": (loop("volatile int zero = 0; zero = 7 / zero;"), "was stopped by SIGFPE"),
     "no instruction": (loop("__builtin_trap();"), "was stopped by SIGILL"),
     "calls without end": (
         "int deep(int k) { volatile char room[4096]; room[0] = k; return deep(k + 1) + room[0]; }"
@@ -98,11 +98,8 @@ PROGRAMS: dict[str, tuple[str, str | None]] = {
     "writes to all without end": (loop(f"for (;;) {WRITES}"), "has sent what is no answer"),
     "prints without end": (loop('for (;;) { puts("x"); fputs("y", stderr); }'), WAITS),
     "fills the disk": (
-        loop(
-            'FILE *f = fopen("/dev/shm/afo_sim_fills", "w"); remove("/dev/shm/afo_sim_fills");'
-            "char z[65536] = {0}; while (f) fwrite(z, 1, 65536, f);"
-        ),
-        r"was stopped by SIGXFSZ",
+        loop("FILE *f = tmpfile(); static char z[1 << 20]; while (fwrite(z, 1 << 20, 1, f)); abort();"),
+        "was stopped by SIGABRT",
     ),
     "opens without end": (
         loop('for (int k = 0; k < 1000; k++) if (open("/dev/null", 0) < 0) abort();'),
@@ -137,11 +134,11 @@ PROGRAMS: dict[str, tuple[str, str | None]] = {
     "writes what is no number": (loop('b->write("d", (int)NAN, -7);'), GOES_ON),
     "an unknown chamber": (loop('b->write("no", 1, 0);'), "the orthosis has no such chamber"),
     "no chamber": (loop("b->write(0, 1, 0);"), "the orthosis has no such chamber"),
-    "no column": (loop("b->read(0);"), "KeyError|no column"),
+    "no column": (loop("b->read(0);"), "there is no column"),
     "a name of no letters": (loop('b->write("\\xff\\xfe", 1, 0);'), "the orthosis has no such chamber"),
-    "includes itself": ('#include "own.c"\n' + loop(""), "nested too deeply"),
+    "includes itself": ('#include "own.c"\n' + loop(""), "nested depth|nested too deeply"),
     "includes what never ends": ('#include "/dev/zero"\n' + loop(""), "the compiler refuses it"),
-    "includes a pipe": ('#include "pipe.h"\n' + loop(""), "gave no answer within"),
+    "includes a pipe": ('#include "pipe.h"\n' + loop(""), WAITS),
     "words that grow": (
         "#define A x x x x x x x x\n"
         + "".join(f"#define {b} {a} {a} {a} {a} {a} {a} {a} {a}\n" for a, b in pairwise("ABCDEFGHIJ"))

@@ -29,8 +29,8 @@ from afo_sim.common import (
 if TYPE_CHECKING:  # a child is ready at once without
     from afo_sim.control import Coils, Command, Log, Observation
 
-PATIENCE = 10.0  # with a program in C, for one control period [s]
-COMPILING = 15.0  # [s]
+PATIENCE = 9.0  # with a program in C, for one control period; any controller has 10 s [s]
+COMPILING = 12.0  # [s]
 _LARGEST = 2**24  # file in C [B]
 _HERE = pathlib.Path(__file__).with_name("templates")
 _CALLS: JsonDict = {  # of board_t, in its order
@@ -168,33 +168,27 @@ class _CProgram:
 
 
 class _Samples(dict[str, float]):
-    """What the parent has sent for a control period; it is asked for another column."""
+    """What a parent has sent for a control period; it is asked for another column."""
 
-    def __init__(self, time: float, period: float, known: dict[str, float], ask: Function) -> None:
-        self.time, self.period, self._ask = time, period, ask
+    def __init__(self, ask: Function, time: float, period: float, known: dict[str, float]) -> None:
+        self._ask, self.time, self.period = ask, time, period
         super().__init__(known)
 
     def __missing__(self, column: str) -> float:
-        self[column] = self._ask(column)
+        self[column] = self._ask(str(column))
         return self[column]
 
 
 def serve(receive: Function, send: Function) -> None:
     """Be the board of a program in C, as a child."""
 
-    def asked(column: str) -> float:
-        send(str(column))
-        return float(receive())
-
     def guarded(call: Function) -> Function:
         def called(*given: object) -> object:
             try:
                 return call(*(g.decode(errors="replace") if isinstance(g, bytes) else g for g in given))
             except BaseException as error:  # none can pass through C
-                try:
-                    send(error)
-                finally:
-                    os._exit(1)
+                send(error)
+                os._exit(1)
 
         return called
 
@@ -215,7 +209,7 @@ def serve(receive: Function, send: Function) -> None:
     send(None)
     told = 0
     while True:
-        commands = board(_Samples(*receive(), asked))
+        commands = board(_Samples(lambda column: send(column) or receive(), *receive()))
         send((commands, board._changes[told:]))
         told = len(board._changes)
 
