@@ -3,7 +3,6 @@
 import contextlib
 import functools
 import json
-import pathlib
 from collections.abc import Iterator
 from typing import Any
 
@@ -58,7 +57,7 @@ def numbers(design: Design, *, whole: bool) -> str:
 
 @functools.cache
 def _numbers(base: str, sets: tuple[tuple[str, str], ...], *, whole: bool) -> str:
-    design, answers = Design(base, {key: json.loads(value) for key, value in sets}), Answers(pathlib.Path())
+    design, answers = Design(base, {key: json.loads(value) for key, value in sets}), Answers()
     try:
         if not whole:
             settled = answers.settled(design)
@@ -73,7 +72,7 @@ def _numbers(base: str, sets: tuple[tuple[str, str], ...], *, whole: bool) -> st
 def moves(walk: Design, key: str) -> Iterator[Design]:
     """The design with a control at other places, near ones first; none that is refused."""
     listed = {control["key"]: control for control in controls(walk)}
-    state = Answers(pathlib.Path()).state(walk)
+    state = Answers().state(walk)
     places: list[Any]
     if key in listed and listed[key]["choices"]:
         places = [name for name, _ in listed[key]["choices"] if name != listed[key]["value"]]
@@ -96,7 +95,7 @@ def moves(walk: Design, key: str) -> Iterator[Design]:
 
 def every(walk: Design) -> list[str]:
     """The keys of all that is changed on the page by the mouse."""
-    state = Answers(pathlib.Path()).state(walk)
+    state = Answers().state(walk)
     anchors = [f"{anchor['key']}[{axis}]" for anchor in state["anchors"].values() for axis in (0, 2)]
     return [*(control["key"] for control in state["controls"]), *state["timing"], *anchors]
 
@@ -119,7 +118,7 @@ def test_what_can_be_moved_moves_a_number_and_what_moves_none_says_why(walk: str
 
 @pytest.mark.parametrize("walk", [*WALKS, OWN])
 def test_every_walk_is_shown(walk: str, own: str) -> None:
-    design, answers = start(walk, own) if walk == OWN else opened(walk).design, Answers(pathlib.Path())
+    design, answers = start(walk, own) if walk == OWN else opened(walk).design, Answers()
     state, settled = answers.state(design), answers.settled(design)
     if settled["kind"] == "unsettled":
         settled, _ = answers.run(design, silent)

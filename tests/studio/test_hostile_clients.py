@@ -427,7 +427,7 @@ def memory(served: Served) -> int:
 @pytest.mark.skipif(not pathlib.Path("/proc/self/status").exists(), reason="memory is read as on Linux")
 @pytest.mark.parametrize("name", sampled(CASES, 4))
 def test_a_hostile_client_harms_nobody(served: Served, name: str) -> None:
-    before = memory(served)
+    before, before_said = memory(served), served.said  # of a slow start
     with Tab.open(served.address, max_size=None) as tab, concurrent.futures.ThreadPoolExecutor(1) as pool:
         serial = tab.until("document")["serial"]
         harm = pool.submit(CASES[name], served.address)
@@ -439,7 +439,7 @@ def test_a_hostile_client_harms_nobody(served: Served, name: str) -> None:
             if not going:
                 break
         harm.result(20)
-    assert served.said == "" and served.process.poll() is None
+    assert served.said == before_said and served.process.poll() is None
     assert memory(served) < before + 100
 
 
