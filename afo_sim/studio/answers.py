@@ -249,7 +249,7 @@ class Answers:
             f"torque_against_push_off_per_mass <= {limits.torque_against_push_off[1]:g} N*m/kg",
         ]
         plan = search_of(scenario, options["over"], lowest=metric, limits=kept, generations=9, starts=1)
-        with tempfile.TemporaryDirectory() as folder:
+        with tempfile.TemporaryDirectory(dir=self.folder) as folder:
             found = best_design(plan, optimise(plan, pathlib.Path(folder), threads=1, report=report))
         kept_all = "all limits are kept" if found.feasible else "no design was found that keeps all limits"
         numbers = ", ".join(f"{words(name).label} {value}" for name, value in found.metrics.items())

@@ -194,7 +194,7 @@ def session_folder() -> pathlib.Path:
 
 def opened(source: str) -> Document:
     """The document of a shipped scenario, a TOML file or a saved folder; none with a damaged variant."""
-    saved, folder, base = pathlib.Path(source), None, source
+    saved, folder, base = pathlib.Path(source), pathlib.Path(source), source
     if (saved / SCENARIO).is_file():
         settle(saved)
         # a copy for this session: what is saved over a folder must not change what is gone back to
@@ -211,8 +211,8 @@ def opened(source: str) -> Document:
         problem = "does not walk, and the studio shows a walk: use `afo-sim run` and `afo-sim report`"
         raise InputError(problem, field="scenario", value=source, allowed="such as walk-dropfoot-afo")
     build(two_strides(document.design.scenario))  # or the refusal of what cannot be simulated
-    for slot in VARIANTS if folder else ():
-        if (file := folder / _VARIANT.format(slot)).is_file():
+    for slot in VARIANTS:
+        if base != source and (file := folder / _VARIANT.format(slot)).is_file():
             name = check_text(read_text(file), file).partition(f"{_MARK}\n{_NAMED}")[2].partition("\n")[0]
             document.variants[slot] = Variant(_plain(name) or slot, Design(str(file)))
     return document

@@ -9,7 +9,7 @@ from afo_sim.studio.design import Design, session_folder
 
 _OBEYS = 20.0  # in which an answer that is no longer wanted is given up, once there was a whole one [s]
 _SILENT = 300.0  # without a sign of life: kernels may be compiled meanwhile [s]
-_LIMITS = {"AS": 8 << 30, "CORE": 0}  # memory of a child, and of its dump [B]
+_LIMITS = {"AS": 16 << 30, "CORE": 0}  # memory of a child, and of its dump [B]
 
 
 @dataclass(frozen=True)
@@ -31,6 +31,11 @@ class Engine:
         self._wanted, self._reading = asyncio.Event(), asyncio.Lock()
         self._newest = self._sent = self._begun = 0  # numbers of wishes
         self._start()  # while others are read
+
+    def _start(self) -> None:
+        self.child = Child("afo_sim.studio.stages:serve", _LIMITS)
+        self._ended = self._heard = self._busy = False
+        self._patience = _SILENT
 
     def want(self, wish: Wish) -> None:
         """Answer this from now on, and nothing else."""
@@ -69,11 +74,6 @@ class Engine:
         if isinstance(found, Exception):
             raise found
         return found
-
-    def _start(self) -> None:
-        self.child = Child("afo_sim.studio.stages:serve", _LIMITS)
-        self._ended = self._heard = self._busy = False
-        self._patience = _SILENT
 
     def _send(self) -> None:
         """Send the newest wish when the one before it is begun: only so much waits for a child that hangs."""
