@@ -10,7 +10,7 @@ from typer import Argument, Option
 
 from afo_sim.cli.common import app, check_side, leg_app, one_group, picked, print_table, progress, quantity
 from afo_sim.cli.common import print_line as print
-from afo_sim.common import InputError, Keywords, Mixed
+from afo_sim.common import InputError, Keywords, Mixed, read_text
 
 if TYPE_CHECKING:
     from afo_sim.legs import Attached, Imported
@@ -176,8 +176,8 @@ def attach_command(worn: _Attachment) -> None:
 def _is_written(model: Path) -> bool:
     sidecar = model.with_suffix(".toml")
     try:
-        return model.suffix == ".xml" and f'model = "{model.name}"' in sidecar.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError):
+        return model.suffix == ".xml" and f'model = "{model.name}"' in read_text(sidecar)
+    except InputError:
         return False
 
 

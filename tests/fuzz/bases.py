@@ -1,13 +1,14 @@
 """Whole files of each kind that people bring, small, with the command that reads them, or a function."""
 
 import functools
+import os
 import pathlib
 import shutil
-import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
 
 from afo_sim.common import WRITTEN, assets
+from afo_sim.studio.messages import MESSAGES
 
 Make = Callable[[pathlib.Path], object]
 IMPORT = ("gait", "import", "--force")
@@ -92,6 +93,17 @@ def _imported(file: str, *others: str, make: Make = _trial, share: int = 24) -> 
     return Base((*IMPORT, file, *others, "--walker", "healthy", "--out", "out.csv"), file, make, share)
 
 
+def _export(kind: str, folder: pathlib.Path) -> None:
+    """As a laboratory's program exports it."""
+    from gait_lab import test_exports
+    from gait_lab.laboratory import Laboratory
+
+    laboratory = Laboratory(**_LABORATORY)
+    write = getattr(test_exports, f"write_{kind}")
+    for number, file in enumerate(write(folder, laboratory, laboratory.markers(_SET))):
+        file.rename(folder / f"{number}{file.suffix}")
+
+
 def _recording(folder: pathlib.Path) -> None:
     import afo_sim
 
@@ -140,15 +152,18 @@ def _read(kind: str, folder: pathlib.Path) -> tuple[pathlib.Path, Callable[[], o
     return written.files(folder)[kind]
 
 
-@functools.cache
-def _all() -> pathlib.Path:
-    """A folder with a file of every kind that is written, for all bases of a process."""
+def _all(place: pathlib.Path) -> pathlib.Path:
+    """The folder with a file of every kind that is written, from which all bases of a place are copied."""
     from fuzz import written
 
     import afo_sim
 
-    folder = pathlib.Path(tempfile.mkdtemp(prefix="afo-sim-fuzz-"))
-    written.make(folder, afo_sim.run("seated", {"duration": "2 s"}))
+    folder = place / ".all"
+    if not folder.is_dir():
+        making = place / f".all.{os.getpid()}"
+        making.mkdir()
+        written.make(making, afo_sim.run("seated", {"duration": "2 s"}))
+        making.rename(folder)
     return folder
 
 
@@ -156,13 +171,16 @@ def _own(kind: str) -> Base:
     def make(folder: pathlib.Path) -> None:
         from fuzz import written
 
-        shutil.copytree(_all(), folder, dirs_exist_ok=True)
+        shutil.copytree(_all(folder.parent), folder, dirs_exist_ok=True)
         written.unseal(written.files(folder)[kind][0])
 
     return Base((), kind, make)
 
 
-OWN = (*WRITTEN, "variant", "population", "walker", "uncertainty", "gaits", "checks")
+OWN = (
+    *WRITTEN, "variant", "population", "walker", "uncertainty", "gaits", "checks", "bench set", "ledger",
+    "air log", "bench log", *(f"message {op}" for op in MESSAGES),
+)  # fmt: skip
 BASES: dict[str, Base] = {
     f"{kind} {name}": _shipped(kind, name)
     for kind, names in {
@@ -186,6 +204,9 @@ BASES: dict[str, Base] = {
     "markers.csv": _imported("markers.csv", "forces.csv"),
     "forces.csv": _imported("forces.csv", "markers.csv"),
     **{f"c3d type {kind}": _imported(f"type{kind}.c3d", make=_c3d, share=3) for kind in (2, 3, 4)},
+    "vicon": _imported("0.csv", make=functools.partial(_export, "vicon"), share=6),
+    "qualisys": _imported("0.tsv", "1.tsv", "2.tsv", make=functools.partial(_export, "qualisys"), share=6),
+    "d-flow": _imported("0.txt", make=functools.partial(_export, "d_flow"), share=6),
     "recording": Base(("check-run", ".", "checks.toml"), "recording.parquet", _unsealed, 16),
     "sealed recording": Base(("check-run", ".", "checks.toml"), "recording.parquet", _recording, 4),
     "recording's export": Base(

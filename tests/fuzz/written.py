@@ -1,6 +1,7 @@
 """A file of every kind that this program writes and reads again, with what reads it."""
 
 import functools
+import json
 import pathlib
 import re
 import shutil
@@ -12,6 +13,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import sweep_runs
 from skin_markers import body, markers_of
+from studio.test_messages import SAMPLES
 
 from afo_sim.common import (
     assets,
@@ -33,10 +35,15 @@ from afo_sim.description.portable import portable
 from afo_sim.gait import file as gait_file
 from afo_sim.gait_lab import write_role_map
 from afo_sim.gait_lab.trial.roles import read_role_map
+from afo_sim.lab.air_log import air_row
+from afo_sim.lab.bench_log import read_bench_log
+from afo_sim.lab.bench_sets import read_bench
+from afo_sim.lab.ledger import read_device
 from afo_sim.legs import attach, import_leg, write_attached
 from afo_sim.legs import read_attached as attached
 from afo_sim.simulation import Recording, intact_picture, read_checks, read_recording
 from afo_sim.studio import Design, Document, opened, save
+from afo_sim.studio.messages import MESSAGES, read_message
 from afo_sim.study import SWEEP, read, runner, time_step
 from afo_sim.study.folder import told_in
 from afo_sim.study.results import STEPS
@@ -50,7 +57,7 @@ from afo_sim.walker.population import read_condition
 SHIPPED = {
     "population": "populations/contracture.toml", "walker": "walkers/natural.toml",
     "gaits": "populations/contracture.csv", "uncertainty": "uncertainties/usual.toml",
-    "checks": "checks/seated.toml",
+    "checks": "checks/seated.toml", "ledger": "ledger/galle_2017.toml",
 }  # fmt: skip
 Files = dict[str, tuple[pathlib.Path, Callable[[], Any]]]  # kind: the file, and what reads it
 # Files whose digest stands in another file, and one that is of this machine.
@@ -70,9 +77,23 @@ NUMBERS = (
 TIME = np.arange(0.0, 1.5, 0.01)
 
 
+def _message(file: pathlib.Path) -> object:
+    return read_message(json.loads(file.read_bytes().decode("utf-8", "replace")))
+
+
 def make(place: pathlib.Path, run: Recording) -> None:
     """Write them all into a folder."""
     run.save(place / "run")
+    for op, sample in SAMPLES.items():
+        (place / f"message-{op}.json").write_text(json.dumps({"op": op, **sample}), encoding="utf-8")
+    (place / "bench").mkdir()
+    shutil.copy(
+        assets.folder("models") / "benches" / "aarl_festo10_isometric.toml", place / "bench" / "bench.toml"
+    )
+    log = [f"{0.02 * k:g},{2 + 0.1 * (k % 9):g},{80 + k:g}" for k in range(60)]
+    (place / "bench-log.csv").write_text("\n".join(["time [s], pressure [bar], force [N]", *log]) + "\n")
+    log = [f"{0.05 * k:g},{int(k % 24 < 12)},{900 - 0.01 * k:g}" for k in range(24 * 30)]
+    (place / "air-log.csv").write_text("\n".join(["time [s], heel strike [-], bottle mass [g]", *log]) + "\n")
     for kind, name in SHIPPED.items():
         source = next(assets.folder("models").glob(name))
         shutil.copy(source, place / f"shipped-{kind}{source.suffix}")
@@ -152,7 +173,15 @@ def files(place: pathlib.Path) -> Files:
                 "uncertainty": read_spreads,
                 "gaits": lambda file: read_gaits(file, read_condition("contracture").draw()),
                 "checks": read_checks,
+                "ledger": read_device,
             }.items()
+        },
+        "bench set": (place / "bench" / "bench.toml", lambda: read_bench(place / "bench")),
+        "bench log": (place / "bench-log.csv", lambda: read_bench_log(place / "bench-log.csv")),
+        "air log": (place / "air-log.csv", lambda: air_row(place / "air-log.csv", (0.1, 0.2, 0.3))),
+        **{
+            f"message {op}": (file := place / f"message-{op}.json", functools.partial(_message, file))
+            for op in MESSAGES
         },
         "cache": (user_cache.folder() / "kind-key", lambda: user_cache.read("kind", "key")),
         **{k: (place / f"{k}.json", functools.partial(read_json, place / f"{k}.json")) for k in NUMBERS},
