@@ -41,7 +41,7 @@ def _mark(what: Mixed) -> str:
         if isinstance(node, str) and len(node) < 1000 and pathlib.Path(node).is_file():
             yield common.file_digest(pathlib.Path(node))
         within = vars(node) if is_dataclass(node) else node
-        within = [*within.values()] if isinstance(within, dict) else within
+        within = list(within.values()) if isinstance(within, dict) else within
         for each in within if isinstance(within, list | tuple) else ():
             yield from files(each)
 
