@@ -424,7 +424,9 @@ def test_dm_controls_humanoid() -> None:
         assert found.axes[0, 0] > 0.999
 
 
-@pytest.mark.parametrize(("aside", "side"), [(0.1, "left"), (-0.1, "right")])
+@pytest.mark.parametrize(
+    ("aside", "side"), [(0.1, "left"), (-0.1, "right"), (0.04, "right"), (-0.04, "right")]
+)
 def test_the_side_is_that_of_the_ankle_wherever_the_bodies_origins_are(aside: float, side: str) -> None:
     """Of a CAD export all bodies have one origin; the leg's own mass stands aside of it."""
     ankle = dataclasses.replace(hinge("ankle", (0, -1, 0)), position=np.array([0.0, aside, -0.4]))
@@ -434,7 +436,9 @@ def test_the_side_is_that_of_the_ankle_wherever_the_bodies_origins_are(aside: fl
         body("shank", "trunk", np.eye(4), knee, centre=(0, aside, -0.2)),
         body("foot", "shank", np.eye(4), ankle, centre=(0.05, aside, -0.45)),
     )
-    assert find(one).side == side
+    found = find(one)  # 0.043 m off the centre of mass, or 0.017 m, which is no side
+    assert found.side == side
+    assert (found.how["side"] == "assumed") is (abs(aside) < 0.05)
 
 
 @pytest.mark.parametrize("ahead", [1.0, -1.0])

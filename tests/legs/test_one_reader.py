@@ -114,6 +114,8 @@ def leg(foot: tuple[float, float], names: tuple[str, str] = ("foot", "ankle"), *
 def test_forward_is_where_the_foot_reaches_or_as_given() -> None:
     near = find(leg((-0.102, 0.123)))
     assert near.axes[0, 0] == 1.0 and "123 mm" in near.notes[0] and "102 mm" in near.notes[0]
+    back = find(leg((-0.123, 0.102)))  # the same foot turned round
+    assert (back.axes[0, 0], back.sign, len(back.notes)) == (-1.0, -near.sign, len(near.notes))
     for given in ("-x", "-1 0.2 0", (-2.0, 0.0, 0.0)):
         turned = find(leg((-0.102, 0.123)), forward=given)
         assert (turned.axes[0, 0], turned.sign, turned.how["forward"]) == (-1.0, -near.sign, "given")
