@@ -166,10 +166,10 @@ def link(root: pathlib.Path, scratch: pathlib.Path, name: str, header: str) -> N
     subprocess.run(command, check=True)
     digest = hashlib.sha256((scratch / name).read_bytes()).hexdigest()
     version = [*command[: command.index(LINK[0])], "--version"]
-    made = {"C compiler": subprocess.run(version, capture_output=True, text=True).stdout.partition("\n")[0]}
-    made |= {each: importlib.metadata.version(each) for each in ("llvmlite", "mujoco", "numba")}
-    made |= {"linked, dynamically": " ".join(each for each in extra if each.startswith("-l"))}
-    said = json.dumps({"sha256": digest, "kinds": kinds, "header": header, "made": made})
+    by = {"C compiler": subprocess.run(version, capture_output=True, text=True).stdout.partition("\n")[0]}
+    by |= {each: importlib.metadata.version(each) for each in ("llvmlite", "mujoco", "numba")}
+    by |= {"linked, dynamically": " ".join(each for each in extra if each.startswith("-l"))}
+    said = json.dumps({"sha256": digest, "kinds": kinds, "header": header, "made": by})
     (scratch / "content.json").write_text(said)
     folder = root / "machine_code"
     folder.mkdir(exist_ok=True)

@@ -300,9 +300,9 @@ class OfChambers(Described, Generic[Part]):
 
     @classmethod
     def __pydantic_init_subclass__(cls, **told: Any) -> None:
-        known = (getattr(each, "__pydantic_generic_metadata__", {}) for each in cls.__mro__)
-        (of,) = next((each["args"] for each in known if each.get("args")), (Part,))
-        cls.__annotations__["__pydantic_extra__"] = dict[str, of]  # pydantic before 2.14 asks no base for it
+        known = (getattr(each, "__pydantic_generic_metadata__", {}).get("args") for each in cls.__mro__)
+        of: tuple[Any, ...] = next(filter(None, known), (Any,))
+        cls.__annotations__["__pydantic_extra__"] = dict.__class_getitem__((str, *of))  # for pydantic < 2.14
 
     @property
     def chambers(self) -> dict[str, Part]:
