@@ -25,7 +25,7 @@ from afo_sim.cli.common import (
 )
 from afo_sim.cli.common import print_line as print
 from afo_sim.cli.overwriting import check_folder
-from afo_sim.common import Foreign, Function, Mixed
+from afo_sim.common import Foreign, Function, Mixed, check_writable
 
 if TYPE_CHECKING:
     from afo_sim.lab import Stand
@@ -96,7 +96,8 @@ def stand_command(test: _Test) -> None:
         from afo_sim.lab.stand import stand
         from afo_sim.show import target, write_stand_files
 
-        check_folder(target(test.out, test.test).folder)
+        place = target(test.out, test.test).folder
+        (check_folder if place == test.out else check_writable)(place)  # a table may lie beside others
         tests = stand(
             test.test,
             test.muscles,

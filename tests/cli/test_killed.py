@@ -17,10 +17,7 @@ import faults
 import pyarrow.parquet as pq
 import pytest
 
-pytestmark = [
-    pytest.mark.skipif(os.name == "nt", reason="Windows has no SIGKILL"),
-    campaign.nightly("each kill takes two commands of some seconds"),
-]
+pytestmark = pytest.mark.skipif(os.name == "nt", reason="Windows has no SIGKILL")
 # Short variants of the commands that can take over a minute.
 WALK = ("walk-dropfoot-afo", "--no-rrd")
 LINES = {
@@ -141,8 +138,8 @@ def told(name: str, kills: int, files: dict[str, str], folder: pathlib.Path, see
             yield f"{name}, kill {kill}: a process lives on"
 
 
-@pytest.mark.parametrize("name", LINES)
+@pytest.mark.parametrize("name", LINES if campaign.NIGHTLY else ["size"])
 def test_a_killed_command_ends_as_if_it_had_not_been(
     name: str, files: dict[str, str], tmp_path: pathlib.Path
 ) -> None:
-    assert not list(told(name, 16, files, tmp_path, campaign.SEED))
+    assert not list(told(name, campaign.size(1, 16), files, tmp_path, campaign.SEED))
