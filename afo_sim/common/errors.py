@@ -1,6 +1,7 @@
 """What can go wrong, in words for the person who can mend it."""
 
 import itertools
+import math
 import operator
 import re
 from collections.abc import Callable, Iterable
@@ -111,7 +112,8 @@ class SimulationError(AfoSimError):
 
     def __init__(self, reason: str, *, simulation: int = 0, time: float = float("nan")):
         self.reason, self.simulation, self.time = reason, simulation, time
-        super().__init__(f"simulation {simulation} stopped at t = {time:.6g} s: {reason}")
+        where = f"simulation {simulation} stopped at t = {time:.6g} s: " if math.isfinite(time) else ""
+        super().__init__(f"{where}{reason}")
 
 
 class ControllerError(SimulationError):
@@ -119,7 +121,7 @@ class ControllerError(SimulationError):
 
     def __init__(self, reason: str, *, simulation: int = 0, time: float = float("nan")):
         super().__init__(reason, simulation=simulation, time=time)
-        self.args = (f"t = {time:.6g} s: {reason}",)
+        self.args = (f"t = {time:.6g} s: {reason}" if math.isfinite(time) else reason,)
 
 
 class CallbackError(AfoSimError):

@@ -54,7 +54,7 @@ MEASURED = re.compile(r'"(wall_seconds|steps_per_second|seconds_per_case|seconds
 FILES = {
     "TWO": 'patients = 2\n[drawn]\ntibialis = { from = 0.7, to = 1.0, source = "assumed" }\n',
     "SWEEP": 'scenario = "seated"\ndesign = "grid"\nchunk = 2\n[set]\nduration = "4 s"\n'
-    '[parameters.pressure]\nkey = "supply.pressure"\nfrom = "2 bar"\nto = "3 bar"\npoints = 8\n',
+    '[parameters.pressure]\nkey = "supply.pressure"\nfrom = "2 bar"\nto = "3 bar"\nsteps = 8\n',
     "SEARCH": 'scenario = "seated"\nmethod = "cma-es"\ngenerations = 3\nstarts = 1\npopulation = 4\n'
     '[set]\nduration = "4 s"\n[parameters.pressure]\nkey = "supply.pressure"\nfrom = "2 bar"\nto = "3 bar"\n'
     '[objective]\nmetric = "air_per_cycle"\ngoal = "lowest"\n',

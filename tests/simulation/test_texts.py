@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import afo_sim as afo
-from afo_sim.common import InputError, si
+from afo_sim.common import ControllerError, InputError, SimulationError, si
 from afo_sim.metrics import Metric
 
 SHORT = {"duration": "0.2 s"}
@@ -128,3 +128,9 @@ def test_a_leg_is_imported_with_texts(tmp_path: pathlib.Path) -> None:
     with pytest.raises(InputError) as refused:
         afo.import_leg(file, body_mass="80 m")
     assert refused.value.field == "body_mass"
+
+
+def test_an_error_without_a_time_names_none() -> None:
+    for kind in (SimulationError, ControllerError):
+        assert str(kind("why", time=0.5)).endswith("t = 0.5 s: why")
+        assert str(kind("why")) == str(kind("why", time=float("inf"))) == "why"
