@@ -57,9 +57,12 @@ class Firmware:
     ):  # fmt: skip
         if not 1e-6 <= loop <= 1.0:
             raise InputError("is out of range", field="loop", value=loop, allowed="1e-6 to 1 [s]")
-        self.chambers, self.longest, self.program = list(chambers), float(loop), program
+        self.chambers, self.longest = list(chambers), float(loop)
+        self.program: Program | _CProgram
         if isinstance(program, str | os.PathLike):
             self.program = _CProgram(pathlib.Path(program), options, (self.chambers, self.longest))
+        else:
+            self.program = program
         self.reset()
 
     def reset(self) -> None:
@@ -99,8 +102,8 @@ class Firmware:
             if not self._changes or self._changes[-1][1] != self._coils:
                 self._changes.append((self._time, loops[-1]))
         self._time = round(seen.time + seen.period, 9)
-        shares = [[sum(at[name][k] for at in loops) / count for k in (0, 1)] for name in self._coils]
-        return dict(zip(self._coils, map(tuple, shares), strict=True))
+        inlets, outlets = ({c: sum(at[c][k] for at in loops) / count for c in self._coils} for k in (0, 1))
+        return {chamber: (inlets[chamber], outlets[chamber]) for chamber in self._coils}
 
     def micros(self) -> int:
         """Time since the beginning [us]; within a loop a call takes 1 us, assumed, so that a wait ends."""
@@ -202,6 +205,7 @@ def serve(receive: Function, send: Function) -> None:
     for name in ("setup", "loop"):
         if not hasattr(loaded, name):
             return send(InputError(f"defines no {name}(const board_t *)"))
+    given: Mixed
     program = types.SimpleNamespace(setup=lambda _: loaded.setup(given), loop=lambda _: loaded.loop(given))
     board = Firmware(program, chambers, loop=loop)
     calls = [kind(guarded(getattr(board, name))) for name, kind in _CALLS.items()]
@@ -209,7 +213,8 @@ def serve(receive: Function, send: Function) -> None:
     send(None)
     told = 0
     while True:
-        commands = board(_Samples(lambda column: send(column) or receive(), *receive()))
+        seen: Mixed = _Samples(lambda column: send(column) or receive(), *receive())
+        commands = board(seen)
         send((commands, board._changes[told:]))
         told = len(board._changes)
 
