@@ -5,7 +5,7 @@ import pathlib
 
 import pytest
 
-from afo_sim.common import InputError, assets, parse_quantity, read_table, unknown
+from afo_sim.common import MOST_FAULTS, InputError, assets, parse_quantity, read_table, unknown
 from afo_sim.description import load
 
 MUSCLES = pathlib.Path(__file__).parents[2] / "models" / "muscles"
@@ -120,3 +120,14 @@ def test_unknown_lists_what_is_allowed_and_the_nearest() -> None:
         == "colour = 'forse': is not a valid choice; allowed: force, pressure; did you mean 'force'?"
     )
     assert unknown(3, ("force", "pressure"), field="colour").nearest is None
+
+
+def test_a_thousand_faults_are_told_up_to_a_number(tmp_path: pathlib.Path) -> None:
+    """Each of them would be compared with all valid names."""
+    with pytest.raises(InputError) as refused:
+        load("scenario", "seated", {f"presure{k}": 1 for k in range(300)})
+    assert len(refused.value.others) < MOST_FAULTS
+    file = tmp_path / "a.csv"
+    file.write_text(",".join(["a"] * 6000) + "\n")
+    with pytest.raises(InputError, match="6000 columns"):
+        read_table(file, "a")

@@ -107,7 +107,8 @@ OPERATORS: dict[str, Callable[[bytes, random.Random], bytes]] = {
 
 
 def _is_parquet(raw: bytes) -> bool:
-    return raw[:4] == b"PAR1"
+    """Of a run, whose header is JSON."""
+    return raw[:4] == b"PAR1" and b"model_xml" in raw
 
 
 def _is_c3d(raw: bytes) -> bool:
