@@ -47,7 +47,7 @@ LINES = {
     "sweep": ("sweep", "SWEEP"),
     "optimise": ("optimise", "SEARCH"),
     "torque-map": ("torque-map",),
-    "compare": ("compare", "seated", "--no-rrd", "--laws", "sarosi_2012,tondu_lopez_2000"),
+    "compare": ("compare", "seated", "--no-rrd"),
     "both": ("both", *WALK),
 }
 MEASURED = re.compile(r'"(wall_seconds|steps_per_second|seconds_per_case|seconds|digest)": [^\n]*')
