@@ -4,9 +4,8 @@
 
 It walks in the shipped scenario's shoes and is pushed. Beside it walks one in each generation who is weak on
 one side: 15 to 100 % of the tibialis is left, 80 to 100 % of the plantarflexors, 85 to 100 % of all others.
-The folder gets a gait and a file of the search for each seed, a
-table, and the best gait under the folder's name. The same command goes on after a kill, with more generations
-too.
+The folder gets a gait for each seed, a table, and the best gait under its name. The same command goes
+on after a kill.
 
 The best, by a rule older than the searches: of those that fall neither in 12 walks whose pushes no generation
 had, nor in 20 s undisturbed at 0.5 ms, the one whose mean cost in those pushed walks is least.
@@ -25,6 +24,7 @@ import numpy as np
 from afo_sim.common import write_text
 from afo_sim.model import UNDRIVEN
 from afo_sim.physics import LEG_MUSCLES
+from afo_sim.simulation import occupy, released
 from afo_sim.walker import Cost, Free, build_body, prepared, read_gait, search, walk_body, write_gait
 from afo_sim.walker.gait_file import with_vector
 
@@ -58,7 +58,6 @@ def searched(given: argparse.Namespace, seed: int) -> dict[str, Any]:
         threads=given.threads,
         spread=given.spread,
         progress=lambda k, n, best: print(f"seed {seed}, {k} of {n}: {best:.2f}", file=sys.stderr),
-        kept=given.out / f"seed_{seed}.json",
     )
     cost, words = round(sum(found.parts.values()), 3), f"healthy, searched for {given.speed:g} m/s"
     how = {"seed": seed, "cost": cost, "evaluations": found.evaluations, "converged": found.converged}
@@ -81,7 +80,10 @@ def main() -> None:
     parser.add_argument("--threads", type=int, default=os.cpu_count(), help="the gaits do not depend on them")
     parser.add_argument("--out", type=pathlib.Path, required=True, help="folder")
     given = parser.parse_args()
-    rows = [searched(given, seed) for seed in range(1, given.seeds + 1)]
+    with released():
+        if said := occupy(given.out, sys.argv[1:]):
+            print(said, file=sys.stderr)
+        rows = [searched(given, seed) for seed in range(1, given.seeds + 1)]
     table = "\n".join(",".join(map(str, row)) for row in (rows[0], *(row.values() for row in rows))) + "\n"
     write_text(given.out / "seeds.csv", table)
     standing = [row for row in rows if not (row["fell_pushed"] or row["fell_undisturbed"])]

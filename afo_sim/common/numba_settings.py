@@ -12,7 +12,7 @@ class _Settings(SourceFileLoader):
 
     @classmethod
     def find_spec(cls, name: str, path: object = None, _: object = None) -> ModuleSpec | None:
-        found = PathFinder.find_spec(name, path) if name == _MODULE else None  # type: ignore[arg-type]
+        found = PathFinder.find_spec(name, path) if name == _MODULE else None  # type: ignore[arg-type]  # as importlib calls it
         if found is not None and isinstance(found.loader, SourceFileLoader):
             found.loader = cls(name, found.loader.path)
         return found

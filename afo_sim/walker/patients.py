@@ -322,7 +322,7 @@ def read_gaits(file: str | os.PathLike[str], drawn: list[dict[str, float]]) -> G
             vector = unpacked([row[f"gait {name}"] for name in _GAIT])
             others = [n for n, x in drawn[k].items() if not math.isclose(float(row[n]), x, rel_tol=1e-5)]
         except (KeyError, ValueError) as error:
-            problem = f"line {line} is no adapted gait of one of {len(drawn)} patients: {error}"
+            problem = f"line {line} is no adapted gait of one of {len(drawn)} patients: {str(error)[:100]}"
             raise InputError(problem, file=path, allowed=OWN) from None
         if others:
             problem = f"patient {k + 1} of line {line} has another {others[0]} than is drawn"

@@ -38,7 +38,12 @@ def recording(path: pathlib.Path, name: str, blueprint: Foreign) -> Iterator[rr.
     stream = rr.RecordingStream(APPLICATION, recording_id=f"{APPLICATION} {name}")
     stream.set_log_time_enabled(False)
     log, layouts = blueprint._log_to_stream, list[rr.RecordingStream]()  # the same holds of a layout's own
-    blueprint._log_to_stream = lambda layout: (layouts.append(layout), log(layout))
+
+    def logged(layout: rr.RecordingStream) -> None:
+        layouts.append(layout)
+        log(layout)
+
+    blueprint._log_to_stream = logged
     try:
         stream.save(path, default_blueprint=blueprint)
         layouts.pop().disconnect()
