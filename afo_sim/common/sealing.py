@@ -122,7 +122,7 @@ def read_json(path: pathlib.Path) -> Json:
     if found is not None and _of_text(text[: found.start()] + "\n}\n") != found[1]:
         raise ValueError("its digest does not match")
     try:
-        value = json.loads(text)
+        value = json.loads(text, parse_int=lambda digits: int(digits) if len(digits) < 20 else float(digits))
     except RecursionError:
         raise ValueError("it is nested too deeply") from None
     if found is not None:

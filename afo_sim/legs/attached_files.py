@@ -106,6 +106,8 @@ def _leg(table: JsonMapping, model: mujoco.MjModel, spec: mujoco.MjSpec, sidecar
     circuit = circuit_of(device, found.ankle, inverts=inverts, supply=endless(table["supply"]))
     bodies, prefix, told = dict(table["bodies"]), table["prefix"], tuple(table["told"])
     ids, first, supply = native.circuit_ids(model, circuit, prefix), table["userdata"], table["supply"]
+    if not 0 <= first <= model.nuserdata - circuit.userdata:
+        raise ValueError(f"userdata {first} is beyond the model's {model.nuserdata}")
     return Attached(model, spec, device, found, bodies, joints, prefix, supply, circuit, ids, first, told)
 
 

@@ -155,6 +155,18 @@ class Circuit:
         """The chambers that have a drive."""
         return tuple(chamber for chamber in self.chambers if chamber.drive is not None)
 
+    @property
+    def userdata(self) -> int:
+        """How many numbers of MjData.userdata are its own."""
+        return (
+            len(slots.CHAMBER_DATA) * len(self.chambers)
+            + len(slots.LEADER_DATA) * len(self.muscles)
+            + len(slots.ANCHOR_DATA) * len(self.anchors)
+            + len(slots.DRIVE_DATA) * len(self.driven)
+            + len(slots.VOLUME_DATA) * (len(self.volumes) + len(self.stores))
+            + slots.EDGE_DATA * len(self.restrictions)
+        )
+
     def networks(self) -> list["Network"]:
         """Chambers that are solved together, since their muscles pull on the same anchors."""
         found: dict[tuple[str, ...] | str, list[str]] = {}
@@ -241,15 +253,7 @@ def add_chambers(
 ) -> None:  # fmt: skip
     """The second half: chambers, drives, valves, and what holds the states of friction."""
     spec.nuser_actuator = max(slots.N_USER, spec.nuser_actuator)
-    spec.nuserdata = (
-        userdata
-        + len(slots.CHAMBER_DATA) * len(circuit.chambers)
-        + len(slots.LEADER_DATA) * len(circuit.muscles)
-        + len(slots.ANCHOR_DATA) * len(circuit.anchors)
-        + len(slots.DRIVE_DATA) * len(circuit.driven)
-        + len(slots.VOLUME_DATA) * (len(circuit.volumes) + len(circuit.stores))
-        + slots.EDGE_DATA * len(circuit.restrictions)
-    )
+    spec.nuserdata = userdata + circuit.userdata
     joints = {chamber.name: chamber.joint for chamber in circuit.chambers}
     for chamber in circuit.driven:
         add_states(spec, f"{prefix}drive_{chamber.name}", chamber.joint, len(slots.DRIVE_ACT), default)

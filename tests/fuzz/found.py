@@ -15,4 +15,7 @@ FOUND = (
     Damage("sweep patients", "pasted", "8202 178", ""),
     Damage("recording", "number", '0 of "time": #,@*', "inf"),
     Damage("recording", "number", '0 of "value": #,@47', "9" * 400),
+    Damage("read: worn model", "number", "0 of userdata = #@0", "1e15"),
+    Damage("read: time step", "number", '0 of "error": #,@20', "9" * 400),
+    Damage("read: gaits", "pasted", "67113022 105", ""),
 )
