@@ -11,6 +11,7 @@ import struct
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from typing import IO
@@ -140,9 +141,12 @@ def _serve() -> None:
     os.dup2(2, 1)  # what anybody prints is no message
     arrived: queue.SimpleQueue[Mixed] = queue.SimpleQueue()
 
+    parent = os.getppid()
+
     def listen() -> None:
         _listen(takes, arrived)
-        if hasattr(os, "killpg"):  # the parent has ended
+        time.sleep(0.1)  # a parent that ends closes its files first
+        if hasattr(os, "killpg") and os.getppid() != parent:  # nobody else ends what this one has started
             os.killpg(0, 9)
         os._exit(0)
 

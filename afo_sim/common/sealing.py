@@ -25,7 +25,7 @@ WRITTEN = (
     "recording", "summary", "both legs", "scenario", "stride", "orthosis", "muscle", "leg", "worn model",
     "chunk", "results", "manifest", "generation", "designs", "best design", "answer", "time step",
     "stand", "stand summary", "law fit", "torque fit", "run fit",
-    "adapted gait", "gait search", "walk", "walked columns", "wearers", "role map", "electronics", "commands",
+    "adapted gait", "walk", "walked columns", "wearers", "role map", "electronics", "commands",
     "sensor",
 )  # fmt: skip
 SEALED = "(delete this line when you edit the file)"

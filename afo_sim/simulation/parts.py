@@ -38,8 +38,9 @@ def _mark(what: Mixed) -> str:
     """A digest of something, and of the files that it names."""
 
     def files(node: Mixed) -> Iterator[str]:
-        if isinstance(node, str) and len(node) < 1000 and pathlib.Path(node).is_file():
-            yield common.file_digest(pathlib.Path(node))
+        with contextlib.suppress(OSError, ValueError):  # of a text that no file can be called
+            if isinstance(node, str) and pathlib.Path(node).is_file():
+                yield common.file_digest(pathlib.Path(node))
         within = vars(node) if is_dataclass(node) else node
         within = list(within.values()) if isinstance(within, dict) else within
         for each in within if isinstance(within, list | tuple) else ():

@@ -1,10 +1,10 @@
 """What a tab may ask the studio for: a table of messages with their fields and bounds, and nothing else."""
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
 
-from afo_sim.common import Foreign, InputError, Json, unknown
+from afo_sim.common import Foreign, InputError, Json, Mixed, unknown
 from afo_sim.description import PROBLEMS
 
 NAME = r"^[^/\\.\x00-\x1f][^/\\\x00-\x1f]{0,199}$"  # of a file of a trial, without its folder
@@ -16,7 +16,7 @@ _Values = _Scalar | Annotated[list[_Scalar | list[_Scalar]], Field(max_length=10
 _Range = Annotated[list[_Scalar], Field(min_length=2, max_length=2)]
 _Names = Annotated[list[Annotated[str, Field(pattern=NAME)]], Field(min_length=1, max_length=MOST_FILES)]
 _SLOT = {"slot": (Literal["A", "B", "C"], ...)}
-_FIELDS: dict[str, dict[str, Any]] = {  # of each message, with its default; ... where there is none
+_FIELDS: dict[str, dict[str, Mixed]] = {  # of each message, with its default; ... where there is none
     **{op: {} for op in ("undo", "redo", "keep", "bands", "report", "stop")},
     "change": {
         "sets": (Annotated[dict[_Key, _Values], Field(min_length=1, max_length=50)], ...),
@@ -54,7 +54,7 @@ class Message(BaseModel):
     key: Annotated[str, Field(max_length=10_000)] = ""
 
 
-_OP: Any = Literal  # of words that no type checker knows
+_OP: Foreign = Literal  # of words that no type checker knows
 MESSAGES: dict[str, type[Message]] = {
     op: create_model(op, __base__=Message, op=(_OP[op], ...), **fields) for op, fields in _FIELDS.items()
 }

@@ -70,7 +70,6 @@ NUMBERS = (
     "law fit",
     "torque fit",
     "run fit",
-    "gait search",
     "walk",
     "electronics",
 )

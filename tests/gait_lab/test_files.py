@@ -58,7 +58,7 @@ def test_any_order(folder: pathlib.Path, turn: int) -> None:
     assert len(trial.plates) == 2
     assert trial.remarks == (
         "loads.xml: is an OpenSim setup file and not needed: "
-        "which foot is on which plate is found from the forces",
+        "which foot is on which plate is found by the forces",
     )
     assert trial.warnings == ()
 
@@ -111,7 +111,7 @@ def test_all_problems_are_told_at_once(folder: pathlib.Path, tmp_path: pathlib.P
             "notes.txt: is not a supported file type; allowed: .mot, .sto, .trc, .c3d",
             "broken.trc: is not laid out as a .trc file",
             "is a folder; allowed: the files of one trial",
-            "nowhere.mot: cannot be read: No such file or directory",
+            "nowhere.mot: cannot be read: there is no such file",
             "ik.mot: is a second file with angles",
             "anna.osim: is a second model",
         ),

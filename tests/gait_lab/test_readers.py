@@ -17,11 +17,10 @@ from walking import (
 )
 
 from afo_sim.common import GRAVITY, InputError
-from afo_sim.gait_lab import Choices, Imported, WalkingTrial, import_gait, read_options
+from afo_sim.gait_lab import Choices, Imported, WalkingTrial, import_gait, read_options, read_trial
 from afo_sim.gait_lab.readers.opensim_table import read_opensim_table
 from afo_sim.gait_lab.readers.signals import even_clock, evenly, fill_gaps, low_pass
 from afo_sim.gait_lab.trial.events import posture_return
-from afo_sim.gait_lab.trial.files import read_trial
 from afo_sim.gait_lab.trial.ground_force import find_contacts, foot_force
 from afo_sim.gait_lab.trial.legs import find_legs
 

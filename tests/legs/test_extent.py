@@ -5,8 +5,9 @@ import pytest
 from scipy.spatial import ConvexHull
 from turned_leg import placed
 
-from afo_sim.legs.extent import lower_edge, sole_slope, surface
-from afo_sim.legs.tree import Shape, ShapeKind
+from afo_sim.legs import Shape, surface
+from afo_sim.legs.extent import lower_edge, sole_slope
+from afo_sim.legs.tree import ShapeKind
 
 A, B, C = 0.03, 0.05, 0.08
 COARSE = 0.003  # of a radius: 64 points on a circle leave out less than 1 − cos(π/64), 33 to the poles less

@@ -12,9 +12,9 @@ import afo_sim as afo
 from afo_sim.common import InputError, JsonDict, assets
 from afo_sim.metrics.strides import strides
 from afo_sim.model import person_of
-from afo_sim.studio import Design, opened
+from afo_sim.studio import Design, controls, opened
 from afo_sim.studio.answers import FRAMES, PHASES, Answers, Settled, _rounded
-from afo_sim.studio.controls import controls, idle, values
+from afo_sim.studio.controls import idle, values
 
 pytestmark = needs("uvicorn", "websockets")
 WALK = "walk-dropfoot-afo"

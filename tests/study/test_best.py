@@ -12,8 +12,7 @@ from sweep_case import write_sweep
 import afo_sim as afo
 from afo_sim.common import assets
 from afo_sim.model import fits
-from afo_sim.study import read
-from afo_sim.study.scales import human_scale
+from afo_sim.study import human_scale, read
 from afo_sim.study.search import plan
 from afo_sim.study.search.best import BestDesign
 

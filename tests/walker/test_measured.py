@@ -13,8 +13,7 @@ import pytest
 
 from afo_sim.common import GRAVITY
 from afo_sim.physics import LEG_MUSCLES
-from afo_sim.walker import Cost, Walked, measured, norm_at, numbers
-from afo_sim.walker.strides import contacts
+from afo_sim.walker import Cost, Walked, contacts, measured, norm_at, numbers
 
 MASS, SPEED, HEIGHT = 80.0, 1.2, (0.03, 0.03, -0.02, 0.03)  # HEIGHT: of the foot in mid-swing, by stride [m]
 ROOT = pathlib.Path(__file__).parents[2]
