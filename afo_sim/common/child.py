@@ -95,8 +95,9 @@ class Child:
 
     def send(self, message: Mixed) -> None:
         """Send a message; where the child has ended, `receive` says so."""
-        with suppress(OSError):
-            _write(self.process.stdin, message)
+        content = pickle.dumps(message, pickle.HIGHEST_PROTOCOL)
+        with suppress(OSError, ValueError):  # its file is closed, too, once it has ended
+            _write(self.process.stdin, content)
 
     def receive(self, seconds: float | None = None) -> Mixed:
         """The next message; ChildEnded where it has ended, or sends none for so long: it is ended then."""
@@ -127,9 +128,9 @@ def _listen(stream: IO[bytes] | None, arrived: queue.SimpleQueue[Mixed]) -> bool
         return isinstance(error, EOFError)
 
 
-def _write(stream: IO[bytes] | None, message: Mixed) -> None:
+def _write(stream: IO[bytes] | None, content: bytes) -> None:
     assert stream is not None
-    stream.write(pickle.dumps(message, pickle.HIGHEST_PROTOCOL))
+    stream.write(content)
     stream.flush()
 
 
@@ -156,7 +157,7 @@ def _serve() -> None:
     module, function = serves.split(":")
     serve: Function = getattr(importlib.import_module(module), function)
     _bind(limits or {})
-    serve(arrived.get, lambda message: _write(sends, message))
+    serve(arrived.get, lambda message: _write(sends, pickle.dumps(message, pickle.HIGHEST_PROTOCOL)))
 
 
 def _bind(limits: Mapping[str, int]) -> None:

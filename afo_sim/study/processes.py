@@ -178,6 +178,8 @@ class Processes:
                 if not (held and self.count):
                     return
                 how = str(error)
+            except Exception as error:  # of a job that cannot be sent: the parent raises it
+                return self.answers.put(error)
             deaths = (deaths + 1) % _DEATHS
             scenario, cases, asked, added = held.popleft()
             if deaths:  # one by one, so that only the case to blame is given up

@@ -56,6 +56,9 @@ def test_how_a_child_has_ended_is_told_in_words(does: str) -> None:
     with pytest.raises(ChildEnded) as error:
         child.receive(0.5 if "while" in does else 60.0)
     assert str(error.value).startswith(ENDS[does])
+    child.send("send(2)")  # to nobody: the next to receive is told the same
+    with pytest.raises(ChildEnded):
+        child.receive(60.0)
     child.close()
     assert child.process.returncode is not None
 
