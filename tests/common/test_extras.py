@@ -115,7 +115,7 @@ def test_nothing_that_the_core_needs_is_under_a_copyleft_licence() -> None:
     for each in libraries:
         with contextlib.suppress(importlib.metadata.PackageNotFoundError):
             told = importlib.metadata.metadata(each)
-            said = [told.get("License-Expression", ""), *(told.get_all("Classifier") or [])]
+            said = [*told.get_all("License-Expression", []), *told.get_all("Classifier", [])]
             assert not re.search(
                 r"GPL|MPL|General Public|Mozilla Public|EUPL|CDDL|Eclipse", " ".join(said)
             ), each
