@@ -55,7 +55,7 @@ def __getattr__(name: str) -> Foreign:
         from afo_sim.common import register_installed
 
         register_installed()
-    if any(entry.startswith(f"{name}(") for entry in RENAMED):
+    if any(entry.startswith(f"{name}(") for entry in (*RENAMED, *RETIRED)):
         globals()[name] = found = takes_older(found)
         found.__module__ = __name__  # by which pickle finds it
     return found

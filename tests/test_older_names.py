@@ -63,6 +63,11 @@ def test_an_older_argument_is_the_newer_one(entry: str) -> None:
         assert takes_older(size)(**{RENAMED[entry]: 1}) == {RENAMED[entry]: 1}
 
 
+def test_an_argument_without_a_newer_one_is_refused_by_what_to_use() -> None:
+    with pytest.raises(afo.InputError, match="is retired.*afo-sim walk"):
+        afo.walk("walk-dropfoot-afo", kept="folder")
+
+
 @pytest.mark.parametrize("entry", WORDS)
 def test_an_older_word_is_the_newer_one(entry: str, capsys: pytest.CaptureFixture[str]) -> None:
     command, *option = entry.removeprefix("afo-sim ").split(" ")

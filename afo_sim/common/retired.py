@@ -21,6 +21,7 @@ RETIRED = {  # refused
     "leg_entity": _ATTACH,
     "OrthosisVecEnv": "stable_baselines3's own DummyVecEnv or SubprocVecEnv around gymnasium.make",
     "dropfoot_day": "dropfoot_walk, with `sets` for other patients",
+    "walk(kept)": "`afo-sim walk`, which goes on after a kill; simulation.occupy(folder, NAME) in Python",
 }
 RENAMED = {  # answered by this version: what it is now
     "Both": "afo_sim.simulation:Both",
@@ -88,7 +89,9 @@ def takes_older(function: Callable[P, R]) -> Callable[P, R]:
     def call(*args: P.args, **given: P.kwargs) -> R:
         name, now = function.__name__, Keywords()
         for argument, value in given.items():
-            new = RENAMED.get(f"{name}({argument})")
+            if (entry := f"{name}({argument})") in RETIRED:
+                refuse_retired(entry)
+            new = RENAMED.get(entry)
             if new and new in given:
                 raise TypeError(f"{name}() got {argument}, and {new}, which is its newer name")
             if new:
