@@ -16,10 +16,10 @@ from afo_sim import common
 from afo_sim.common import Foreign, InputError, Mixed, write_bytes
 from afo_sim.common.versions import PACKAGE, digest_of_sources, versions
 
-PARTS = ".parts"  # folder in the output folder; in it one for each command, in that a file for each part
+PARTS = ".afo-sim"  # folder in the output folder; in it one for each command, in that a file for each part
 _KNOWN = "afo_sim[.a-z0-9_]* [A-Z][A-Za-z]*|numpy[.a-z_]* (_frombuffer|_reconstruct|dtype|ndarray|scalar)"
 _code = functools.cache(functools.partial(digest_of_sources, PACKAGE, ("",)))
-_taken: dict[pathlib.Path, pathlib.Path | None] = {}  # folders, and where in them parts are kept
+_taken: dict[pathlib.Path, Callable[[], pathlib.Path] | None] = {}  # folders, and where in them parts are
 _release = contextlib.ExitStack()
 T = TypeVar("T")
 
@@ -68,14 +68,19 @@ def occupy(folder: pathlib.Path, of: Mixed = None) -> str:
         raise InputError("another afo-sim writes into it", field="out", value=str(folder)) from None
     except (ImportError, OSError):  # Windows, some disks on a network
         pass
-    code = _code(), versions(("mujoco", "numpy", "numba", "scipy", "cma")), common.identities()
-    _taken[place] = parts = place / PARTS / _mark((of, code)) if of else None
-    count = len([*parts.glob("[!.]*")]) if parts else 0
-    if count:
+
+    @functools.cache
+    def parts() -> pathlib.Path:  # found when needed: a quick run has none
+        code = _code(), versions(("mujoco", "numpy", "numba", "scipy", "cma")), common.identities()
+        return place / PARTS / _mark((of, code))
+
+    _taken[place] = parts if of else None
+    if not (of and (place / PARTS).exists()):
+        return ""
+    if count := len([*parts().glob("[!.]*")]):
         return f"goes on: {count} parts are there already"
     # of hours, perhaps: whoever mistyped an option gets them back by the command as it was
-    others = of and any((place / PARTS).glob("*"))
-    return "begins anew; parts of another command or version stay until this one ends" if others else ""
+    return "begins anew; parts of another command or version stay until this one ends"
 
 
 @contextlib.contextmanager
@@ -95,11 +100,12 @@ def released() -> Iterator[None]:
 
 
 def kept_each(
-    what: Sequence[Mixed], compute: Callable[[list[int]], Iterable[tuple[int, T]]]
+    what: Sequence[Mixed], compute: Callable[[list[int]], Iterable[tuple[int, T]]], of: Mixed = None
 ) -> Iterator[tuple[int, T]]:
-    """Numbered parts, each of which follows from its `what`: those that are there, then the computed rest."""
+    """Numbered parts; each follows from its `what`, all from `of`: those there, then the computed rest."""
     parts = next(filter(None, _taken.values()), None)
-    files = {k: parts / _mark(each) for k, each in enumerate(what)} if parts else {}
+    whole = _mark(of) if parts else ""
+    files = {k: parts() / _mark((whole, each)) for k, each in enumerate(what)} if parts else {}
     rest = []
     for number in range(len(what)):
         with contextlib.suppress(OSError, KeyError, pickle.UnpicklingError):

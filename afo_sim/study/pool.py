@@ -150,7 +150,7 @@ class Pool:
             numbered = [(number, cases[number]) for number in rest]
             return self.beside.outcomes(described, numbered, self.threads, _FEW, asked)
 
-        for number, outcome in kept_each([(described, asked, case) for case in cases], ran):
+        for number, outcome in kept_each(cases, ran, of=(described, asked)):
             found[number] = outcome
             if report is not None:
                 report(len(found), len(cases), doing)

@@ -100,9 +100,9 @@ def _rows(folder: pathlib.Path) -> list[dict[str, str]]:
 @pytest.mark.slow
 def test_strength_is_varied_as_it_is_given(call: Call, tmp_path: pathlib.Path) -> None:
     folder = tmp_path / "out"
-    (folder / ".parts" / "other").mkdir(parents=True)  # of another walk, killed
+    (folder / ".afo-sim" / "other").mkdir(parents=True)  # of another walk, killed
     code, _, err = call(*LONGER, "--vary", "strength.tibialis=1,0.8,0", "--out", folder)
-    assert code == 0 and not (folder / ".parts").exists(), err
+    assert code == 0 and not (folder / ".afo-sim").exists(), err
     rows = _rows(folder)
     assert [row["strength.tibialis"] for row in rows] == ["1", "1", "0.8", "0.8", "0", "0"]
     whole, weak, none = rows[::2]
@@ -194,7 +194,7 @@ def test_a_killed_adaptation_goes_on_in_its_folder(
     count = 10**6 - left[0]
     left[0] = count * 3 // 4
     code, _, _ = call(*asked, "1", "--out", tmp_path / "killed")
-    assert code != 0 and {path.name for path in (tmp_path / "killed").iterdir()} == {".parts"}
+    assert code != 0 and {path.name for path in (tmp_path / "killed").iterdir()} == {".afo-sim"}
     left[0] = 10**6
     code, _, err = call(*asked, "2", "--out", tmp_path / "killed")
     assert code == 0 and 10**6 - left[0] <= count - 6 * 16, err  # six generations at least are told

@@ -58,7 +58,7 @@ def test_parts_are_taken_by_all_that_they_follow_from(tmp_path: pathlib.Path) ->
 
 def test_a_part_comes_back_to_the_bit_and_a_damaged_one_is_computed_anew(tmp_path: pathlib.Path) -> None:
     ended(tmp_path, "one", "x")
-    (file,) = tmp_path.glob(".parts/*/*")
+    (file,) = tmp_path.glob(".afo-sim/*/*")
     with released():
         occupy(tmp_path, "one")
         array, metric = kept(lambda: "x", list)
@@ -75,7 +75,7 @@ def test_a_part_of_somebody_else_runs_nothing(tmp_path: pathlib.Path) -> None:
             return os.mkdir, (str(tmp_path / "made"),)
 
     ended(tmp_path, "one", "x")
-    (file,) = tmp_path.glob(".parts/*/*")
+    (file,) = tmp_path.glob(".afo-sim/*/*")
     for content in (pickle.dumps(Evil()), b"cafo_sim.common.child\nsubprocess\n."):
         file.parent.mkdir(parents=True, exist_ok=True)
         file.write_bytes(digest(content).encode() + content)
@@ -134,7 +134,7 @@ def test_a_full_disk_loses_no_part_that_is_there(tmp_path: pathlib.Path) -> None
             with faults.DISK.acting(tmp_path, at, faults.refuse):
                 list(kept_each(whats, lambda rest: [(k, k) for k in rest]))
             raise Command
-        there = len(list(tmp_path.glob(".parts/*/[!.]*")))
+        there = len(list(tmp_path.glob(".afo-sim/*/[!.]*")))
         if there == 2:
             break
     assert there == 2 and computed(tmp_path, "one", *whats) == []

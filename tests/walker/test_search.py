@@ -81,7 +81,7 @@ def whole(body: Body) -> Found:
 
 def parts(folder: pathlib.Path) -> list[pathlib.Path]:
     """What is kept of a search."""
-    return [path for path in folder.glob(".parts/*/[!.]*") if path.is_file()]
+    return [path for path in folder.glob(".afo-sim/*/[!.]*") if path.is_file()]
 
 
 def assert_same(found: Found, whole: Found) -> None:
