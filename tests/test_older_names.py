@@ -64,7 +64,7 @@ def test_an_older_argument_is_the_newer_one(entry: str) -> None:
 
 
 def test_an_argument_without_a_newer_one_is_refused_by_what_to_use() -> None:
-    with pytest.raises(afo.InputError, match="is retired.*afo-sim walk"):
+    with pytest.raises(afo.InputError, match="afo-sim walk"):
         afo.walk("walk-dropfoot-afo", kept="folder")
 
 
