@@ -18,7 +18,6 @@ from afo_sim.common.versions import PACKAGE, digest_of_sources, versions
 
 PARTS = ".afo-sim"  # folder in the output folder; in it one for each command, in that a file for each part
 _KNOWN = "afo_sim[.a-z0-9_]* [A-Z][A-Za-z]*|numpy[.a-z_]* (_frombuffer|_reconstruct|dtype|ndarray|scalar)"
-_code = functools.cache(functools.partial(digest_of_sources, PACKAGE, ("",)))
 _taken: dict[pathlib.Path, Callable[[], pathlib.Path] | None] = {}  # folders, and where in them parts are
 _release = contextlib.ExitStack()
 T = TypeVar("T")
@@ -29,7 +28,7 @@ class _Reader(pickle.Unpickler):
 
     def find_class(self, module: str, name: str) -> Foreign:
         found = super().find_class(module, name) if re.fullmatch(_KNOWN, f"{module} {name}") else None
-        if not str(getattr(found, "__module__", "")).startswith(("afo_sim.", "numpy")):
+        if not re.match(r"afo_sim\.(?!common\.child)|numpy", str(getattr(found, "__module__", ""))):
             raise pickle.UnpicklingError(f"{module}.{name} is in no part")
         return found
 
@@ -71,8 +70,8 @@ def occupy(folder: pathlib.Path, of: Mixed = None) -> str:
 
     @functools.cache
     def parts() -> pathlib.Path:  # found when needed: a quick run has none
-        code = _code(), versions(("mujoco", "numpy", "numba", "scipy", "cma")), common.identities()
-        return place / PARTS / _mark((of, code))
+        libraries = versions(("mujoco", "numpy", "numba", "scipy", "cma"))
+        return place / PARTS / _mark((of, digest_of_sources(PACKAGE, ("",)), libraries, common.identities()))
 
     _taken[place] = parts if of else None
     if not (of and (place / PARTS).exists()):

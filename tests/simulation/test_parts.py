@@ -15,6 +15,7 @@ from afo_sim.metrics import Metric
 from afo_sim.simulation import kept, kept_each, occupy, released
 
 TAKE = "import pathlib, sys, time; from afo_sim.simulation import occupy; occupy(pathlib.Path(sys.argv[1])"
+CHILD = b"cafo_sim.common\nChild\n(Vos:getpid\ntR."  # a process of our own class
 HOLD = f"{TAKE}, 1); print(flush=True); time.sleep(60)"
 
 
@@ -76,7 +77,7 @@ def test_a_part_of_somebody_else_runs_nothing(tmp_path: pathlib.Path) -> None:
 
     ended(tmp_path, "one", "x")
     (file,) = tmp_path.glob(".afo-sim/*/*")
-    for content in (pickle.dumps(Evil()), b"cafo_sim.common.child\nsubprocess\n."):
+    for content in (pickle.dumps(Evil()), b"cafo_sim.common.child\nsubprocess\n.", CHILD):
         file.parent.mkdir(parents=True, exist_ok=True)
         file.write_bytes(digest(content).encode() + content)
         assert computed(tmp_path, "one", "x") == ["x"]
@@ -90,6 +91,12 @@ def test_parts_of_another_command_stay_until_a_command_ends(tmp_path: pathlib.Pa
     assert computed(tmp_path, "two", "x", "y") == ["y"]
     ended(tmp_path, "one", "x", "y")
     assert computed(tmp_path, "one", "x", "y") == []
+
+
+def test_a_text_that_is_longer_than_a_name_of_a_file_is_no_file(tmp_path: pathlib.Path) -> None:
+    what = {"description": "long " * 100, "other": "a\0b"}
+    ended(tmp_path, what, what)
+    assert computed(tmp_path, what, what) == []
 
 
 def test_another_content_of_a_named_file_is_another_part(tmp_path: pathlib.Path) -> None:
