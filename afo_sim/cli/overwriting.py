@@ -85,8 +85,8 @@ def check_same(
 
 def take(folder: Path, now: JsonMapping | None = None) -> None:
     """Take a folder for this command and what it is about; say whether it goes on."""
-    words = "\n".join([*sys.argv[1:], ""])
-    words = re.sub(r"--force\n|--threads[\n=]\d+\n", "", words)  # which change no result
+    # less the words that change no result
+    words = re.sub(r"--force\n|--threads[\n=]\d+\n", "", "\n".join([*sys.argv[1:], ""]))
     if said := occupy(folder, (re.split("[\n=]", words), now)):
         print(f"afo-sim: {folder}: {said}", file=sys.stderr)
 

@@ -183,18 +183,17 @@ def search(
             total = sum(parts(*task)[0].values())
         return total if math.isfinite(total) else cost.most, time.thread_time() - begun
 
-    def whose(tasks: list[tuple[np.ndarray, int]]) -> tuple[object, ...]:
-        return tasks, vector, cost, free, duration, bodies_of()
-
     def walk_all(tasks: list[tuple[np.ndarray, int]]) -> np.ndarray:
-        return np.array(list(pool.map(safe, tasks))).T
+        return kept(
+            lambda: (tasks, vector, cost, free, duration, bodies_of()),
+            lambda: np.array(list(pool.map(safe, tasks))).T,
+        )
 
     with ThreadPoolExecutor(threads) as pool:
         for generation in range(generations):
             asked = evolution.ask()
             gaits = np.clip(first + scale * np.array(asked), lower, upper)
-            tasks = [(each, generation) for each in gaits]
-            costs, seconds = kept(functools.partial(whose, tasks), functools.partial(walk_all, tasks))
+            costs, seconds = walk_all([(each, generation) for each in gaits])
             evolution.tell(asked, costs.tolist())
             history.append((float(min(costs)), float(np.median(costs))))
             used += float(seconds.sum())
