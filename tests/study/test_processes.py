@@ -162,6 +162,10 @@ def test_what_no_case_is_to_blame_for_comes_back_as_it_was_raised() -> None:
     assert code == processes._CODE
     assert isinstance(error, AttributeError) and "'NoneType'" in str(error)
     assert outcomes[0][1].status == engine.OK
+    with Processes(1, 0.0) as beside:
+        ready(beside)
+        beside.jobs.put((SCENARIO, [(0, {"duration": lambda: 1.0})], EVERYTHING, b""))  # cannot be sent
+        assert isinstance(beside.answers.get(timeout=60.0), Exception)
 
 
 @pytest.mark.slow
