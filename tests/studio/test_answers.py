@@ -74,9 +74,9 @@ def test_numbers_of_a_page_are_rounded_finite_and_never_minus_nothing() -> None:
 
 
 @pytest.fixture(scope="module")
-def varied() -> tuple[Answers, Design, list[JsonDict]]:
+def varied(tmp_path_factory: pytest.TempPathFactory) -> tuple[Answers, Design, list[JsonDict]]:
     """Strides that do not repeat, and the answers of their whole run."""
-    answers, design = Answers(), Design(WALK, VARIED)
+    answers, design = Answers(tmp_path_factory.mktemp("session")), Design(WALK, VARIED)
     return answers, design, list(answers.run(design, silent))
 
 

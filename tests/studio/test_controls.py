@@ -3,6 +3,8 @@
 import contextlib
 import functools
 import json
+import os
+import pathlib
 from collections.abc import Iterator
 from typing import Any
 
@@ -20,6 +22,7 @@ from afo_sim.studio.controls import idle, read
 pytestmark = needs("uvicorn", "websockets")
 WALKS = [name for name in assets.names("scenario") if name.startswith("walk-")]
 OWN = "own walk"
+NOWHERE = pathlib.Path(os.devnull)  # nothing is written
 LOOSE = {  # of short links: nothing fills these muscles, and at no slack of the slider are they pulled taut
     ("walk-dropfoot-afo-short", "orthosis.muscle.plantarflexor.slack")
 }
@@ -57,7 +60,7 @@ def numbers(design: Design, *, whole: bool) -> str:
 
 @functools.cache
 def _numbers(base: str, sets: tuple[tuple[str, str], ...], *, whole: bool) -> str:
-    design, answers = Design(base, {key: json.loads(value) for key, value in sets}), Answers()
+    design, answers = Design(base, {key: json.loads(value) for key, value in sets}), Answers(NOWHERE)
     try:
         if not whole:
             settled = answers.settled(design)
@@ -72,7 +75,7 @@ def _numbers(base: str, sets: tuple[tuple[str, str], ...], *, whole: bool) -> st
 def moves(walk: Design, key: str) -> Iterator[Design]:
     """The design with a control at other places, near ones first; none that is refused."""
     listed = {control["key"]: control for control in controls(walk)}
-    state = Answers().state(walk)
+    state = Answers(NOWHERE).state(walk)
     places: list[Any]
     if key in listed and listed[key]["choices"]:
         places = [name for name, _ in listed[key]["choices"] if name != listed[key]["value"]]
@@ -95,7 +98,7 @@ def moves(walk: Design, key: str) -> Iterator[Design]:
 
 def every(walk: Design) -> list[str]:
     """The keys of all that is changed on the page by the mouse."""
-    state = Answers().state(walk)
+    state = Answers(NOWHERE).state(walk)
     anchors = [f"{anchor['key']}[{axis}]" for anchor in state["anchors"].values() for axis in (0, 2)]
     return [*(control["key"] for control in state["controls"]), *state["timing"], *anchors]
 
@@ -118,7 +121,7 @@ def test_what_can_be_moved_moves_a_number_and_what_moves_none_says_why(walk: str
 
 @pytest.mark.parametrize("walk", [*WALKS, OWN])
 def test_every_walk_is_shown(walk: str, own: str) -> None:
-    design, answers = start(walk, own) if walk == OWN else opened(walk).design, Answers()
+    design, answers = start(walk, own) if walk == OWN else opened(walk).design, Answers(NOWHERE)
     state, settled = answers.state(design), answers.settled(design)
     if settled["kind"] == "unsettled":
         settled, _ = answers.run(design, silent)
