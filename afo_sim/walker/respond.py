@@ -285,12 +285,10 @@ def falls_of(
 
     whose = functools.cache(lambda: (identity(body), gait, push, seed))
 
-    def fell(k: int) -> bool:
-        return kept(lambda: ("start", k, whose()), lambda: walked(k))
-
     count = 0
     with ThreadPoolExecutor(max(threads, 1)) as pool:
-        for k, fallen in enumerate(pool.map(fell, range(starts)), 1):
+        falls = pool.map(lambda k: kept(lambda: ("start", k, whose()), lambda: walked(k)), range(starts))
+        for k, fallen in enumerate(falls, 1):
             count += fallen
             report(k / starts)
     return Falls(count, starts)
