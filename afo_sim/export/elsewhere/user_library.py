@@ -37,17 +37,7 @@ def link_user_library(model: mujoco.MjModel, folder: pathlib.Path) -> None:
         text = f"#include <stdint.h>\n{declared}void afo_sim_user(int64_t *t) {{ {' '.join(entries)} }}\n"
         source = pathlib.Path(scratch, "user.c")
         write_text(source, text)
-        command = [
-            found,
-            "-shared",
-            "-fPIC",
-            "-O2",
-            str(source),
-            *map(str, objects),
-            "-lm",
-            *_WHOLE,
-            "-o",
-            str(folder / NAME),
-        ]
+        command = [found, "-shared", "-fPIC", "-O2", str(source), *map(str, objects), "-lm", *_WHOLE]
+        command += ["-o", str(folder / NAME)]
         if said := complaint(command, pathlib.Path(scratch)):
             raise InputError(f"your own law cannot be linked: {said}", field="to")
