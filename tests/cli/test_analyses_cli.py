@@ -105,8 +105,8 @@ def test_two_walking_legs_answer_on_a_dozen_lines_and_hide_no_bad_answer(
     monkeypatch.chdir(tmp_path)
     words = ("both", "walk-dropfoot-afo", "--no-rrd", "--force", "--out", "a")
     code, short, _ = call(*words)
-    # seven answers, one of two lines, two of what they were worth so far and two of what they are not
-    assert code == 0 and len(short.splitlines()) <= 23
+    # seven answers, notes of two lines, three of what they were worth so far and three of what they are not
+    assert code == 0 and len(short.splitlines()) <= 24
     assert "air       together:" in short and "note: the muscles are filled" in short
     _, whole, _ = call(*words, "--numbers")
     mark = re.compile("^[✓!✗?] (GOOD|DOUBTFUL|BAD|UNKNOWN) ", re.M)

@@ -43,7 +43,7 @@ REFUSED: dict[str, tuple[dict[str, Any], list[tuple[dict[str, Any], str, str]]]]
             ({"dorsiflexr": {}}, "gait_phase.dorsiflexr", "dorsiflexor"),
             ({"dorsiflexor": {"pressure": [[0.0, "1 bar"]]}}, "gait_phase.dorsiflexor", "no drive"),
             ({"dorsiflexor": {"pressure": [[0.5, "1 bar"], [0.1, "1 bar"]]}}, "pressure", "do not rise"),
-            ({"dorsiflexor": {"pressure": [[0.5, "1 bar"]], "inlet": [[0.1, 0.2]]}}, "pressure", "beside"),
+            ({"dorsiflexor": {"pressure": [[0.5, "1 bar"]], "inlet": [[0.1, 0.2]]}}, "pressure", "conflicts"),
             ({"dorsiflexor": {}, "estimator": "foot_switch", "column": "shank/angle"}, "column", "switch"),
         ],
     ),
