@@ -6,6 +6,7 @@ import io
 import os
 import pathlib
 import pickle
+import platform
 import re
 import shutil
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -18,6 +19,7 @@ from afo_sim.common.versions import PACKAGE, digest_of_sources, versions
 
 PARTS = ".afo-sim"  # folder in the output folder; in it one for each command, in that a file for each part
 _KNOWN = "afo_sim[.a-z0-9_]* [A-Z][A-Za-z]*|numpy[.a-z_]* (_frombuffer|_reconstruct|dtype|ndarray|scalar)"
+_BITS = ("NUMBA_", "OPENBLAS_", "OMP_", "MKL_")  # settings by which last bits differ
 _taken: dict[pathlib.Path, Callable[[], pathlib.Path] | None] = {}  # folders, and where in them parts are
 _release = contextlib.ExitStack()
 T = TypeVar("T")
@@ -70,8 +72,9 @@ def occupy(folder: pathlib.Path, of: Mixed = None) -> str:
 
     @functools.cache
     def parts() -> pathlib.Path:  # found when needed: a quick run has none
-        libraries = versions(("mujoco", "numpy", "numba", "scipy", "cma"))
-        return place / PARTS / _mark((of, digest_of_sources(PACKAGE, ("",)), libraries, common.identities()))
+        code = digest_of_sources(PACKAGE, ("",)), versions(("mujoco", "numpy", "numba", "scipy", "cma"))
+        bits = [platform.machine(), *sorted(each for each in os.environ.items() if each[0].startswith(_BITS))]
+        return place / PARTS / _mark((of, code, bits, common.identities()))
 
     _taken[place] = parts if of else None
     if not (of and (place / PARTS).exists()):

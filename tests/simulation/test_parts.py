@@ -113,6 +113,16 @@ def test_another_content_of_a_named_file_is_another_part(tmp_path: pathlib.Path)
     assert "anew" in ended(out, what, "x")
 
 
+def test_parts_of_other_threads_are_not_taken(
+    tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """NumPy adds in another order with them."""
+    monkeypatch.setenv("OPENBLAS_NUM_THREADS", "1")
+    ended(tmp_path, "one", "x")
+    monkeypatch.setenv("OPENBLAS_NUM_THREADS", "2")
+    assert "anew" in ended(tmp_path, "one", "x")
+
+
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no flock")
 def test_a_folder_is_one_commands_until_it_ends_or_is_killed(tmp_path: pathlib.Path) -> None:
     child = subprocess.Popen([sys.executable, "-c", HOLD, str(tmp_path)], stdout=subprocess.PIPE)
